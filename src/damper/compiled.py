@@ -1,0 +1,96 @@
+"""Compile the scalar core with numba where it is installed; leave it plain Python elsewhere.
+
+One source serves both: functions under `compiled` use floats and `math` only. Set the
+environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there.
+
+numba's disk cache does not notice an edit in a *called* module: a cached caller keeps the old
+result. The cache therefore lives in a folder named by the digest of all of damper's source.
+"""
+
+import hashlib
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+_KEPT_CACHES = 4
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled code of exactly this source, by its digest.
+
+    Returns
+    -------
+    pathlib.Path
+        Below ``NUMBA_CACHE_DIR`` if set, else below the user's cache folder.
+    """
+    return _cache_root() / source_digest()[:16]
+
+
+def source_digest() -> str:
+    """Hexadecimal SHA-256 of every Python file of damper, newlines normalised."""
+    folder = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py"), key=lambda path: path.relative_to(folder).as_posix()):
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()
+
+
+def _cache_root() -> Path:
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return Path(os.environ["NUMBA_CACHE_DIR"]) / "damper"
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")
+    return Path(base) / "damper"
+
+
+def _make_cache_folder() -> Path | None:
+    """Make the folder and drop the oldest of earlier versions; None where it cannot be written."""
+    folder = cache_folder()
+    try:
+        if not folder.is_dir():
+            folder.mkdir(parents=True, exist_ok=True)
+            others = (path for path in folder.parent.iterdir() if path.is_dir() and path != folder)
+            newest_first = sorted(others, key=lambda path: path.stat().st_mtime, reverse=True)
+            for stale in newest_first[_KEPT_CACHES:]:
+                shutil.rmtree(stale, ignore_errors=True)
+        return folder if os.access(folder, os.W_OK) else None
+    except OSError:
+        return None
+
+
+def _load_numba() -> Any:
+    if os.environ.get("DAMPER_COMPILE", "1") == "0":
+        return None
+    try:
+        import numba
+    except ImportError:
+        return None
+    return numba
+
+
+_numba = _load_numba()
+_folder = _make_cache_folder() if _numba else None
+
+#: True when the core runs as compiled code.
+COMPILED = _numba is not None
+
+
+def compiled(function: Callable) -> Callable:
+    """Compile `function` (a decorator); return it unchanged where numba is missing or off."""
+    if _numba is None:
+        return function
+    before = _numba.config.CACHE_DIR
+    # numba reads this setting while it decorates; other packages' caches keep their place.
+    _numba.config.CACHE_DIR = str(_folder) if _folder else ""
+    try:
+        return _numba.njit(cache=_folder is not None, error_model="numpy")(function)
+    finally:
+        _numba.config.CACHE_DIR = before

@@ -1,0 +1,301 @@
+"""What happens between the two masses: impact law, certified search, burst tail, sticking.
+
+Everything here is relative to one wall (side = +1 right, -1 left): the gap
+``g = clearance - side (y - x) >= 0``, zero in contact, and its rate. In flight g'' = side x''
+exactly. A bounce keeps its digits however small it gets, because the gap is never formed as a
+difference of positions. Derivations and proofs: docs/method.md.
+"""
+
+import math
+
+from damper.compiled import compiled
+from damper.flow import (
+    acceleration,
+    derivative_bounds,
+    higher_derivatives,
+    increments,
+)
+
+#: What a step of the search may span, in units of the faster of 1 and 1/omega.
+SPAN = 2.0
+#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time.
+HORIZON = 25.0
+#: Certified steps in one segment before the search gives up and says so.
+MAX_STEPS = 100_000
+#: Wall code of a search that ran out of steps.
+GAVE_UP = 2.0
+#: Rounding of a gap or an acceleration, relative to the sizes of its terms.
+ROUNDING = 4.0 * 2.220446049250313e-16
+# Error of the second-order tail over its estimate: the largest ratio that the test suite's
+# resolved bursts show is below one; see tests/test_contact.py.
+TAIL_SAFETY = 1.0
+
+
+@compiled
+def impact(mass_ratio, restitution, side, v, approach_speed):
+    """Velocity of the primary and gap rate just after an impact.
+
+    Momentum is kept and the relative velocity is reversed and multiplied by the restitution.
+
+    Returns
+    -------
+    v, gap_rate : float
+    """
+    v += side * mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio) * approach_speed
+    return v, restitution * approach_speed
+
+
+@compiled
+def stays(side, a, j):
+    """Whether masses in contact with no relative velocity stay together.
+
+    They do while the wall pushes the free mass inwards, -side x'' > 0; at zero the sign of the
+    third derivative decides.
+    """
+    return side * a < 0.0 or (a == 0.0 and side * j <= 0.0)
+
+
+@compiled
+def tail_duration(osc, mass_ratio, restitution, side, a, j, snap, gap_rate):
+    """Remaining time of a complete burst by the second-order accumulation formula.
+
+    Parameters
+    ----------
+    side, a, j, snap : float
+        Wall and the primary's derivatives just after the impact.
+    gap_rate : float
+        Rebound speed w.
+
+    Returns
+    -------
+    duration, error : float
+        Time to sticking and an estimate of its error, O(w^3). An infinite error says that the
+        burst need not complete from here.
+    """
+    push = -side * a
+    if not (push > 0.0 and restitution < 1.0):
+        return 0.0, math.inf
+    if gap_rate == 0.0:
+        return 0.0, 0.0
+    loss = 1.0 - restitution
+    first = 2.0 * gap_rate / (push * loss)
+    # Each part is relative to `first` and of order w.
+    bend = side * j / push * first / 3.0
+    drag = 2.0 * osc[0] * mass_ratio * restitution / (1.0 + mass_ratio) * first
+    duration = first * (1.0 + bend - drag)
+    lag = (abs(j) / push + 2.0 * osc[0]) * first
+    error = TAIL_SAFETY * first * (lag * lag + abs(snap) / push * first * first)
+    if not duration > 0.0 or not lag < 0.5:
+        return 0.0, math.inf
+    return duration, error
+
+
+@compiled
+def tail_bounce(restitution, duration, gap_rate, tau):
+    """Gap and gap rate inside a closed burst tail: its bounces are self-similar.
+
+    Returns
+    -------
+    gap, gap_rate : float
+        With a relative error that vanishes with the rebound speed.
+    """
+    left = 1.0 - tau / duration
+    if restitution == 0.0 or left <= 0.0:
+        return 0.0, 0.0
+    bounce = math.floor(math.log(left) / math.log(restitution))
+    shrink = math.exp(bounce * math.log(restitution))
+    length = duration * shrink * (1.0 - restitution)
+    part = min(max((1.0 - left / shrink) / (1.0 - restitution), 0.0), 1.0)
+    speed = gap_rate * shrink
+    return speed * length * part * (1.0 - part), speed * (1.0 - 2.0 * part)
+
+
+@compiled
+def find_impact(osc, clearance, side, x0, v0, gap0, rate0, a0, j0, sin0, cos0):
+    """First contact with either wall in a flight, by steps that cannot skip one.
+
+    Parameters
+    ----------
+    osc : tuple
+        The primary's `damper.flow.oscillator` in flight.
+    clearance, side : float
+        Half gap, and the wall from which gap0 and its rate rate0 are measured.
+    x0, v0, a0, j0 : float
+        Motion of the primary at the start, to the third derivative.
+    sin0, cos0 : float
+        Sine and cosine of the forcing phase at the start.
+
+    Returns
+    -------
+    tau, hit, dx, v, rate, steps : float
+        Time of the contact; its wall, 0 if there is none before the horizon, `GAVE_UP` if
+        MAX_STEPS ran out; the primary's displacement less x0 and velocity then; the gap rate,
+        still from `side`; the number of evaluations.
+    """
+    force = osc[2]
+    longest = SPAN / max(1.0, osc[3])
+    tau = 0.0
+    x = x0
+    v = v0
+    a = a0
+    j = j0
+    gap = gap0
+    rate = rate0
+    dx = 0.0
+    scale = gap0
+    leaving = gap0 == 0.0 and rate0 >= 0.0
+    for steps in range(MAX_STEPS):
+        other = 2.0 * clearance - gap
+        curvature = side * a
+        span = longest
+        if leaving:
+            # In contact at the start: the root at zero is divided out.
+            leaving = False
+            step = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
+            bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, step)
+            step = _certified_step(other, -rate, -curvature, bound2, bound3, step)
+        else:
+            own_root = _first_root(gap, rate, curvature)
+            other_root = _first_root(other, -rate, -curvature)
+            near = rate <= 0.0 and gap <= ROUNDING * scale
+            far = rate >= 0.0 and other <= ROUNDING * (scale + 2.0 * clearance)
+            if near or far:
+                late = own_root if near else other_root
+                if not late < math.inf:
+                    late = 0.0
+                hit = side if near else -side
+                dx += late * (v + 0.5 * a * late)
+                return tau + late, hit, dx, v + a * late, rate + curvature * late, steps
+            if tau >= HORIZON:
+                return tau, 0.0, dx, v, rate, steps
+            # Bounds are wanted only as far as the present parabola stays in the box.
+            span = min(longest, own_root, other_root)
+            bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, span)
+            step = min(
+                _certified_step(gap, rate, curvature, bound2, bound3, span),
+                _certified_step(other, -rate, -curvature, bound2, bound3, span),
+            )
+        if tau + step == tau:
+            # The contact is nearer than time can resolve.
+            return tau, side if rate <= 0.0 else -side, dx, v, rate, steps
+        tau += step
+        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
+        scale = gap0 + abs(rate0) * tau + abs(dx)
+        gap = gap0 + rate0 * tau + side * dx
+        rate = rate0 + side * dv
+        dx += v0 * tau
+        x = x0 + dx
+        v = v0 + dv
+        a, j = acceleration(osc, x, v, sin1, cos1)
+    return tau, GAVE_UP, dx, v, rate, MAX_STEPS
+
+
+@compiled
+def find_release(osc, side, x0, v0, sin0, cos0):
+    """End of sticking: the first time at which the wall would have to pull, side x'' = 0.
+
+    The same certified search as `find_impact`, on the thrust -side x''. Without a wall
+    (side = 0, clearance = 0) there is no release.
+
+    Returns
+    -------
+    tau, released, dx, v, steps : float
+        As `find_impact`, with 1 for a release; x'' = 0 there by definition.
+    """
+    force2 = osc[2] * osc[3] * osc[3]
+    longest = SPAN / max(1.0, osc[3])
+    tau = 0.0
+    x = x0
+    v = v0
+    dx = 0.0
+    sin1 = sin0
+    cos1 = cos0
+    a, j = acceleration(osc, x, v, sin1, cos1)
+    a0 = a
+    j0 = j
+    if side == 0.0:
+        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, HORIZON)
+        return HORIZON, 0.0, dx + v0 * HORIZON, v0 + dv, 1
+    for steps in range(MAX_STEPS):
+        thrust = -side * a
+        snap, crackle = higher_derivatives(osc, a, j, sin1, cos1)
+        scale = osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x)
+        root = _first_root(thrust, -side * j, -side * snap)
+        if thrust <= ROUNDING * scale and side * j >= 0.0:
+            late = root if root < math.inf else 0.0
+            dx += late * (v + 0.5 * a * late)
+            return tau + late, 1.0, dx, v + a * late, steps
+        if tau >= HORIZON:
+            return tau, 0.0, dx, v, steps
+        span = min(longest, root)
+        bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
+        step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
+        if tau + step == tau:
+            return tau, 1.0, dx, v, steps
+        tau += step
+        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
+        dx += v0 * tau
+        x = x0 + dx
+        v = v0 + dv
+        a, j = acceleration(osc, x, v, sin1, cos1)
+    return tau, GAVE_UP, dx, v, MAX_STEPS
+
+
+@compiled
+def _certified_step(value, slope, curvature, bound2, bound3, span):
+    """Time for which a smooth function surely stays positive.
+
+    Given its value >= 0, slope and curvature now, and |second derivative| <= bound2,
+    |third derivative| <= bound3 on [0, span], the function lies above the parabola with the
+    curvature -min(bound2, bound3 span / 3 - curvature). Its first root, in the form that does not
+    cancel, is the step; `span` if there is none before.
+    """
+    step = _first_root(value, slope, -min(bound2, bound3 * span / 3.0 - curvature))
+    if slope >= 0.0 and curvature > 0.0:
+        # Opening at an increasing rate until the third derivative can have undone the curvature.
+        step = max(step, 3.0 * curvature / bound3)
+    return min(step, span)
+
+
+@compiled
+def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
+    """Time for which a gap that starts from zero surely stays open.
+
+    With rebound speed `rate` the parabola is that of gap / time. At lift-off rate and curvature
+    are zero too, and the gap starts as side j tau^3 / 6.
+    """
+    curvature = side * a
+    if rate == 0.0 and curvature == 0.0:
+        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+        force2 = osc[2] * osc[3] * osc[3]
+        bound4, _ = derivative_bounds(osc, force2, a, j, snap, crackle, longest)
+        return min(longest, 4.0 * side * j / bound4)
+    span = longest
+    if curvature < 0.0:
+        span = min(span, -2.0 * rate / curvature)
+    bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, span)
+    step = 2.0 * rate / bound2
+    root = math.sqrt(0.25 * curvature * curvature + 2.0 / 3.0 * bound3 * rate)
+    if curvature < 0.0:
+        step = max(step, 2.0 * rate / (root - 0.5 * curvature))
+    else:
+        step = max(step, 3.0 * (root + 0.5 * curvature) / bound3)
+    return min(step, span)
+
+
+@compiled
+def _first_root(value, slope, curvature):
+    """Smallest root >= 0 of value + slope t + curvature t^2 / 2 for value >= 0; inf if none.
+
+    A value below zero, which only rounding can make, counts as zero.
+    """
+    value = max(value, 0.0)
+    discriminant = slope * slope - 2.0 * curvature * value
+    if discriminant < 0.0:
+        return math.inf
+    root = math.sqrt(discriminant)
+    if slope < 0.0:
+        return 2.0 * value / (root - slope)
+    if curvature < 0.0:
+        return (root + slope) / -curvature
+    return math.inf

@@ -1,0 +1,440 @@
+"""The event loop of one trajectory. Its only product is the segment log.
+
+Between events the motion is known in closed form, so a trajectory *is* the list of its segments;
+observers are passes over that list. Time is held as whole forcing periods plus a local time in
+[0, period), so nothing blurs in long runs.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from damper.compiled import compiled
+from damper.contact import (
+    GAVE_UP,
+    find_impact,
+    find_release,
+    impact,
+    stays,
+    tail_bounce,
+    tail_duration,
+)
+from damper.flow import acceleration, higher_derivatives, increments, oscillator
+from damper.parameters import Parameters, State
+
+# Columns of a log row: one segment, described at its start.
+PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, DURATION = range(11)
+COLUMNS = 11
+#: How the masses move in a segment. A tail is the closed rest of a complete burst.
+FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
+#: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
+NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
+
+#: Why `run` returned. FINISHED, or else the reason that the cube's `status` gives.
+FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
+STATUS_MEANINGS = "finished max_events_reached search_gave_up"
+
+LOG_ROWS = 1024
+DEFAULT_ACCURACY = 1e-12
+DEFAULT_MAX_EVENTS = 1_000_000
+
+
+class Trajectory:
+    """One resumable run of the event loop.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    state : State, optional
+        Where it starts; from rest with y = 0 when not given.
+    accuracy : float, default 1e-12
+        Largest error of an accumulation time, in units of sqrt(M/K) (of 1/omega where that is
+        shorter). Everything else is exact to rounding.
+    max_events : int, default 1_000_000
+        Events after which the run stops and says so in `status`.
+
+    Attributes
+    ----------
+    status : int
+        0 finished so far, 1 max_events reached, 2 a search ran out of steps.
+    events, evaluations : int
+        Events so far, and evaluations of the flow that finding them took.
+
+    Raises
+    ------
+    ValueError
+        When the state lies outside the box, or accuracy or max_events is out of range.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        state: State | None = None,
+        accuracy: float = DEFAULT_ACCURACY,
+        max_events: int = DEFAULT_MAX_EVENTS,
+    ) -> None:
+        check_engine_settings(accuracy, max_events)
+        p = parameters
+        state = state or State(0.0, 0.0, 0.0, 0.0)
+        distance = abs(state.y - state.x) - p.clearance
+        slack = 4.0 * np.finfo(float).eps * (p.clearance + abs(state.x) + abs(state.y))
+        if distance > slack:
+            raise ValueError(
+                f"state: |y - x| = {abs(state.y - state.x)!r} is outside the box: "
+                f"must be at most clearance = {p.clearance!r}"
+            )
+        self.model = prepare(
+            p.mass_ratio,
+            p.damping_ratio,
+            p.frequency_ratio,
+            p.clearance,
+            p.restitution,
+            p.phase,
+            float(accuracy),
+        )
+        self.period = p.period
+        self.start = self.whole_periods(state.time)
+        self._state = np.empty(COLUMNS)
+        self._counts = np.zeros(2, dtype=np.int64)
+        self._max_events = int(max_events)
+        self.status = FINISHED
+        place(self.model, self._state, *self.start, state.x, state.v, state.y, state.u, slack)
+
+    @property
+    def events(self) -> int:
+        """Events so far."""
+        return int(self._counts[0])
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the flow so far."""
+        return int(self._counts[1])
+
+    def whole_periods(self, time: float) -> tuple[float, float]:
+        """Split a time into whole forcing periods and the rest in [0, period)."""
+        rest = math.fmod(time, self.period)
+        periods = round((time - rest) / self.period)
+        if rest < 0.0:
+            rest += self.period
+            periods -= 1
+        if rest >= self.period:
+            rest = 0.0
+            periods += 1
+        return float(periods), rest
+
+    def skip(self, periods: float, time: float = 0.0) -> None:
+        """Run to `periods` whole forcing periods plus `time` without keeping anything.
+
+        The last segment before that time is computed again by what follows, so a run is
+        bit-identical however it is split.
+        """
+        self._run(periods, time, _NO_LOG)
+
+    def segments(
+        self, periods: float, time: float = 0.0, buffer: np.ndarray | None = None
+    ) -> Iterator[np.ndarray]:
+        """Run on to a time and yield the log in pieces.
+
+        Parameters
+        ----------
+        periods, time : float
+            Where to stop: whole forcing periods plus a time in [0, period).
+        buffer : ndarray (rows, COLUMNS), optional
+            Where to write; each piece is a view of it, valid until the next one.
+
+        Yields
+        ------
+        ndarray (n, COLUMNS)
+            Segments in order. The first may begin before the time reached so far; the last is cut
+            where the run stops.
+        """
+        buffer = np.empty((LOG_ROWS, COLUMNS)) if buffer is None else buffer
+        while True:
+            full, rows = self._run(periods, time, buffer)
+            yield buffer[:rows]
+            if not full:
+                return
+
+    def _run(self, periods: float, time: float, log: np.ndarray) -> tuple[bool, int]:
+        if self.status != FINISHED:
+            return False, 0
+        code, rows = run(
+            self.model, self._state, periods, time, self._max_events, log, self._counts
+        )
+        if code == LOG_FULL:
+            return True, rows
+        self.status = code
+        return False, rows
+
+
+_NO_LOG = np.empty((0, COLUMNS))
+
+
+def check_engine_settings(accuracy: float, max_events: int) -> None:
+    """Raise ValueError with name, value and range unless both settings are sensible."""
+    if not 1e-15 <= accuracy <= 1e-3:
+        raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
+    if int(max_events) != max_events or max_events < 1:
+        raise ValueError(f"max_events = {max_events!r}: must be a whole number >= 1")
+
+
+@compiled
+def prepare(
+    mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase, accuracy
+):
+    """Constants of one run: the scalars, and the oscillators of flight and of sticking."""
+    heavier = 1.0 + mass_ratio
+    return (
+        mass_ratio,
+        clearance,
+        restitution,
+        math.atan2(math.sin(phase), math.cos(phase)),
+        2.0 * math.pi / frequency_ratio,
+        # Tails are closed to this error in time.
+        accuracy / max(1.0, frequency_ratio),
+        oscillator(damping_ratio, 1.0, 1.0, frequency_ratio),
+        oscillator(damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, frequency_ratio),
+    )
+
+
+@compiled
+def place(model, state, periods, time, x, v, y, u, slack):
+    """Write the first segment's start into `state` (section 1's rules for a start on a wall)."""
+    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    relative = y - x
+    side = 1.0 if relative >= 0.0 else -1.0
+    gap = clearance - side * relative
+    rate = -side * (u - v)
+    mode = FLIGHT
+    cause = NOTHING
+    if clearance == 0.0:
+        # Stuck between both walls for good, with the common velocity that keeps the momentum.
+        side = 0.0
+        v = (v + mass_ratio * u) / (1.0 + mass_ratio)
+        gap = 0.0
+        rate = 0.0
+        mode = STICKING
+    elif gap <= slack:
+        gap = 0.0
+        if rate == 0.0:
+            angle = free[3] * time + phase
+            a, j = acceleration(free, x, v, math.sin(angle), math.cos(angle))
+            if stays(side, a, j):
+                mode = STICKING
+                cause = STICK
+    state[PERIOD] = periods
+    state[TIME] = time
+    state[X] = x
+    state[V] = v
+    state[GAP] = gap
+    state[RATE] = rate
+    state[SIDE] = side
+    state[MODE] = mode
+    state[CAUSE] = cause
+    state[SPEED] = 0.0
+    state[DURATION] = 0.0
+
+
+@compiled
+def run(model, state, until_periods, until_time, max_events, log, counts):
+    """Advance from event to event until a time, or until the log is full.
+
+    Parameters
+    ----------
+    model : tuple
+        From `prepare`.
+    state : float64 array (COLUMNS,)
+        Start of the present segment; updated in place. A segment that the end cuts stays the
+        present one.
+    until_periods, until_time : float
+        Where to stop, whole periods plus local time; an event at exactly that time still counts.
+    max_events : int
+        Events after which to stop.
+    log : float64 array (rows, COLUMNS)
+        One row per segment; with no rows nothing is kept.
+    counts : int64 array (2,)
+        Events and evaluations, added to.
+
+    Returns
+    -------
+    code, rows : int
+        FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the rows written.
+    """
+    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    omega = free[3]
+    keep = len(log) > 0
+    # float(): plain Python would otherwise carry slow NumPy scalars through the loop.
+    periods = float(state[PERIOD])
+    time = float(state[TIME])
+    x = float(state[X])
+    v = float(state[V])
+    gap = float(state[GAP])
+    rate = float(state[RATE])
+    side = float(state[SIDE])
+    mode = float(state[MODE])
+    cause = float(state[CAUSE])
+    speed = float(state[SPEED])
+    events = int(counts[0])
+    evaluations = int(counts[1])
+    rows = 0
+    code = FINISHED
+    while True:
+        if keep and rows == len(log):
+            code = LOG_FULL
+            break
+        remaining = (until_periods - periods) * period + (until_time - time)
+        if remaining < 0.0:
+            break
+        angle = omega * time + phase
+        sin0 = math.sin(angle)
+        cos0 = math.cos(angle)
+        a, j = acceleration(free, x, v, sin0, cos0)
+
+        # The segment's length, and the state at its end.
+        hit = 0.0
+        end_rate = rate
+        if mode == FLIGHT:
+            if cause == RELEASE:
+                a = 0.0
+            duration, hit, dx, end_v, end_rate, steps = find_impact(
+                free, clearance, side, x, v, gap, rate, a, j, sin0, cos0
+            )
+        elif mode == STICKING:
+            duration, hit, dx, end_v, steps = find_release(stuck, side, x, v, sin0, cos0)
+        else:
+            snap, _ = higher_derivatives(free, a, j, sin0, cos0)
+            duration, _ = tail_duration(
+                free, mass_ratio, restitution, side, a, j, snap, rate
+            )
+            common = v - side * mass_ratio / (1.0 + mass_ratio) * rate
+            a, j = acceleration(stuck, x, common, sin0, cos0)
+            dx, dv, _, _ = increments(stuck, x, common, a, j, sin0, cos0, duration)
+            dx += common * duration
+            end_v = common + dv
+            steps = 1
+        evaluations += steps
+
+        over = duration > remaining
+        if keep:
+            row = log[rows]
+            row[PERIOD] = periods
+            row[TIME] = time
+            row[X] = x
+            row[V] = v
+            row[GAP] = gap
+            row[RATE] = rate
+            row[SIDE] = side
+            row[MODE] = mode
+            row[CAUSE] = cause
+            row[SPEED] = speed
+            row[DURATION] = remaining if over else duration
+            rows += 1
+        if over:
+            break
+        if hit == GAVE_UP:
+            code = SEARCH_FAILED
+            break
+        is_event = mode == TAIL or hit != 0.0
+        if is_event and events >= max_events:
+            code = TOO_MANY_EVENTS
+            break
+
+        # Step over the event into the next segment.
+        x += dx
+        time += duration
+        if time >= period:
+            whole = math.floor(time / period)
+            time -= whole * period
+            periods += whole
+            if time < 0.0:
+                time = 0.0
+        cause = NOTHING
+        speed = 0.0
+        if mode == TAIL:
+            mode = STICKING
+            cause = STICK
+            v = end_v
+            rate = 0.0
+        elif mode == STICKING:
+            v = end_v
+            if hit != 0.0:
+                mode = FLIGHT
+                cause = RELEASE
+        elif hit == 0.0:
+            gap += (rate * duration) + side * (dx - v * duration)
+            v = end_v
+            rate = end_rate
+        else:
+            cause = IMPACT
+            speed = abs(end_rate)
+            side = hit
+            gap = 0.0
+            v, rate = impact(mass_ratio, restitution, side, end_v, speed)
+            angle = omega * time + phase
+            sin0 = math.sin(angle)
+            cos0 = math.cos(angle)
+            a, j = acceleration(free, x, v, sin0, cos0)
+            if rate == 0.0:
+                mode = TAIL if stays(side, a, j) else FLIGHT
+            else:
+                snap, _ = higher_derivatives(free, a, j, sin0, cos0)
+                _, error = tail_duration(
+                    free, mass_ratio, restitution, side, a, j, snap, rate
+                )
+                if error <= tolerance:
+                    mode = TAIL
+        if is_event:
+            events += 1
+    state[PERIOD] = periods
+    state[TIME] = time
+    state[X] = x
+    state[V] = v
+    state[GAP] = gap
+    state[RATE] = rate
+    state[SIDE] = side
+    state[MODE] = mode
+    state[CAUSE] = cause
+    state[SPEED] = speed
+    counts[0] = events
+    counts[1] = evaluations
+    return code, rows
+
+
+@compiled
+def motion(model, row, tau):
+    """State inside a segment, a time `tau` after its start.
+
+    Returns
+    -------
+    x, v, gap, rate : float
+        Of the primary, and of the gap at the segment's wall.
+    """
+    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    x = float(row[X])
+    v = float(row[V])
+    gap = float(row[GAP])
+    rate = float(row[RATE])
+    side = float(row[SIDE])
+    angle = free[3] * float(row[TIME]) + phase
+    sin0 = math.sin(angle)
+    cos0 = math.cos(angle)
+    if float(row[MODE]) == FLIGHT:
+        a, j = acceleration(free, x, v, sin0, cos0)
+        dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)
+        gap = max(gap + rate * tau + side * dx, 0.0)
+        gap = min(gap, 2.0 * clearance)
+        return x + (v * tau + dx), v + dv, gap, rate + side * dv
+    gap = 0.0
+    bounce = 0.0
+    share = mass_ratio / (1.0 + mass_ratio) * side
+    if float(row[MODE]) == TAIL and rate > 0.0:
+        # The pair's centre follows the sticking flow; the bounces go on about it.
+        a, j = acceleration(free, x, v, sin0, cos0)
+        snap, _ = higher_derivatives(free, a, j, sin0, cos0)
+        duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, snap, rate)
+        gap, bounce = tail_bounce(restitution, duration, rate, tau)
+    v -= share * rate
+    a, j = acceleration(stuck, x, v, sin0, cos0)
+    dx, dv, _, _ = increments(stuck, x, v, a, j, sin0, cos0, tau)
+    return x + (v * tau + dx) + share * gap, v + dv + share * bounce, gap, bounce

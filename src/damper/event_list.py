@@ -1,0 +1,107 @@
+"""`damper.events`: the exact event sequence of one run as a structured array."""
+
+import numpy as np
+
+from damper.engine import (
+    CAUSE,
+    DEFAULT_ACCURACY,
+    DEFAULT_MAX_EVENTS,
+    DURATION,
+    FINISHED,
+    NOTHING,
+    PERIOD,
+    SIDE,
+    SPEED,
+    STOPPED,
+    TIME,
+    V,
+    X,
+    Trajectory,
+    motion,
+)
+from damper.parameters import Parameters, State
+
+EVENT = np.dtype(
+    [
+        ("time", "f8"),
+        ("kind", "i1"),
+        ("side", "i1"),
+        ("approach_speed", "f8"),
+        ("x", "f8"),
+        ("v", "f8"),
+    ]
+)
+
+
+def events(
+    parameters: Parameters,
+    state: State | None = None,
+    *,
+    until: float,
+    accuracy: float = DEFAULT_ACCURACY,
+    max_events: int = DEFAULT_MAX_EVENTS,
+) -> np.ndarray:
+    """Every impact, start of sticking and release of a run, exactly.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    state : State, optional
+        Where it starts; from rest with y = 0 at time 0 when not given.
+    until : float
+        Time (not a number of periods) at which to end, in units of sqrt(M/K).
+
+    Other Parameters
+    ----------------
+    accuracy : float, default 1e-12
+        Largest error of an accumulation time; all other events are exact to rounding.
+    max_events : int, default 1_000_000
+        Events after which the run stops.
+
+    Returns
+    -------
+    structured ndarray
+        One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
+        if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
+        (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
+        primary's displacement and velocity just after. A completed burst is its individually
+        resolved impacts and then one stick row at the accumulation time.
+
+    Raises
+    ------
+    ValueError
+        When the state is outside the box, `until` is before it or not finite, or `accuracy` or
+        `max_events` is out of range.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2,
+    ...                       clearance=0.25, restitution=0.6)
+    >>> first = damper.events(p, until=3.0)[0]
+    >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
+    0 -1 2.158603189
+    """
+    trajectory = Trajectory(parameters, state, accuracy, max_events)
+    periods, time = trajectory.start
+    start = 0.0 if state is None else state.time
+    if not (np.isfinite(until) and until >= start):
+        raise ValueError(f"until = {until!r}: must be a finite time >= {start!r}, the start")
+    pieces = []
+    for log in trajectory.segments(*trajectory.whole_periods(until)):
+        rows = log[log[:, CAUSE] != NOTHING]
+        piece = np.empty(len(rows), dtype=EVENT)
+        piece["time"] = rows[:, PERIOD] * trajectory.period + rows[:, TIME]
+        piece["kind"] = rows[:, CAUSE]
+        piece["side"] = rows[:, SIDE]
+        piece["approach_speed"] = rows[:, SPEED]
+        piece["x"] = rows[:, X]
+        piece["v"] = rows[:, V]
+        pieces.append(piece)
+        if len(log):
+            last = log[-1].copy()
+    if trajectory.status != FINISHED:
+        x, v, _, _ = motion(trajectory.model, last, last[DURATION])
+        time = last[PERIOD] * trajectory.period + last[TIME] + last[DURATION]
+        pieces.append(np.array([(time, STOPPED, 0, 0.0, x, v)], dtype=EVENT))
+    return np.concatenate(pieces)

@@ -1,0 +1,280 @@
+"""Exact flow of a forced linear oscillator, and closed-form bounds on its derivatives.
+
+    x'' + 2 beta x' + kappa x = force sin(theta + omega tau)
+
+Flight of the primary is kappa = 1, beta = damping_ratio, force = 1; sticking divides all three
+by 1 + mass_ratio. This is the only place that knows how the oscillator moves.
+
+The motion from (x0, v0) is x0 C(tau) + v0 S(tau) + force (Re Q sin theta + Im Q cos theta):
+C and S solve the free equation from (1, 0) and (0, 1), and the complex Q solves the equation
+forced by exp(i omega tau) from rest. Each is evaluated in the form that does not cancel for the
+regime at hand; see docs/method.md.
+"""
+
+import math
+
+from damper.compiled import compiled
+
+# Regimes of the homogeneous solution.
+UNDERDAMPED, RESONANT, NEARLY_CRITICAL, OVERDAMPED = 0, 1, 2, 3
+
+# Below this product of fastest rate and time the Taylor series is used: it keeps *relative*
+# accuracy in the increments as the time shrinks, where differences of closed forms lose it.
+TAYLOR_RANGE = 0.5
+# The series stops where its remainder is below this part of its scale.
+TAYLOR_REMAINDER = 1e-18
+# Steady amplitude over the static one, above which homogeneous + steady part would cancel.
+RESONANT_GAIN = 32.0
+
+
+@compiled
+def oscillator(beta, kappa, force, omega):
+    """Constants of one oscillator, as a tuple of floats that the other functions take.
+
+    Parameters
+    ----------
+    beta : float
+        Half the damping coefficient, >= 0.
+    kappa : float
+        Stiffness over mass, > 0.
+    force : float
+        Amplitude of the force over mass.
+    omega : float
+        Forcing frequency, > 0.
+
+    Returns
+    -------
+    tuple of float
+        beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate: `split` is
+        the damped frequency or half the difference of the real roots, `slow` and `fast` the real
+        roots, `gain` the steady response to exp(i omega tau), `rate` the fastest rate.
+    """
+    root = math.sqrt(kappa)
+    difference = (root - beta) * (root + beta)
+    # Products keep the digits that kappa - omega**2 would lose near resonance.
+    detuning = (root - omega) * (root + omega)
+    loss = 2.0 * beta * omega
+    modulus = math.hypot(detuning, loss)
+    split = math.sqrt(abs(difference))
+    slow = 0.0
+    fast = 0.0
+    if difference > 0.0:
+        regime = RESONANT if kappa > RESONANT_GAIN * modulus else UNDERDAMPED
+    else:
+        fast = -(beta + split)
+        slow = kappa / fast  # not split - beta, which cancels
+        regime = NEARLY_CRITICAL if beta * beta < 2.0 * kappa else OVERDAMPED
+    gain_re = 0.0
+    gain_im = 0.0
+    if regime != RESONANT:
+        gain_re = detuning / modulus / modulus
+        gain_im = -loss / modulus / modulus
+    rate = max(omega, 2.0 * beta + root)
+    return (
+        beta,
+        kappa,
+        force,
+        omega,
+        float(regime),
+        split,
+        slow,
+        fast,
+        gain_re,
+        gain_im,
+        rate,
+    )
+
+
+@compiled
+def increments(osc, x0, v0, a0, j0, sin0, cos0, tau):
+    """Exact motion over a time `tau` from a known state, as increments.
+
+    Parameters
+    ----------
+    osc : tuple
+        From `oscillator`.
+    x0, v0, a0, j0 : float
+        Displacement and its first three derivatives at tau = 0.
+    sin0, cos0 : float
+        Sine and cosine of the forcing phase theta at tau = 0.
+    tau : float
+        Time, >= 0.
+
+    Returns
+    -------
+    dx, dv, sin1, cos1 : float
+        x(tau) - x0 - v0 tau, accurate relative to itself as tau -> 0; v(tau) - v0; sine and
+        cosine of the phase at `tau`.
+    """
+    beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate = osc
+    angle = omega * tau
+    sin_f = math.sin(angle)
+    cos_f = math.cos(angle)
+    sin1 = sin0 * cos_f + cos0 * sin_f
+    cos1 = cos0 * cos_f - sin0 * sin_f
+    if rate * tau <= TAYLOR_RANGE:
+        dx, dv = _taylor(osc, a0, j0, sin0, cos0, tau)
+        return dx, dv, sin1, cos1
+
+    if regime == OVERDAMPED:
+        grow_fast = math.expm1(fast * tau)
+        grow_slow = math.expm1(slow * tau)
+        width = fast - slow
+        c_less_1 = (fast * grow_slow - slow * grow_fast) / width
+        s = (grow_fast - grow_slow) / width
+        s_dot = (fast * (1.0 + grow_fast) - slow * (1.0 + grow_slow)) / width
+    elif regime == NEARLY_CRITICAL:
+        decay = math.exp(slow * tau)
+        drop = math.expm1(-2.0 * split * tau)
+        c = decay * (1.0 + 0.5 * drop)
+        s = decay * (-0.5 * drop / split if split > 0.0 else tau)
+        s_dot = c - beta * s
+        c_less_1 = c + beta * s - 1.0
+    else:
+        decay = math.exp(-beta * tau)
+        c = decay * math.cos(split * tau)
+        s = decay * math.sin(split * tau) / split
+        s_dot = c - beta * s
+        c_less_1 = c + beta * s - 1.0
+
+    if regime == RESONANT:
+        q_re, q_im, q_dot_re, q_dot_im = _resonant(beta, split, omega, c, s, tau)
+    else:
+        # gain (exp(i angle) - C - i omega S) and its derivative; cos - 1 without cancellation.
+        half = math.sin(0.5 * angle)
+        re = -2.0 * half * half - c_less_1
+        im = sin_f - omega * s
+        q_re = gain_re * re - gain_im * im
+        q_im = gain_re * im + gain_im * re
+        re = kappa * s - omega * sin_f
+        im = omega * (cos_f - s_dot)
+        q_dot_re = gain_re * re - gain_im * im
+        q_dot_im = gain_re * im + gain_im * re
+
+    dx = x0 * c_less_1 + v0 * (s - tau) + force * (q_re * sin0 + q_im * cos0)
+    dv = v0 * (s_dot - 1.0) - kappa * s * x0 + force * (q_dot_re * sin0 + q_dot_im * cos0)
+    return dx, dv, sin1, cos1
+
+
+@compiled
+def acceleration(osc, x, v, sin, cos):
+    """Second and third derivative of the displacement from the equation of motion.
+
+    Returns
+    -------
+    a, j : float
+        x'' and x'''.
+    """
+    beta = osc[0]
+    kappa = osc[1]
+    force = osc[2]
+    a = force * sin - 2.0 * beta * v - kappa * x
+    return a, force * osc[3] * cos - 2.0 * beta * a - kappa * v
+
+
+@compiled
+def higher_derivatives(osc, a, j, sin, cos):
+    """Fourth and fifth derivative of the displacement, by differentiating the equation of motion.
+
+    Returns
+    -------
+    snap, crackle : float
+        x'''' and x'''''.
+    """
+    beta = osc[0]
+    kappa = osc[1]
+    scale = osc[2] * osc[3] * osc[3]
+    snap = -scale * sin - 2.0 * beta * j - kappa * a
+    return snap, -scale * osc[3] * cos - 2.0 * beta * snap - kappa * j
+
+
+@compiled
+def derivative_bounds(osc, force, x, v, a, j, span):
+    """Bounds on the second and third derivative over the coming time `span`.
+
+    The energy norm sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span,
+    and each derivative of the motion obeys the same equation with the force's derivative. Damping
+    never enters, so the bounds are sharp at resonance (no large cancelling amplitudes) and follow
+    a fast overdamped mode down as it dies. For the second derivative of the motion pass
+    force * omega**2 and the derivatives from the second on.
+
+    Returns
+    -------
+    bound2, bound3 : float
+        |x''| <= bound2 and |x'''| <= bound3 on [0, span].
+    """
+    beta = osc[0]
+    kappa = osc[1]
+    omega = osc[3]
+    force1 = force * omega
+    coupling = math.sqrt(4.0 * beta * beta + kappa)
+    norm0 = math.sqrt(kappa * x * x + v * v) + force * span
+    norm1 = math.sqrt(kappa * v * v + a * a) + force1 * span
+    norm2 = math.sqrt(kappa * a * a + j * j) + force1 * omega * span
+    bound2 = min(norm1, force + coupling * norm0)
+    bound3 = min(norm2, force1 + coupling * norm1)
+    return bound2, bound3
+
+
+@compiled
+def _taylor(osc, a0, j0, sin0, cos0, tau):
+    """x - x0 - v0 tau and v - v0 by their Taylor series, relative accuracy as tau -> 0."""
+    beta = osc[0]
+    kappa = osc[1]
+    omega = osc[3]
+    force_even = -osc[2] * omega * omega * sin0
+    force_odd = -osc[2] * omega * omega * omega * cos0
+    decrease = -omega * omega
+    reach = osc[10] * tau
+    lower = a0
+    upper = j0
+    power = 0.5 * tau  # tau**(n-1) / n! of the n-th derivative
+    dv = a0 * tau
+    dx = a0 * power
+    remainder = 0.5 * reach
+    n = 3.0
+    while remainder > TAYLOR_REMAINDER:
+        dv += upper * power * tau
+        power *= tau / n
+        dx += upper * power
+        following = force_even - 2.0 * beta * upper - kappa * lower
+        lower = upper
+        upper = following
+        force_next = force_even * decrease
+        force_even = force_odd
+        force_odd = force_next
+        remainder *= reach / n
+        n += 1.0
+    return dx * tau, dv
+
+
+@compiled
+def _resonant(beta, split, omega, c, s, tau):
+    """Q and Q' as divided differences of the exponential: nothing grows as damping -> 0.
+
+    With lambda = -beta + i split, E = (exp(i omega tau) - exp(lambda tau)) / (i omega - lambda);
+    Q = (E - S) / (i omega - conj(lambda)) and Q' = E + conj(lambda) Q.
+    """
+    shift = omega - split
+    growth = math.expm1(beta * tau)
+    half = math.sin(0.5 * shift * tau)
+    turn = math.sin(shift * tau)
+    # exp((beta + i shift) tau) - 1
+    re = growth * (1.0 - 2.0 * half * half) - 2.0 * half * half
+    im = (1.0 + growth) * turn
+    square = beta * beta + shift * shift
+    if square > 0.0:
+        ratio_re = (re * beta + im * shift) / square
+        ratio_im = (im * beta - re * shift) / square
+    else:
+        ratio_re = tau
+        ratio_im = 0.0
+    sine = s * split  # exp(-beta tau) sin(split tau)
+    e_re = c * ratio_re - sine * ratio_im
+    e_im = c * ratio_im + sine * ratio_re
+    total = omega + split
+    square = beta * beta + total * total
+    re = e_re - s
+    q_re = (re * beta + e_im * total) / square
+    q_im = (e_im * beta - re * total) / square
+    return q_re, q_im, e_re - beta * q_re + split * q_im, e_im - beta * q_im - split * q_re

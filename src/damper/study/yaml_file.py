@@ -1,0 +1,358 @@
+"""Strict YAML files: numbers as YAML 1.2 has them, no key twice, and the line of every key.
+
+PyYAML follows YAML 1.1, where 1e-8 is text and `on` is true, and lets a later key silently replace
+an earlier one. Its scanner and parser are used as they are; what the scalars mean is decided here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.composer import Composer
+from yaml.error import MarkedYAMLError
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from yaml.parser import Parser
+from yaml.reader import Reader, ReaderError
+from yaml.resolver import BaseResolver
+from yaml.scanner import Scanner
+
+DEEPEST = 50
+"""Levels of nesting; a study has five."""
+
+NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+"""A decimal number as YAML 1.2 writes it."""
+
+Loc = tuple[str | int, ...]
+
+
+class ConfigError(Exception):
+    """The configuration cannot be used; the text says everything that is wrong with it."""
+
+    @classmethod
+    def of(cls, problems: Sequence[Problem]) -> ConfigError:
+        """Return the error that lists `problems`."""
+        count = "1 error" if len(problems) == 1 else f"{len(problems)} errors"
+        return cls("\n".join([f"{count} in the configuration", *(p.block() for p in problems)]))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong: where, what, and what would be right."""
+
+    place: str
+    loc: Loc
+    message: str
+    allowed: str = ""
+    near: str = ""
+
+    def block(self) -> str:
+        """Return the lines that describe it."""
+        path = key_path(self.loc)
+        lines = [f"{self.place}  {path}" if path else self.place, f"    {self.message}"]
+        if self.allowed:
+            lines.append(f"    allowed: {self.allowed}")
+        if self.near:
+            lines.append(f"    did you mean '{self.near}'?")
+        return "\n".join(lines)
+
+
+@dataclass
+class YamlFile:
+    """A YAML file: its data, where its keys stand, and what YAML itself has against it."""
+
+    label: str
+    data: Any
+    root: Node | None = None
+    problems: list[Problem] = field(default_factory=list)
+
+    def find(self, loc: Loc) -> tuple[int, int | None]:
+        """Return how many leading parts of `loc` are in the file, and the line of the last one."""
+        node, line = self.root, None
+        for depth, part in enumerate(loc):
+            found = _child(node, part)
+            if found is None:
+                return depth, line
+            mark, node = found
+            line = mark + 1
+        return len(loc), line
+
+
+def read_yaml(path: Path, label: str | None = None) -> YamlFile:
+    """Read a YAML file whose top level is a mapping.
+
+    Parameters
+    ----------
+    path : Path
+        The file, in UTF-8.
+    label : str, optional
+        How messages call the file; by default its path.
+
+    Returns
+    -------
+    YamlFile
+        Its data. Doubled keys and the like are listed in `problems`, so that they can be reported
+        together with what the reader finds wrong with the rest.
+
+    Raises
+    ------
+    ConfigError
+        If there is nothing to go on: no such file, not text, not YAML, empty, or no mapping.
+    """
+    label = str(path) if label is None else label
+    try:
+        text = _decoded(path.read_bytes())
+        root = _Loader(text).get_single_node()
+    except FileNotFoundError:
+        raise ConfigError.of([Problem(label, (), "there is no such file")]) from None
+    except OSError as error:
+        reason = error.strerror or "unknown reason"
+        raise ConfigError.of([Problem(label, (), f"cannot be read: {reason}")]) from None
+    except _NotYaml as error:
+        place = f"{label}:{error.line}"
+        message = f"not valid YAML at line {error.line}, column {error.column}: {error}"
+        raise ConfigError.of([Problem(place, (), message)]) from None
+    except ValueError:  # a path with a null byte or a lone surrogate in it
+        raise ConfigError.of([Problem(label, (), "is not the name of a file")]) from None
+    file = YamlFile(label, None, root)
+    file.data = _Values(file).of(root, ()) if root is not None else None
+    if file.data is None and not file.problems:
+        raise ConfigError.of([Problem(label, (), "the file is empty", "a mapping (key: value)")])
+    if not isinstance(file.data, dict) and not file.problems:
+        message = f"the top level must be a mapping (it is {show(file.data)})"
+        raise ConfigError.of([Problem(f"{label}:{_line(root)}", (), message, "key: value")])
+    if not isinstance(file.data, dict):
+        raise ConfigError.of(file.problems)
+    return file
+
+
+def dump_yaml(data: Any) -> str:
+    """Return `data` as YAML that `read_yaml` and readers of YAML 1.1 take alike."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+
+
+def show(value: object) -> str:
+    """Return a value as a message shows it: on one line, short, in the spelling of YAML."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping" if value else "an empty mapping"
+    if isinstance(value, list | tuple):
+        return "a list" if value else "an empty list"
+    if isinstance(value, str):
+        return _cut(repr(str(value)))
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return {"inf": ".inf", "-inf": "-.inf"}.get(str(value), ".nan")
+    try:
+        return _cut(repr(value))
+    except ValueError:  # Python refuses to write integers of more than 4300 digits
+        return "a huge integer"
+
+
+def key_path(loc: Loc) -> str:
+    """Return a place within a file as ``axes.restitution.values[2]``."""
+    text = ""
+    for part in loc:
+        if isinstance(part, int):
+            text += f"[{part}]"
+            continue
+        plain = re.fullmatch(r"[\w~<-]+", part) is not None and len(part) <= 60
+        text += ("." if text else "") + (part if plain else show(part))
+    return text
+
+
+class _NotYaml(ValueError):
+    def __init__(self, message: str, line: int, column: int) -> None:
+        super().__init__(message)
+        self.line, self.column = line, column
+
+
+class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
+    """PyYAML up to the tree of nodes, with the scalars of YAML 1.2's core schema."""
+
+    def __init__(self, text: str) -> None:
+        try:
+            Reader.__init__(self, text)
+        except ReaderError as error:
+            raise _special_character(text, error) from None
+        Scanner.__init__(self)
+        Parser.__init__(self)
+        Composer.__init__(self)
+        BaseResolver.__init__(self)
+        self._text, self._depth = text, 0
+
+    def get_single_node(self) -> Node | None:
+        """Return the root of the only document, or None if there is none."""
+        try:
+            node: Node | None = super().get_single_node()
+        except MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            message = error.problem or error.context or "not understood"
+            if "'\\t'" in message:
+                message += " (indent with spaces, not with tabs)"
+            raise _NotYaml(message, mark.line + 1, mark.column + 1) from None
+        except ReaderError as error:
+            raise _special_character(self._text, error) from None
+        except (ValueError, OverflowError):  # an escape such as "\UFFFFFFFF"
+            raise _NotYaml("no such character", self.line + 1, self.column + 1) from None
+        return node
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        """Compose one node, within limits: the limit of Python's own stack is a traceback."""
+        self._depth += 1
+        if self._depth > DEEPEST:
+            mark = self.peek_event().start_mark
+            raise MarkedYAMLError(
+                problem=f"nested deeper than {DEEPEST} levels", problem_mark=mark
+            )
+        node: Node | None = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+_TAG = "tag:yaml.org,2002:"
+# Tag, pattern of the plain scalars that get it, and the characters that those begin with.
+_CORE = [
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("bool", r"true|True|TRUE|false|False|FALSE", list("tTfF")),
+    ("int", r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", list("-+0123456789")),
+    ("float", NUMBER.pattern, list("-+.0123456789")),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", list("-+.")),
+]
+
+
+class _Dumper(yaml.SafeDumper):
+    """Quotes what YAML 1.1 or 1.2 would not take for text, and writes no anchors."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+for _name, _pattern, _first in _CORE:
+    for _class in (_Loader, _Dumper):
+        _class.add_implicit_resolver(_TAG + _name, re.compile(rf"(?:{_pattern})\Z"), _first)
+
+
+class _Values:
+    """Turns the nodes of one file into values, each node once however many aliases it has."""
+
+    def __init__(self, file: YamlFile) -> None:
+        self.file = file
+        self.done: dict[int, Any] = {}
+        self.open: set[int] = set()
+
+    def of(self, node: Node, loc: Loc) -> Any:
+        if id(node) in self.open:
+            self._blame(node, loc, "an alias (*) stands inside what it refers to")
+            return None
+        if id(node) not in self.done:
+            self.open.add(id(node))
+            self.done[id(node)] = self._made(node, loc)
+            self.open.discard(id(node))
+        return self.done[id(node)]
+
+    def _made(self, node: Node, loc: Loc) -> Any:
+        kind = node.tag.removeprefix(_TAG)
+        if isinstance(node, MappingNode) and kind == "map":
+            return self._mapping(node, loc)
+        if isinstance(node, SequenceNode) and kind == "seq":
+            return [self.of(item, (*loc, i)) for i, item in enumerate(node.value)]
+        if isinstance(node, ScalarNode) and kind in _SCALARS:
+            try:
+                return _SCALARS[kind](node.value)
+            except (ValueError, KeyError):
+                self._blame(node, loc, f"{show(node.value)} is not of the kind !!{kind}")
+                return None
+        self._blame(node, loc, f"the tag {show(node.tag)} has no meaning here")
+        return None
+
+    def _mapping(self, node: MappingNode, loc: Loc) -> dict[Any, Any]:
+        mapping: dict[Any, Any] = {}
+        lines: dict[Any, int] = {}
+        for key_node, value_node in node.value:
+            if not isinstance(key_node, ScalarNode):
+                self._blame(key_node, loc, "a key must be a name, not a list or a mapping")
+                continue
+            key = self.of(key_node, loc)
+            here = (*loc, key if isinstance(key, str) else show(key))
+            value = self.of(value_node, here)
+            if key in mapping:
+                message = f"the key {show(key)} is given twice (first in line {lines[key]})"
+                self._blame(key_node, here, message)
+                continue
+            mapping[key], lines[key] = value, _line(key_node)
+        return mapping
+
+    def _blame(self, node: Node, loc: Loc, message: str) -> None:
+        self.file.problems.append(Problem(f"{self.file.label}:{_line(node)}", loc, message))
+
+
+def _integer(text: str) -> int | float:
+    digits = text.lstrip("+-0")
+    # Nothing here is that large, and Python neither reads nor writes integers without bounds.
+    if len(digits) > 400:
+        return float("-inf" if text.startswith("-") else "inf")
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+
+
+def _float(text: str) -> float:
+    special = {".inf": "inf", "+.inf": "inf", "-.inf": "-inf", ".nan": "nan"}
+    return float(special.get(text.lower(), text))
+
+
+_SCALARS: dict[str, Callable[[str], Any]] = {
+    "null": lambda text: None,
+    "bool": lambda text: {"true": True, "false": False}[text.lower()],
+    "int": _integer,
+    "float": _float,
+    "str": str,
+}
+
+
+def _child(node: Node | None, part: str | int) -> tuple[int, Node] | None:
+    """Return the line (from 0) and the node of one part of a path."""
+    if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
+        item = node.value[part]
+        return item.start_mark.line, item
+    if isinstance(node, MappingNode):
+        for key, value in node.value:
+            if key.value == part:
+                return key.start_mark.line, value
+    return None
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        column = error.start - before.rfind(b"\n")
+        raise _NotYaml("not text in UTF-8", before.count(b"\n") + 1, column) from None
+
+
+def _special_character(text: str, error: ReaderError) -> _NotYaml:
+    before = text[: error.position]
+    column = error.position - before.rfind("\n")
+    message = f"the character {show(text[error.position])} may not stand in a file"
+    return _NotYaml(message, before.count("\n") + 1, column)
+
+
+def _line(node: Node | None) -> int:
+    return 1 if node is None else node.start_mark.line + 1
+
+
+def _cut(text: str, most: int = 60) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def words(names: Iterable[str], most: int = 30) -> str:
+    """Return names as a list in words, cut after `most`."""
+    listed = list(names)
+    rest = f", and {len(listed) - most} more" if len(listed) > most else ""
+    return ", ".join(listed[:most]) + rest if listed else "none"

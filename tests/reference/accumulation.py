@@ -1,0 +1,149 @@
+"""Accumulation (completion) time of a burst, by brute force in arbitrary precision."""
+
+from __future__ import annotations
+
+from mpmath import mp, mpf
+
+from .mp_reference import GUARD_DIGITS, Parameters, events, fly
+
+
+def accumulation_time(
+    mass_ratio: float,
+    damping_ratio: float,
+    frequency_ratio: float,
+    restitution: float,
+    *,
+    time: float,
+    position: float,
+    velocity: float,
+    rebound_speed: float,
+    phase: float = 0.0,
+    dps: int = 50,
+    burst_floor: float = 1e-25,
+) -> mpf:
+    """Return the time from an impact on the right wall to sticking, bounce by bounce.
+
+    Parameters
+    ----------
+    mass_ratio, damping_ratio, frequency_ratio, restitution, phase : float or mpf
+        The model. The clearance plays no part.
+    time, position, velocity : float or mpf
+        Time, position and velocity of the primary just after the impact.
+    rebound_speed : float or mpf
+        Rate of the gap just after the impact.
+    dps, burst_floor
+        As in `mp_reference.events`.
+
+    Returns
+    -------
+    mpf
+        Total duration of the infinitely many flights.
+
+    Raises
+    ------
+    ValueError
+        If the burst does not complete within 10 periods of the forcing or leaves the wall.
+    """
+    with mp.workdps(dps + GUARD_DIGITS):
+        far = mpf(10) ** 9  # the other wall is out of reach
+        p = Parameters(
+            mpf(mass_ratio),
+            mpf(damping_ratio),
+            mpf(frequency_ratio),
+            far,
+            mpf(restitution),
+            mpf(phase),
+        )
+        start, x, v, w = (mpf(value) for value in (time, position, velocity, rebound_speed))
+        until = start + 20 * mp.pi / p.omega
+        t = start
+        while True:
+            a = -(mp.sin(p.omega * t + p.phase) - 2 * p.zeta * v - x)
+            j = p.omega * mp.cos(p.omega * t + p.phase) + 2 * p.zeta * a - v
+            if w < burst_floor and a > 0 and 1000 * abs(j) * w < a**2 * (1 - p.r):
+                return t + 2 * w / (a * (1 - p.r)) - start
+            hit = fly(p, (t, x, v), 1, (mpf(0), w), until, order=1)
+            if hit is None or hit.side != 1:
+                raise ValueError("the burst does not complete")
+            t, x = hit.time, hit.x
+            momentum = hit.v + p.mu * (hit.v + hit.approach_speed)
+            w = p.r * hit.approach_speed
+            v = (momentum + p.mu * w) / (1 + p.mu)  # free mass at v - w, momentum kept
+
+
+def kinematic_accumulation_time(
+    acceleration: float,
+    jerk: float,
+    restitution: float,
+    rebound_speed: float,
+    *,
+    dps: int = 50,
+    burst_floor: float = 1e-30,
+) -> mpf:
+    """Return the accumulation time on a wall whose motion the impacts leave alone.
+
+    Each flight is ``g = w tau - a tau**2 / 2 + j tau**3 / 6`` with the constant ``j`` and ``a``
+    falling by ``j tau`` from one impact to the next.
+
+    Parameters
+    ----------
+    acceleration, jerk : float or mpf
+        ``a = -g''`` and ``j = g'''`` just after the first impact.
+    restitution : float or mpf
+        Restitution coefficient, below 1.
+    rebound_speed : float or mpf
+        Rate of the gap just after the first impact.
+    dps, burst_floor
+        As in `mp_reference.events`.
+
+    Raises
+    ------
+    ValueError
+        If a flight does not come back.
+    """
+    with mp.workdps(dps + GUARD_DIGITS):
+        a, j, r, w = (mpf(value) for value in (acceleration, jerk, restitution, rebound_speed))
+        total = mpf(0)
+        while w >= burst_floor:
+            disc = a**2 / 4 - 2 * j * w / 3
+            if disc < 0 or (a <= 0 and j >= 0):
+                raise ValueError("the free mass does not come back")
+            tau = (
+                2 * w / (a / 2 + mp.sqrt(disc))
+            )  # smaller positive root of w - a/2 tau + j/6 tau^2
+            w = -r * (w - a * tau + j * tau**2 / 2)
+            a -= j * tau
+            total += tau
+        return total + 2 * w / (a * (1 - r))
+
+
+def small_mass_critical_restitution(reduced_gap: float, *, digits: int = 6) -> float:
+    """Return the largest restitution whose burst completes in one half cycle, at zero mass ratio.
+
+    The undamped primary moves as ``A sin(omega t)``; the free mass is released from the left wall
+    at ``x = 0`` and bursts on the right one. It must stick before the acceleration reverses.
+
+    Parameters
+    ----------
+    reduced_gap : float
+        ``G = 2 d / A``.
+    digits : int
+        Decimal digits of the answer.
+    """
+    dps = digits + 15
+    with mp.workdps(dps):
+        omega = mpf(1) / 2
+        amplitude = 1 / (1 - omega**2)
+        d = mpf(reduced_gap) * amplitude / 2
+        start = (mpf(0), amplitude * omega, -d, amplitude * omega)
+        low, high = mpf(0), mpf(1)
+        while high - low > mpf(10) ** (-digits):
+            r = (low + high) / 2
+            found = events(
+                0, 0, omega, d, r, state=start, until=mp.pi / omega, dps=dps, burst_floor=1e-12
+            )
+            if any(event.kind == "stick" and event.side == 1 for event in found):
+                low = r
+            else:
+                high = r
+        return float((low + high) / 2)
