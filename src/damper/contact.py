@@ -17,7 +17,9 @@ from damper.flow import (
 )
 
 #: What a step of the search may span, in units of the faster of 1 and 1/omega.
-SPAN = 2.0
+SPAN = 1.5
+#: Part of the way to the expected contact for which its uniqueness is tried to be shown.
+REACH = 1.25
 #: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time.
 HORIZON = 25.0
 #: Certified steps in one segment before the search gives up and says so.
@@ -26,9 +28,6 @@ MAX_STEPS = 100_000
 GAVE_UP = 2.0
 #: Rounding of a gap or an acceleration, relative to the sizes of its terms.
 ROUNDING = 4.0 * 2.220446049250313e-16
-# Error of the second-order tail over its estimate: the largest ratio that the test suite's
-# resolved bursts show is below one; see tests/test_contact.py.
-TAIL_SAFETY = 1.0
 
 
 @compiled
@@ -56,13 +55,15 @@ def stays(side, a, j):
 
 
 @compiled
-def tail_duration(osc, mass_ratio, restitution, side, a, j, snap, gap_rate):
+def tail_duration(osc, mass_ratio, restitution, side, a, j, sin, gap_rate):
     """Remaining time of a complete burst by the second-order accumulation formula.
 
     Parameters
     ----------
-    side, a, j, snap : float
-        Wall and the primary's derivatives just after the impact.
+    side, a, j : float
+        Wall and the primary's second and third derivative just after the impact.
+    sin : float
+        Sine of the forcing phase then.
     gap_rate : float
         Rebound speed w.
 
@@ -81,10 +82,12 @@ def tail_duration(osc, mass_ratio, restitution, side, a, j, snap, gap_rate):
     first = 2.0 * gap_rate / (push * loss)
     # Each part is relative to `first` and of order w.
     bend = side * j / push * first / 3.0
-    drag = 2.0 * osc[0] * mass_ratio * restitution / (1.0 + mass_ratio) * first
+    drag = osc[0] * mass_ratio * restitution / (1.0 + mass_ratio) * first
     duration = first * (1.0 + bend - drag)
     lag = (abs(j) / push + 2.0 * osc[0]) * first
-    error = TAIL_SAFETY * first * (lag * lag + abs(snap) / push * first * first)
+    # Sizes, not the fourth derivative itself: its parts need not cancel along the burst.
+    snap = osc[2] * osc[3] * osc[3] * abs(sin) + 2.0 * osc[0] * abs(j) + osc[1] * push
+    error = first * (lag * lag + snap / push * first * first)
     if not duration > 0.0 or not lag < 0.5:
         return 0.0, math.inf
     return duration, error
@@ -144,40 +147,62 @@ def find_impact(osc, clearance, side, x0, v0, gap0, rate0, a0, j0, sin0, cos0):
     dx = 0.0
     scale = gap0
     leaving = gap0 == 0.0 and rate0 >= 0.0
+    confirmed = False
+    facing = 1.0
+    earliest = 0.0
+    latest = 0.0
     for steps in range(MAX_STEPS):
-        other = 2.0 * clearance - gap
-        curvature = side * a
-        span = longest
+        # The wall that the free mass approaches: distance and derivatives (facing = 1 for `side`).
+        if not confirmed:
+            facing = 1.0 if rate < 0.0 or (rate == 0.0 and side * a < 0.0) else -1.0
+        distance = gap if facing > 0.0 else 2.0 * clearance - gap
+        slope = facing * rate
+        bend = facing * side * a
+        third = facing * side * j
+        rounding = ROUNDING * (scale if facing > 0.0 else scale + 2.0 * clearance)
+
         if leaving:
             # In contact at the start: the root at zero is divided out.
             leaving = False
             step = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
             bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, step)
-            step = _certified_step(other, -rate, -curvature, bound2, bound3, step)
+            step = _certified_step(2.0 * clearance, -rate, -side * a, bound2, bound3, step)
+        elif confirmed or (distance <= rounding and slope <= 0.0):
+            step = _cubic_root(distance, slope, bend, third)
+            if not confirmed or _resolves(osc, a, j, step, tau, rounding):
+                dx += step * (v + step * (0.5 * a + step * j / 6.0))
+                v += step * (a + 0.5 * step * j)
+                rate += side * step * (a + 0.5 * step * j)
+                return tau + step, facing * side, dx, v, rate, steps
+            if distance > 0.0:
+                earliest = tau
+            else:
+                latest = tau
+            if not earliest < tau + step < latest:
+                step = 0.5 * (earliest + latest) - tau
+        elif tau >= HORIZON:
+            return tau, 0.0, dx, v, rate, steps
         else:
-            own_root = _first_root(gap, rate, curvature)
-            other_root = _first_root(other, -rate, -curvature)
-            near = rate <= 0.0 and gap <= ROUNDING * scale
-            far = rate >= 0.0 and other <= ROUNDING * (scale + 2.0 * clearance)
-            if near or far:
-                late = own_root if near else other_root
-                if not late < math.inf:
-                    late = 0.0
-                hit = side if near else -side
-                dx += late * (v + 0.5 * a * late)
-                return tau + late, hit, dx, v + a * late, rate + curvature * late, steps
-            if tau >= HORIZON:
-                return tau, 0.0, dx, v, rate, steps
-            # Bounds are wanted only as far as the present parabola stays in the box.
-            span = min(longest, own_root, other_root)
+            root = _first_root(distance, slope, bend)
+            span = min(longest, REACH * root)
             bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, span)
-            step = min(
-                _certified_step(gap, rate, curvature, bound2, bound3, span),
-                _certified_step(other, -rate, -curvature, bound2, bound3, span),
-            )
+            steepest = slope + min(bound2 * span, bend * span + 0.5 * bound3 * span * span)
+            least = distance + span * (slope + span * (0.5 * bend + span * bound3 / 6.0))
+            if slope < 0.0 and steepest < 0.0 and least < 0.0:
+                # The gap surely falls to zero just once within the span: plain iteration is safe.
+                confirmed = True
+                earliest = tau
+                latest = tau + span
+                step = min(_cubic_root(distance, slope, bend, third), span)
+            else:
+                away = 2.0 * clearance - distance
+                step = min(
+                    _certified_step(distance, slope, bend, bound2, bound3, span),
+                    _certified_step(away, -slope, -bend, bound2, bound3, span),
+                )
         if tau + step == tau:
             # The contact is nearer than time can resolve.
-            return tau, side if rate <= 0.0 else -side, dx, v, rate, steps
+            return tau, facing * side, dx, v, rate, steps
         tau += step
         dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
         scale = gap0 + abs(rate0) * tau + abs(dx)
@@ -281,6 +306,32 @@ def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
     else:
         step = max(step, 3.0 * (root + 0.5 * curvature) / bound3)
     return min(step, span)
+
+
+@compiled
+def _cubic_root(value, slope, curvature, third):
+    """Signed root near zero of a function falling through zero, to fourth order.
+
+    The near root of its parabola, corrected once for the third derivative. Zero where the
+    parabola has no root, which is a touch within rounding.
+    """
+    discriminant = slope * slope - 2.0 * curvature * value
+    if discriminant <= 0.0:
+        return 0.0
+    speed = math.sqrt(discriminant)
+    root = 2.0 * value / (speed - slope)
+    change = 0.5 * third * root * root
+    if abs(change) < 0.5 * speed:
+        root += change * root / (3.0 * (speed - change))
+    return root
+
+
+@compiled
+def _resolves(osc, a, j, step, tau, rounding):
+    """Whether third-order Taylor terms carry the state over `step` within rounding."""
+    force2 = osc[2] * osc[3] * osc[3]
+    bound4 = force2 + osc[11] * (math.sqrt(osc[1] * a * a + j * j) + force2 * abs(step))
+    return bound4 * abs(step * step * step) * tau <= 6.0 * rounding
 
 
 @compiled

@@ -20,7 +20,7 @@ from damper.contact import (
     tail_bounce,
     tail_duration,
 )
-from damper.flow import acceleration, higher_derivatives, increments, oscillator
+from damper.flow import acceleration, increments, oscillator
 from damper.parameters import Parameters, State
 
 # Columns of a log row: one segment, described at its start.
@@ -180,9 +180,7 @@ def check_engine_settings(accuracy: float, max_events: int) -> None:
 
 
 @compiled
-def prepare(
-    mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase, accuracy
-):
+def prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase, accuracy):
     """Constants of one run: the scalars, and the oscillators of flight and of sticking."""
     heavier = 1.0 + mass_ratio
     return (
@@ -303,10 +301,7 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
         elif mode == STICKING:
             duration, hit, dx, end_v, steps = find_release(stuck, side, x, v, sin0, cos0)
         else:
-            snap, _ = higher_derivatives(free, a, j, sin0, cos0)
-            duration, _ = tail_duration(
-                free, mass_ratio, restitution, side, a, j, snap, rate
-            )
+            duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
             common = v - side * mass_ratio / (1.0 + mass_ratio) * rate
             a, j = acceleration(stuck, x, common, sin0, cos0)
             dx, dv, _, _ = increments(stuck, x, common, a, j, sin0, cos0, duration)
@@ -378,10 +373,7 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
             if rate == 0.0:
                 mode = TAIL if stays(side, a, j) else FLIGHT
             else:
-                snap, _ = higher_derivatives(free, a, j, sin0, cos0)
-                _, error = tail_duration(
-                    free, mass_ratio, restitution, side, a, j, snap, rate
-                )
+                _, error = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
                 if error <= tolerance:
                     mode = TAIL
         if is_event:
@@ -431,8 +423,7 @@ def motion(model, row, tau):
     if float(row[MODE]) == TAIL and rate > 0.0:
         # The pair's centre follows the sticking flow; the bounces go on about it.
         a, j = acceleration(free, x, v, sin0, cos0)
-        snap, _ = higher_derivatives(free, a, j, sin0, cos0)
-        duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, snap, rate)
+        duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
         gap, bounce = tail_bounce(restitution, duration, rate, tau)
     v -= share * rate
     a, j = acceleration(stuck, x, v, sin0, cos0)

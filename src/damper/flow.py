@@ -45,9 +45,10 @@ def oscillator(beta, kappa, force, omega):
     Returns
     -------
     tuple of float
-        beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate: `split` is
-        the damped frequency or half the difference of the real roots, `slow` and `fast` the real
-        roots, `gain` the steady response to exp(i omega tau), `rate` the fastest rate.
+        beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate,
+        coupling: `split` is the damped frequency or half the difference of the real
+        roots, `slow` and `fast` the real roots, `gain` the steady response to exp(i omega tau),
+        `rate` the fastest rate, `coupling` sqrt(4 beta^2 + kappa).
     """
     root = math.sqrt(kappa)
     difference = (root - beta) * (root + beta)
@@ -82,6 +83,7 @@ def oscillator(beta, kappa, force, omega):
         gain_re,
         gain_im,
         rate,
+        math.sqrt(4.0 * beta * beta + kappa),
     )
 
 
@@ -106,7 +108,7 @@ def increments(osc, x0, v0, a0, j0, sin0, cos0, tau):
         x(tau) - x0 - v0 tau, accurate relative to itself as tau -> 0; v(tau) - v0; sine and
         cosine of the phase at `tau`.
     """
-    beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate = osc
+    beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate, _ = osc
     angle = omega * tau
     sin_f = math.sin(angle)
     cos_f = math.cos(angle)
@@ -207,7 +209,7 @@ def derivative_bounds(osc, force, x, v, a, j, span):
     kappa = osc[1]
     omega = osc[3]
     force1 = force * omega
-    coupling = math.sqrt(4.0 * beta * beta + kappa)
+    coupling = osc[11]
     norm0 = math.sqrt(kappa * x * x + v * v) + force * span
     norm1 = math.sqrt(kappa * v * v + a * a) + force1 * span
     norm2 = math.sqrt(kappa * a * a + j * j) + force1 * omega * span

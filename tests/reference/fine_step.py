@@ -106,7 +106,7 @@ def impacts(
                 high = middle
             else:
                 low = middle
-        x, v, y, u = (expm(low * matrix) @ path[k])[:4]
+        x, v, _, u = (expm(low * matrix) @ path[k])[:4]
         t += k * step + low
         if t > until:
             break

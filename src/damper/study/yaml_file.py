@@ -33,11 +33,15 @@ Loc = tuple[str | int, ...]
 class ConfigError(Exception):
     """The configuration cannot be used; the text says everything that is wrong with it."""
 
+    problems: tuple[Problem, ...] = ()
+
     @classmethod
     def of(cls, problems: Sequence[Problem]) -> ConfigError:
         """Return the error that lists `problems`."""
         count = "1 error" if len(problems) == 1 else f"{len(problems)} errors"
-        return cls("\n".join([f"{count} in the configuration", *(p.block() for p in problems)]))
+        error = cls("\n".join([f"{count} in the configuration", *(p.block() for p in problems)]))
+        error.problems = tuple(problems)
+        return error
 
 
 @dataclass(frozen=True)
@@ -49,11 +53,13 @@ class Problem:
     message: str
     allowed: str = ""
     near: str = ""
+    line: int = 0
 
     def block(self) -> str:
         """Return the lines that describe it."""
         path = key_path(self.loc)
-        lines = [f"{self.place}  {path}" if path else self.place, f"    {self.message}"]
+        place = self.place if self.place.isprintable() else show(self.place)
+        lines = [f"{place}  {path}" if path else place, f"    {self.message}"]
         if self.allowed:
             lines.append(f"    allowed: {self.allowed}")
         if self.near:
@@ -70,9 +76,9 @@ class YamlFile:
     root: Node | None = None
     problems: list[Problem] = field(default_factory=list)
 
-    def find(self, loc: Loc) -> tuple[int, int | None]:
-        """Return how many leading parts of `loc` are in the file, and the line of the last one."""
-        node, line = self.root, None
+    def find(self, loc: Loc) -> tuple[int, int]:
+        """Return how many parts of `loc` the file has, and the line of the last one (or 0)."""
+        node, line = self.root, 0
         for depth, part in enumerate(loc):
             found = _child(node, part)
             if found is None:
@@ -112,7 +118,7 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     except OSError as error:
         reason = error.strerror or "unknown reason"
         raise ConfigError.of([Problem(label, (), f"cannot be read: {reason}")]) from None
-    except _NotYaml as error:
+    except _NotYamlError as error:
         place = f"{label}:{error.line}"
         message = f"not valid YAML at line {error.line}, column {error.column}: {error}"
         raise ConfigError.of([Problem(place, (), message)]) from None
@@ -167,7 +173,7 @@ def key_path(loc: Loc) -> str:
     return text
 
 
-class _NotYaml(ValueError):
+class _NotYamlError(ValueError):
     def __init__(self, message: str, line: int, column: int) -> None:
         super().__init__(message)
         self.line, self.column = line, column
@@ -196,11 +202,11 @@ class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
             message = error.problem or error.context or "not understood"
             if "'\\t'" in message:
                 message += " (indent with spaces, not with tabs)"
-            raise _NotYaml(message, mark.line + 1, mark.column + 1) from None
+            raise _NotYamlError(message, mark.line + 1, mark.column + 1) from None
         except ReaderError as error:
             raise _special_character(self._text, error) from None
         except (ValueError, OverflowError):  # an escape such as "\UFFFFFFFF"
-            raise _NotYaml("no such character", self.line + 1, self.column + 1) from None
+            raise _NotYamlError("no such character", self.line + 1, self.column + 1) from None
         return node
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
@@ -208,9 +214,7 @@ class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
         self._depth += 1
         if self._depth > DEEPEST:
             mark = self.peek_event().start_mark
-            raise MarkedYAMLError(
-                problem=f"nested deeper than {DEEPEST} levels", problem_mark=mark
-            )
+            raise MarkedYAMLError(problem=f"nested deeper than {DEEPEST} levels", problem_mark=mark)
         node: Node | None = super().compose_node(parent, index)
         self._depth -= 1
         return node
@@ -290,7 +294,8 @@ class _Values:
         return mapping
 
     def _blame(self, node: Node, loc: Loc, message: str) -> None:
-        self.file.problems.append(Problem(f"{self.file.label}:{_line(node)}", loc, message))
+        line = _line(node)
+        self.file.problems.append(Problem(f"{self.file.label}:{line}", loc, message, line=line))
 
 
 def _integer(text: str) -> int | float:
@@ -333,14 +338,14 @@ def _decoded(data: bytes) -> str:
     except UnicodeDecodeError as error:
         before = data[: error.start]
         column = error.start - before.rfind(b"\n")
-        raise _NotYaml("not text in UTF-8", before.count(b"\n") + 1, column) from None
+        raise _NotYamlError("not text in UTF-8", before.count(b"\n") + 1, column) from None
 
 
-def _special_character(text: str, error: ReaderError) -> _NotYaml:
+def _special_character(text: str, error: ReaderError) -> _NotYamlError:
     before = text[: error.position]
     column = error.position - before.rfind("\n")
     message = f"the character {show(text[error.position])} may not stand in a file"
-    return _NotYaml(message, before.count("\n") + 1, column)
+    return _NotYamlError(message, before.count("\n") + 1, column)
 
 
 def _line(node: Node | None) -> int:

@@ -1,0 +1,603 @@
+"""The study language: what is accepted, and what each mistake is told as."""
+
+import copy
+import math
+import random
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from damper.study.axes import coordinate_name
+from damper.study.config import ConfigError, Study, load_config, load_study
+
+GOOD = """\
+title: Restitution and chatter
+source: "Paper B, doi:10.1177/14613484211051849"
+parameters:
+  damping_ratio: {value: 0.02, assumed: "the paper's value is lost"}
+  clearance: 0.05
+axes:
+  mass_ratio: {values: [0.25, 0.1, 0.05, 1e-3], fan: true}
+  frequency_ratio: {values: [1.1, 2], fan: true, assumed: "three of four"}
+  restitution: {start: 0, stop: 1, step: 0.002}
+transient: 300
+periods: 100
+observers:
+  impact_section: {wall: left, samples: 20, free_mass: true}
+  impacts:
+  bursts: {threshold: {speed: 1e-8}, compare_thresholds: [0.01, 0.1], records: 5}
+figures:
+  bifurcation: {kind: bifurcation, along: restitution, each: mass_ratio, rows: frequency_ratio}
+tables:
+  chatter: {kind: intervals, along: restitution}
+"""
+
+
+def write(folder: Path, text: str | bytes, name: str = "good") -> Path:
+    path = folder / "config" / "studies" / f"{name}.yaml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def load(folder: Path, text: str | bytes, override: dict[str, Any] | None = None) -> Study:
+    return load_study(write(folder, text), override)
+
+
+def blame(folder: Path, text: str | bytes, override: dict[str, Any] | None = None) -> str:
+    """Return the message without the header, the path of the file cut to its name."""
+    with pytest.raises(ConfigError) as caught:
+        load(folder, text, override)
+    message = str(caught.value)
+    for jargon in ("pydantic", "type=", "input_", "Traceback", "https:", "Study", "tuple", "dict"):
+        assert jargon not in message
+    return message.replace(str(folder / "config" / "studies") + "/", "")
+
+
+def changed(old: str, new: str) -> str:
+    assert GOOD.count(old) == 1
+    return GOOD.replace(old, new)
+
+
+# What is accepted.
+
+
+def test_good_file(tmp_path: Path) -> None:
+    study = load(tmp_path, GOOD)
+    assert study.name == "good"
+    assert list(study.axis_values) == ["mass_ratio", "frequency_ratio", "restitution"]
+    assert study.axis_values["mass_ratio"] == (0.25, 0.1, 0.05, 0.001)
+    assert study.fixed == {"damping_ratio": 0.02, "clearance": 0.05, "phase": 0.0}
+    assert study.assumed == {
+        "damping_ratio": "the paper's value is lost",
+        "frequency_ratio": "three of four",
+    }
+    assert study.fan_axes == ("mass_ratio", "frequency_ratio")
+    assert study.inner_axes == ("restitution",)
+    slices = study.slices()
+    assert len(slices) == 8
+    assert slices[1] == {"mass_ratio": 0.25, "frequency_ratio": 2.0}
+    assert study.slice_path(slices[7]) == "mass_ratio~0.001/frequency_ratio~2"
+    assert list(study.figure_files().items())[1] == (
+        "bifurcation_mass_ratio~0.1",
+        ("bifurcation", {"mass_ratio": 0.1}),
+    )
+    assert study.observers["bursts"].threshold.speed == 1e-8
+    assert study.observers["impacts"].threshold.fraction == 0.03
+    assert study.tables["chatter"].resolution == 1e-3
+
+
+def test_canonical_text_is_a_fixed_point(tmp_path: Path) -> None:
+    study = load(tmp_path, GOOD)
+    text = study.to_yaml()
+    again = load(tmp_path, text)
+    assert again == study
+    assert again.to_yaml() == text
+    shuffled = yaml.safe_load(text)
+    shuffled = {key: shuffled[key] for key in sorted(shuffled)}
+    shuffled["parameters"] = dict(reversed(shuffled["parameters"].items()))
+    assert load(tmp_path, yaml.safe_dump(shuffled, sort_keys=False)).to_yaml() == text
+
+
+@pytest.mark.parametrize("title", ["no", "1e-8", "0x1F", "~", "a: b # c", "é\n\ttab", "=", "<<"])
+def test_canonical_text_keeps_odd_words(tmp_path: Path, title: str) -> None:
+    text = changed("Restitution and chatter", yaml.safe_dump(title, default_style='"').strip())
+    study = load(tmp_path, text)
+    assert study.title == title
+    assert yaml.safe_load(study.to_yaml())["title"] == title
+    assert load(tmp_path, study.to_yaml()) == study
+
+
+def test_study_without_axes_is_one_point(tmp_path: Path) -> None:
+    text = re.sub(r"(?s)axes:.*?transient", "axes:\ntransient", GOOD).split("figures:")[0]
+    point = "parameters: {mass_ratio: 1, frequency_ratio: 1, restitution: 1, phase: -1,"
+    text = text.replace("parameters:", point).replace("\n  damping_ratio", " damping_ratio")
+    text = text.replace("\n  clearance: 0.05", ", clearance: 0.05}")
+    study = load(tmp_path, text)
+    assert study.slices() == [{}]
+    assert study.slice_path({}) == "all"
+    assert study.figure_files() == {}
+    assert study.fixed["phase"] == -1.0
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("{start: 0, stop: 1, step: 0.1}", tuple(i / 10 for i in range(11))),
+        ("{start: 0.1, stop: 0.7, num: 7}", (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        ("{start: 0, stop: 1, step: 0.3333333333}", (0.0, 0.3333333333, 0.6666666666, 1.0)),
+        ("{start: 1e-8, stop: 1, num: 5, spacing: log}", (1e-8, 1e-6, 1e-4, 1e-2, 1.0)),
+        ("{start: 1, stop: 1000, num: 3, spacing: log}", None),
+        ("{start: 0, stop: 1, num: 4}", (0.0, 1 / 3, 2 / 3, 1.0)),
+        ("{values: [-0.0, 1e-8, .5, 1, 0x2, 1_0]}", None),
+        ("{values: [3, 1, 2]}", (3.0, 1.0, 2.0)),
+    ],
+)
+def test_values_are_formed_in_decimal(tmp_path: Path, axis: str, values: Any) -> None:
+    text = changed("clearance: 0.05", "").replace("axes:", f"axes:\n  clearance: {axis}")
+    text = text.split("figures:")[0]
+    if "1_0" in axis:
+        assert "not a number (value: '1_0')" in blame(tmp_path, text)
+        text = text.replace(", 1_0", "")
+        values = (0.0, 1e-8, 0.5, 1.0, 2.0)
+    if "1000" in axis:
+        values = (1.0, 31.6227766017, 1000.0)
+    got = load(tmp_path, text).axis_values["clearance"]
+    assert got == values
+    assert all(math.copysign(1, value) == 1 for value in got)
+
+
+def test_coordinate_names() -> None:
+    names = [coordinate_name("r", v) for v in (0.3, 1.0, 1e-8, 0.1, -0.0, -0.5, 1e22, 100000)]
+    assert names == ["r~0.3", "r~1", "r~1e-08", "r~0.1", "r~0", "r~-0.5", "r~1e+22", "r~100000"]
+
+
+def test_words_are_not_booleans_and_aliases_work(tmp_path: Path) -> None:
+    text = changed("Restitution and chatter", "on").replace(
+        '"Paper B, doi:10.1177/14613484211051849"', "&s no\ndescription: *s"
+    )
+    study = load(tmp_path, text)
+    assert (study.title, study.source, study.description) == ("on", "no", "no")
+
+
+@pytest.mark.parametrize(
+    ("override", "count"),
+    [
+        ({"num": 3}, 3),
+        ({"values": [0.5, 0.6, 0.7, 0.8]}, 4),
+        ({"step": "5e-1"}, 3),
+        ({"start": 0.5}, 251),
+        ({"start": 0.1, "num": 4, "spacing": "log"}, 4),
+    ],
+)
+def test_override_replaces_the_way_an_axis_is_given(
+    tmp_path: Path, override: dict[str, Any], count: int
+) -> None:
+    study = load(tmp_path, GOOD, {"axes": {"restitution": override}, "periods": 2})
+    assert len(study.axis_values["restitution"]) == count
+    assert (study.periods, study.transient) == (2, 300)
+    again = load(tmp_path, GOOD, {"axes": {"mass_ratio": {"start": 0.1, "stop": 1, "num": 2}}})
+    assert again.axis_values["mass_ratio"] == (0.1, 1.0)
+    assert again.fan_axes == study.fan_axes
+
+
+# What is refused: text in the good file, what replaces it, and parts of the message.
+
+SECTION = "impact_section: {wall: left, samples: 20, free_mass: true}"
+FIGURE = "{kind: bifurcation, along: restitution, each: mass_ratio, rows: frequency_ratio}"
+R = "{start: 0, stop: 1, step: 0.002}"
+MISTAKES = {
+    "unknown key": (
+        R,
+        "{start: 0, stop: 1, nmu: 501}",
+        "good.yaml:9  axes.restitution.nmu\n"
+        "    unknown key 'nmu' (value: 501)\n"
+        "    allowed: values, start, stop, num, step, spacing, fan, assumed\n"
+        "    did you mean 'num'?",
+    ),
+    "unknown top key": ("periods:", "Period:", "Period\n", "did you mean 'periods'?"),
+    "missing": ("transient: 300\n", "", "'transient' is missing\n    allowed: integer >= 0"),
+    "missing value": ("value: 0.02, ", "", ":4  parameters.damping_ratio.value", "is missing"),
+    "parameter missing": (
+        "  clearance: 0.05\n",
+        "",
+        "good.yaml:3  parameters.clearance",
+        "'clearance' is not given",
+        "clearance >= 0, under parameters or as an axis",
+    ),
+    "list as a key": ("periods:", "? [1]\n: 2\nperiods:", "a key must be a name, not a list"),
+    "parameter and axis": (
+        "clearance: 0.05",
+        "clearance: 0.05\n  restitution: 0.5",
+        "good.yaml:10  axes.restitution",
+        "'restitution' is given twice: under parameters and under axes",
+    ),
+    "misspelt parameter": (
+        "clearance:",
+        "Clearence:",
+        "good.yaml:5  parameters.Clearence",
+        "unknown parameter 'Clearence' (value: 0.05)",
+        "did you mean 'clearance'?",
+        "1 error ",
+    ),
+    "misspelt axis": ("restitution: {start", "restituton: {start", "did you mean 'restitution'?"),
+    "out of range": (
+        "clearance: 0.05",
+        "clearance: -1",
+        "good.yaml:5  parameters.clearance\n    out of range (value: -1)\n"
+        "    allowed: number, clearance >= 0",
+    ),
+    "range of fixed": ("value: 0.02", "value: -2", ":4  parameters.damping_ratio.value"),
+    "not finite": ("0.05\n", ".inf\n", "not finite (value: .inf)"),
+    "not a number": ("clearance: 0.05", "clearance: .nan", "not finite (value: .nan)"),
+    "huge": ("clearance: 0.05", "clearance: 1e400", "not finite (value: .inf)"),
+    "huge integer": ("clearance: 0.05", f"clearance: {'9' * 5000}", "not finite"),
+    "huge hexadecimal": ("periods: 100", f"periods: 0x{'f' * 9000}", "not finite"),
+    "quoted number": (
+        "clearance: 0.05",
+        "clearance: '0.05'",
+        "not a number (value: '0.05', which is text: take off the quotes)",
+    ),
+    "boolean": ("clearance: 0.05", "clearance: true", "not a number (value: true)"),
+    "null": ("clearance: 0.05", "clearance:", "parameters.clearance\n", "(value: nothing)"),
+    "float for integer": ("periods: 100", "periods: 1e2", "(value: 100.0, write 100)"),
+    "periods": ("periods: 100", "periods: 0", "out of range (value: 0)", "integer >= 1"),
+    "transient": ("transient: 300", "transient: -1", "good.yaml:10  transient", "integer >= 0"),
+    "title": ("Restitution and chatter", "5", "not text (value: 5, put it in quotes)"),
+    "empty title": ("Restitution and chatter", "' '", "title", "the text is empty"),
+    "list for mapping": ("  impacts:\n", "  impacts: [1]\n", ":14  observers.impacts", "a list"),
+    "list for a number": ("0.05\n", "[0.05]\n", "not a number (value: a list)"),
+    "number for section": (f"{FIGURE}\n", "3\n", "figures.bifurcation", "(value: 3)"),
+    "fan": (
+        "values: [1.1, 2], fan: true",
+        "values: [1.1, 2], fan: yes",
+        "not true or false (value: 'yes')",
+    ),
+    "empty axis": ("[1.1, 2]", "[]", "axes.frequency_ratio.values", "the list is empty"),
+    "duplicate value": ("[1.1, 2]", "[1.1, 2, 1.10]", "values[2]", "1.1 is given twice"),
+    "value out of range": ("[1.1, 2]", "[1.1, 0]", ".values[1]", "number, frequency_ratio > 0"),
+    "range of stop": ("stop: 1,", "stop: 1.5,", "restitution.stop", "0 <= restitution <= 1"),
+    "no values": (R, "{fan: false}", "does not say which values it has", "values; or start"),
+    "values and num": ("[1.1, 2],", "[1.1, 2], num: 3,", "values stands alone, but num is given"),
+    "num and step": ("step: 0.002", "step: 0.5, num: 3", "num (3) and step (0.5) are both given"),
+    "neither num nor step": (", step: 0.002", "", "neither num nor step"),
+    "no stop": ("stop: 1, ", "", "stop is missing"),
+    "backwards": (
+        "start: 0, stop: 1,",
+        "start: 1, stop: 0,",
+        "start (1) must be less than stop (0)",
+    ),
+    "step does not divide": (
+        "step: 0.002",
+        "step: 0.3",
+        "step 0.3 does not divide the range from 0 to 1 (3.33333 steps): use stop: 0.9 or num: 4",
+    ),
+    "step too long": ("step: 0.002", "step: 3", "does not divide", "use num: 2"),
+    "step of nothing": ("step: 0.002", "step: 0", "axes.restitution.step", "number > 0"),
+    "too many values": ("step: 0.002", "step: 1e-9", "more than 1000000 values"),
+    "too large num": ("step: 0.002", "num: 1000001", "integer >= 2 and <= 1000000"),
+    "too close": (R, "{start: 1e-320, stop: 2e-320, num: 9999}", "no 9999 distinct values"),
+    "log with step": ("step: 0.002", "step: 0.5, spacing: log", "log goes with num, not with step"),
+    "log from zero": ("step: 0.002", "num: 5, spacing: log", "log needs start > 0 (value: 0)"),
+    "spacing": ("step: 0.002", "num: 5, spacing: lin", "linear, log", "did you mean 'linear'?"),
+    "too many slices": (
+        "step: 0.002}",
+        "step: 0.002, fan: true}",
+        "make 4008 slices: mass_ratio (4 values), frequency_ratio (2 values), "
+        "restitution (501 values)",
+        "at most 1000 slices; take 'fan: true' from restitution",
+    ),
+    "no observers": (
+        "observers:\n",
+        "observers:\nx:\n",
+        "at least one observer",
+        "stroboscopic_section, impact_section, impacts, bursts",
+    ),
+    "unknown observer": ("impacts:", "impact:", "unknown observer 'impact'", "'impacts'?"),
+    "both sections": (
+        "  impacts:\n",
+        "  stroboscopic_section:\n",
+        "good.yaml:12  observers",
+        "stroboscopic_section and impact_section cannot both",
+        "both write displacement and velocity",
+    ),
+    "wall": ("wall: left", "wall: Left", "(value: 'Left')", "left, right", "did you mean 'left'?"),
+    "samples": ("samples: 20", "samples: 100001", "integer >= 1 and <= 100000"),
+    "at": (SECTION, "stroboscopic_section: {at: 1}", "number >= 0 and < 1"),
+    "threshold": (
+        "  impacts:\n",
+        "  impacts: {threshold: 3}\n",
+        "observers.impacts.threshold\n    out of range (value: 3)",
+        "or {speed: > 0}",
+    ),
+    "threshold speed": ("speed: 1e-8", "speed: 0", "threshold.speed", "number > 0"),
+    "threshold of both": ("speed: 1e-8", "speed: 1, fraction: 0.1", "exactly one of"),
+    "compare": ("[0.01, 0.1]", "[0.1, 1]", "compare_thresholds[1]", "number > 0 and < 1"),
+    "compare twice": ("[0.01, 0.1]", "[0.1, 0.1]", "0.1 is given twice (first as [0])"),
+    "compare not a list": ("[0.01, 0.1]", "0.1", "not a list (value: 0.1)"),
+    "records": ("records: 5", "records: -5", "integer >= 0"),
+    "kind": ("kind: bifurcation", "kind: bifurcations", "did you mean 'bifurcation'?"),
+    "no kind": ("kind: bifurcation, ", "", "figures.bifurcation.kind", "'kind' is missing"),
+    "figure's key": ("each: m", "eech: m", "figures.bifurcation.eech\n", "kind, along, each, rows"),
+    "stem": ("  bifurcation:", "  bif/urc:", "cannot be the name of a file", "letters, digits"),
+    "stem a number": ("  bifurcation:", "  12:", "put 12 in quotes"),
+    "along": ("along: restitution, each", "along: phase, each", "unknown axis 'phase'"),
+    "roles": ("rows: frequency_ratio", "rows: mass_ratio", "'mass_ratio' is each already"),
+    "axis without a place": (
+        ", rows: frequency_ratio",
+        "",
+        "good.yaml:17  figures.bifurcation",
+        "axis 'frequency_ratio' has 2 values but no place in the figure",
+        "name it as rows",
+    ),
+    "no section": (f"  {SECTION}\n", "", "figures.bifurcation\n    needs a section"),
+    "no bursts": ("  bursts: {thr", "  impacts: {thr", "given twice", "needs bursts"),
+    "short table": ("step: 0.002", "num: 2", "tables.chatter.along", "at least 3 values"),
+    "resolution": (
+        "intervals, along: restitution",
+        "intervals, along: restitution, resolution: 0",
+        "tables.chatter.resolution",
+        "number > 0",
+    ),
+    "key twice": (
+        "periods: 100\n",
+        "periods: 100\nperiods: 200\n",
+        "good.yaml:12  periods",
+        "the key 'periods' is given twice (first in line 11)",
+    ),
+    "deep key twice": ("stop: 1,", "stop: 1, stop: 1,", "good.yaml:9  axes.restitution.stop"),
+    "key not text": ("periods: 100\n", "periods: 100\n7: 8\n", "a key must be text (it is 7)"),
+    "merge key": ("periods: 100\n", "periods: 100\n<<: {a: 1}\n", "unknown key '<<'"),
+    "alias within": ("  clearance: 0.05", "  clearance: &a [*a]", "good.yaml:5", "an alias (*)"),
+    "tag": ("periods: 100", "periods: !!set {1}", "the tag 'tag:yaml.org,2002:set'"),
+    "wrong tag": ("periods: 100", "periods: !!int many", "'many' is not of the kind !!int"),
+    "tab": ("  clearance", "\tclearance", "not valid YAML at line 5, column 1", "tabs"),
+    "bracket": ("[1.1, 2]", "[1.1, 2", "good.yaml:8\n    not valid YAML at line 8, column"),
+    "nesting": ("0.05\n", "[" * 3000 + "\n", "nested deeper than 50 levels"),
+    "escape": ("Restitution and chatter", r'"\UFFFFFFFF"', "not valid YAML at line 1"),
+    "surrogate": ("Restitution and chatter", r'"\ud800"', "not text in UTF-8"),
+    "control character": ("periods", "per\x07iods", "line 11, column 4", r"'\x07' may not"),
+    "two documents": ("periods", "---\nperiods", "not valid YAML at line 11"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistake_is_told(tmp_path: Path, name: str) -> None:
+    old, new, *parts = MISTAKES[name]
+    message = blame(tmp_path, GOOD.replace(old, new, 1))
+    for part in parts:
+        assert part in message, message
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("", "the file is empty"),
+        ("# only words\n", "the file is empty"),
+        ("- 1\n", "good.yaml:1\n    the top level must be a mapping (it is a list)"),
+        ("word", "the top level must be a mapping (it is 'word')"),
+        (b"title: a\nsource: \xff\n", "line 2, column 9: not text in UTF-8"),
+        (bytes(range(256)), "good.yaml:"),
+        ("&a [*a]", "an alias (*)"),
+        ("&a {b: *a}", "an alias (*)"),
+    ],
+)
+def test_file_that_is_no_study(tmp_path: Path, text: str | bytes, part: str) -> None:
+    message = blame(tmp_path, text)
+    assert part in message
+
+
+def test_file_that_is_not_there(tmp_path: Path) -> None:
+    for path, part in [
+        (tmp_path / "none.yaml", "there is no such file"),
+        (tmp_path, "cannot be read"),
+        (Path("a\0b.yaml"), "is not the name of a file"),
+    ]:
+        with pytest.raises(ConfigError, match=part):
+            load_study(path)
+
+
+def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:
+    override = {"axes": {"restitution": {"num": "many"}}, "periods": 0, "perods": 1}
+    message = blame(tmp_path, GOOD, override)
+    assert "3 errors" in message
+    for key in ("axes.restitution.num", "periods", "perods"):
+        assert f"good.yaml (overrides of config)  {key}\n" in message
+    message = blame(tmp_path, GOOD, {"axes": {"restitution": {"stop": 0.999}}})
+    assert "good.yaml:9 (and overrides of config)  axes.restitution\n" in message
+    assert "(overrides of config)\n    not a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
+
+
+# The workflow's configuration.
+
+
+def config(folder: Path, **mapping: Any) -> Any:
+    return load_config({"studies": ["good"], **mapping}, folder)
+
+
+def refuse(folder: Path, **mapping: Any) -> str:
+    with pytest.raises(ConfigError) as caught:
+        config(folder, **mapping)
+    return str(caught.value)
+
+
+def test_good_config(tmp_path: Path) -> None:
+    write(tmp_path, GOOD)
+    write(tmp_path, GOOD, "other")
+    elsewhere = tmp_path / "elsewhere.yaml"
+    elsewhere.write_text(GOOD)
+    got = config(
+        tmp_path,
+        studies=["other", "good", "elsewhere.yaml"],
+        engine={"accuracy": "1e-9", "max_events": "5000"},
+        overrides={
+            "good": {"tables": {"chatter": {"resolution": "1e-4"}}, "title": "1e-4"},
+            "elsewhere": None,
+        },
+    )
+    assert list(got.studies) == ["other", "good", "elsewhere"]
+    assert [study.name for study in got.studies.values()] == list(got.studies)
+    assert (got.engine.accuracy, got.engine.max_events, got.results) == (1e-9, 5000, "results")
+    assert got.studies["good"].tables["chatter"].resolution == 1e-4
+    assert got.studies["good"].title == "1e-4"
+    assert type(got.studies["good"].title) is str
+    assert got.studies["other"].tables["chatter"].resolution == 1e-3
+    assert config(tmp_path).engine.accuracy == 1e-12
+
+
+@pytest.mark.parametrize(
+    ("mapping", "parts"),
+    [
+        ({"studies": ["god"]}, ["config  studies[0]", "unknown study 'god'", "mean 'good'?"]),
+        ({"studies": ["none.yaml"]}, ["none.yaml\n", "there is no such file"]),
+        ({"studies": ["good", "good"]}, ["1 error ", "'good' is given twice (first as [0])"]),
+        (
+            {"studies": ["good", "config/studies/good.yaml"]},
+            ["config  studies[1]", "two studies are called 'good'"],
+        ),
+        ({"studies": ["a b.yaml"]}, ["'a b' cannot be the name of a study"]),
+        ({"studies": []}, ["config  studies", "the list is empty"]),
+        ({"studies": "good"}, ["not a list (value: 'good')"]),
+        ({"studies": [1]}, ["config  studies[0]", "not text (value: 1"]),
+        ({"studys": 1}, ["config  studys", "did you mean 'studies'?"]),
+        ({"engine": {"accuracy": "1e-2"}}, ["config  engine.accuracy", "(value: 1e-2)", "1e-15"]),
+        ({"engine": {"max_events": 0}}, ["config  engine.max_events", "integer >= 1"]),
+        ({"engine": {"max_events": "lots"}}, ["not an integer (value: 'lots')"]),
+        ({"engine": None}, ["config  engine", "not a mapping (value: nothing)"]),
+        ({"results": ""}, ["config  results", "the text is empty"]),
+        ({"overrides": {"god": {}}}, ["config  overrides.god", "did you mean 'good'?"]),
+        ({"overrides": {"good": 3}}, ["config  overrides.good", "not a mapping (value: 3)"]),
+        ({"overrides": [1]}, ["config  overrides", "not a mapping (value: a list)"]),
+        ({5: 6}, ["a key must be text (it is 5)"]),
+    ],
+)
+def test_mistake_in_the_config(tmp_path: Path, mapping: dict[Any, Any], parts: list[str]) -> None:
+    write(tmp_path, GOOD)
+    with pytest.raises(ConfigError) as caught:
+        load_config({"studies": ["good"], **mapping}, tmp_path)
+    for part in parts:
+        assert part in str(caught.value), str(caught.value)
+
+
+def test_all_mistakes_at_once(tmp_path: Path) -> None:
+    write(tmp_path, changed("periods: 100", "periods: many\nperiods: 5"))
+    write(tmp_path, changed("wall: left", "wall: up").replace("clearance: 0.05", "phase: no"), "b")
+    write(tmp_path, "", "c")
+    message = refuse(tmp_path, studies=["good", "b", "c", "d"], engine={"accuracy": 3})
+    assert message.startswith("8 errors in the configuration\n")
+    heads = [line for line in message.splitlines() if not line.startswith(" ")][1:]
+    assert heads == [
+        "config  engine.accuracy",
+        "config  studies[3]",
+        "config/studies/good.yaml:11  periods",
+        "config/studies/good.yaml:12  periods",
+        "config/studies/b.yaml:3  parameters.clearance",
+        "config/studies/b.yaml:5  parameters.phase",
+        "config/studies/b.yaml:13  observers.impact_section.wall",
+        "config/studies/c.yaml",
+    ]
+
+
+def test_config_that_is_none(tmp_path: Path) -> None:
+    for mapping in (None, [], "word", {}, 3):
+        with pytest.raises(ConfigError):
+            load_config(mapping, tmp_path)  # type: ignore[arg-type]
+
+
+# Whatever comes, it ends in a study or in a ConfigError.
+
+ODD = [None, True, -1, 0, 1e400, math.nan, 10**5000, "", "é\ud800", "1e-3", [], {}, [[{}]], {1: 2}]
+TOKENS = ["\t", "&a ", "*a ", "<<: ", "? ", "- ", "[", "}", "'", '"', "|", ">", "!!map ", "%", "\\"]
+TOKENS += ["\n", ": ", "#", "---\n", "...\n", "~", "1e999", ".nan", "\0", "\x85", "\U0001f600", "@"]
+
+
+def broken(rng: random.Random, data: Any) -> Any:
+    """Return a copy with one part replaced, removed, renamed or moved."""
+    data = copy.deepcopy(data)
+    node, parent, key = data, None, None
+    while isinstance(node, dict | list) and node and (parent is None or rng.random() < 0.8):
+        parent = node
+        key = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
+        node = node[key]
+    if parent is None:
+        return rng.choice(ODD)
+    match rng.randrange(4):
+        case 0:
+            del parent[key]
+        case 1 if isinstance(parent, dict):
+            parent[rng.choice([None, 1.5, True, "x", f"{key}s", ""])] = parent.pop(key)
+        case 2:
+            parent[key] = data if rng.random() < 0.3 else copy.deepcopy(data)
+        case _:
+            parent[key] = rng.choice(ODD)
+    return data
+
+
+def test_any_mapping_ends_well(tmp_path: Path) -> None:
+    rng, end = random.Random(1), time.monotonic() + 3
+    write(tmp_path, GOOD)
+    whole = yaml.safe_load(GOOD)
+    good = {"studies": ["good"], "engine": {"accuracy": "1e-9"}, "overrides": {"good": whole}}
+    outcomes = set()
+    for _ in range(1500):
+        bad = good
+        for _ in range(rng.randrange(1, 4)):
+            bad = broken(rng, bad) if isinstance(bad, dict) else bad
+        try:
+            load_config(bad, tmp_path)
+            outcomes.add("good")
+        except ConfigError as error:
+            outcomes.add("bad")
+            str(error).encode()
+        if time.monotonic() > end:
+            break
+    assert outcomes == {"good", "bad"}
+
+
+def test_any_text_ends_well(tmp_path: Path) -> None:
+    rng, end = random.Random(2), time.monotonic() + 3
+    outcomes = set()
+    for _ in range(1500):
+        text = GOOD
+        for _ in range(rng.randrange(1, 4)):
+            i = rng.randrange(len(text))
+            text = text[:i] + rng.choice(TOKENS) + text[i + rng.choice([0, 0, 1, 5, 40]) :]
+        raw = bytearray(text.encode())
+        if rng.random() < 0.1:
+            raw[rng.randrange(len(raw))] = rng.randrange(256)
+        try:
+            study = load(tmp_path, bytes(raw))
+            outcomes.add("good")
+            assert load(tmp_path, study.to_yaml()) == study
+        except ConfigError as error:
+            outcomes.add("bad")
+            str(error).encode()
+        if time.monotonic() > end:
+            break
+    assert outcomes == {"good", "bad"}
+
+
+def test_aliases_do_not_multiply(tmp_path: Path) -> None:
+    laughs = "a0: &a0 [1]\n" + "".join(
+        f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 30)
+    )
+    assert "unknown key 'a29'" in blame(tmp_path, GOOD + laughs)
+    nest: list[Any] = []
+    for _ in range(30):
+        nest = [nest] * 9
+    assert "config  results" in refuse(tmp_path, results=nest)
+
+
+def test_heavy_packages_stay_out() -> None:
+    code = (
+        "import sys, damper.study.config\n"
+        "print([m for m in ('numpy', 'xarray', 'matplotlib', 'numba') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
