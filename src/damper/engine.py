@@ -31,9 +31,8 @@ FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
 #: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
 NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
 
-#: Why `run` returned. FINISHED, or else the reason that the cube's `status` gives.
+#: Why `run` returned: FINISHED, or the reason that `damper.variables.STATUS` explains.
 FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
-STATUS_MEANINGS = "finished max_events_reached search_gave_up"
 
 LOG_ROWS = 1024
 DEFAULT_ACCURACY = 1e-12

@@ -107,6 +107,7 @@ class Quantity:
     symbol: str
     long_name: str
     allowed: str
+    units: str = "1"
     default: float | None = None
 
 
@@ -115,9 +116,9 @@ QUANTITIES = (
     Quantity("mass_ratio", r"$\mu$", "mass ratio m/M", "mass_ratio > 0"),
     Quantity("damping_ratio", r"$\zeta$", "damping ratio of the primary", "damping_ratio >= 0"),
     Quantity("frequency_ratio", r"$\omega$", "frequency ratio", "frequency_ratio > 0"),
-    Quantity("clearance", r"$d$", "clearance to each wall, in F0/K", "clearance >= 0"),
+    Quantity("clearance", r"$d$", "clearance to each wall", "clearance >= 0", "F0/K"),
     Quantity("restitution", r"$r$", "coefficient of restitution", "0 <= restitution <= 1"),
-    Quantity("phase", r"$\varphi$", "forcing phase", "any phase in radians", 0.0),
+    Quantity("phase", r"$\varphi$", "forcing phase", "any phase in radians", "rad", 0.0),
 )
 PARAMETER_NAMES = tuple(quantity.name for quantity in QUANTITIES)
 

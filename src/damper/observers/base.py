@@ -1,0 +1,96 @@
+"""What all observers share: arrays, the window, the visibility threshold."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from damper.compiled import compiled
+from damper.engine import PERIOD, RATE, TIME, Trajectory
+from damper.variables import Variable
+
+
+class Window(NamedTuple):
+    """Recorded stretch: it starts `period` whole periods plus `time`, and lasts `length` periods.
+
+    `fresh` says that the run itself starts with the window, so no burst can be under way.
+    """
+
+    period: float
+    time: float
+    length: int
+    fresh: bool
+
+
+class Observer:
+    """Base of the observers: allocates one array per variable with the lane as first axis."""
+
+    variables: Sequence[Variable] = ()
+
+    def allocate(self, lanes: int, window_length: int) -> None:
+        """Make `arrays`: NaN (real) or -1 (integer) until a finished run fills them."""
+        self.arrays: dict[str, np.ndarray] = {}
+        for variable in self.variables:
+            shape = (lanes, *(self.size(dim, window_length) for dim in variable.dims))
+            missing = np.nan if variable.dtype.startswith("f") else -1
+            self.arrays[variable.name] = np.full(shape, missing, dtype=variable.dtype)
+
+    def size(self, dim: str, window_length: int) -> int:
+        """Length of one of the observer's own dimensions."""
+        raise NotImplementedError
+
+    def coordinates(self) -> dict[str, np.ndarray]:
+        """Coordinate values of the observer's own dimensions; none by default."""
+        return {}
+
+    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a lane."""
+        raise NotImplementedError
+
+    def observe(self, log: np.ndarray) -> None:
+        """Read the next piece of the log."""
+        raise NotImplementedError
+
+    def finish(self, finished: bool) -> None:
+        """Write the lane's results; `finished` is False where the run stopped early."""
+
+
+def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
+    """Threshold as (fraction of the burst's first approach speed, absolute speed); one is zero.
+
+    Raises
+    ------
+    ValueError
+        When the fraction is not in (0, 1) or the speed not positive.
+    """
+    if isinstance(threshold, Mapping):
+        if set(threshold) == {"speed"} and 0.0 < threshold["speed"] < math.inf:
+            return 0.0, float(threshold["speed"])
+        if set(threshold) == {"fraction"}:
+            return visibility(threshold["fraction"])
+    elif 0.0 < threshold < 1.0:
+        return float(threshold), 0.0
+    raise ValueError(
+        f"threshold = {threshold!r}: must be a fraction in (0, 1) of the burst's first approach "
+        "speed, or {'speed': an absolute one > 0}"
+    )
+
+
+@compiled
+def since(row, period_length, periods, time):
+    """Time from a moment (whole periods plus time) to a segment's start; negative if before."""
+    return (float(row[PERIOD]) - periods) * period_length + (float(row[TIME]) - time)
+
+
+@compiled
+def visible_in_tail(row, restitution, limit):
+    """Impacts at or above the speed `limit` that a closed tail still holds.
+
+    The tail's approach speeds fall geometrically from that of its first, resolved impact.
+    """
+    speed = float(row[RATE])
+    if not (restitution > 0.0 and 0.0 < limit <= speed):
+        return 0
+    # The impact after the rebound speed `speed` has it as approach speed to first order.
+    return 1 + int(math.floor(math.log(limit / speed) / math.log(restitution)))

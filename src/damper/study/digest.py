@@ -1,0 +1,74 @@
+"""Digest of the code behind a result: Snakemake does not notice an edit in an imported package.
+
+The digest of a script covers the script and every damper module that it imports, directly or
+not. Rules list it among their `params`, so an edit reruns just what depends on it.
+"""
+
+import ast
+import hashlib
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent.parent
+
+
+def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
+    """Digest of a script and the damper modules behind it.
+
+    Parameters
+    ----------
+    script : Path
+        A Python file.
+    modules : iterable of str
+        Modules that it loads by name, such as the observers that a study asks for.
+
+    Returns
+    -------
+    str
+        Hexadecimal digits; the same on every platform (newlines are normalised).
+    """
+    files = {Path(script)}
+    waiting = [Path(script), *(path for name in modules if (path := _file(name)))]
+    while waiting:
+        path = waiting.pop()
+        files.add(path)
+        waiting += [found for found in _imports(path) if found not in files]
+    digest = hashlib.sha256()
+    for path in sorted(files, key=lambda path: (path.name, _source(path))):
+        digest.update(path.name.encode() + b"\0" + _source(path) + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _imports(path: Path) -> frozenset[Path]:
+    found = set()
+    for node in ast.walk(ast.parse(_source(path))):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            # `from damper.study import cube` names a module, `from damper.engine import run` not.
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        found |= {file for name in names if (file := _file(name))}
+    return frozenset(found)
+
+
+def _file(module: str) -> Path | None:
+    """Return the source file of a damper module; None for anything else.
+
+    The package's own front is left out: it holds nothing but names that load on first use.
+    """
+    first, *rest = module.split(".")
+    if first != "damper" or not rest:
+        return None
+    path = _PACKAGE.joinpath(*rest)
+    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+@cache
+def _source(path: Path) -> bytes:
+    return path.read_bytes().replace(b"\r\n", b"\n")

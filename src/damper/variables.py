@@ -1,0 +1,38 @@
+"""Descriptions of what a cube holds. Kept light: gathering and drawing need no engine."""
+
+from dataclasses import dataclass
+
+LENGTH = "F0/K"
+SPEED = "F0/sqrt(K M)"
+TIME = "sqrt(M/K)"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a cube: its name, description and dimensions after the axes'."""
+
+    name: str
+    long_name: str
+    units: str
+    dims: tuple[str, ...] = ()
+    dtype: str = "f8"
+    comment: str = ""
+
+
+#: Why `damper.engine.run` returned, in the order of its codes.
+STATUS_MEANINGS = ("finished", "max_events_reached", "search_gave_up")
+
+STATUS = Variable(
+    "status",
+    "why the run ended",
+    "1",
+    dtype="i1",
+    comment="0 finished; 1 max_events reached; 2 a search for an event gave up",
+)
+
+#: Dimensions that observers add: long name and units.
+OWN_DIMENSIONS = {
+    "sample": ("sample on the section", "1"),
+    "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
+    "burst": ("burst in the record", "1"),
+}

@@ -1,0 +1,30 @@
+"""Figures of a cube, as SVG and PNG."""
+
+
+def _settings(wildcards):
+    study = STUDIES[wildcards.study]
+    name, place = study.figure_files()[wildcards.figure]
+    settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
+    return settings | {"at": place}
+
+
+rule figure:
+    input:
+        f"{RESULTS}/{{study}}/cube.nc",
+    output:
+        svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
+        png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",
+    params:
+        settings=_settings,
+        code=lambda wildcards: code_digest(
+            SCRIPTS / "figure.py",
+            [f"damper.figures.{_settings(wildcards)['kind']}"],
+        ),
+    log:
+        "logs/{study}/figures/{figure}.log",
+    benchmark:
+        "logs/benchmarks/{study}/figures/{figure}.tsv"
+    message:
+        "Draw {wildcards.study}: {wildcards.figure}"
+    script:
+        "../scripts/figure.py"

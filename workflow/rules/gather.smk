@@ -1,0 +1,40 @@
+"""Cubes: the slices of a study gathered into one netCDF file."""
+
+
+def _about(wildcards):
+    """Global attributes that describe the study; figures and tables do not change a cube."""
+    study = STUDIES[wildcards.study]
+    measured = study.model_copy(update={"figures": {}, "tables": {}})
+    return {"title": study.title, "source": study.source, "study": measured.to_yaml()}
+
+
+def _notes(wildcards):
+    study = STUDIES[wildcards.study]
+    return {"assumed": study.assumed, "stated": study.stated}
+
+
+rule gather:
+    input:
+        slices_of,
+    output:
+        f"{RESULTS}/{{study}}/cube.nc",
+    params:
+        about=_about,
+        notes=_notes,
+        axes=lambda wildcards: STUDIES[wildcards.study].axis_values,
+        fan_axes=lambda wildcards: STUDIES[wildcards.study].fan_axes,
+        fixed=lambda wildcards: STUDIES[wildcards.study].fixed,
+        transient=lambda wildcards: STUDIES[wildcards.study].transient,
+        periods=lambda wildcards: STUDIES[wildcards.study].periods,
+        engine=ENGINE,
+        code=lambda wildcards: code_digest(
+            SCRIPTS / "gather.py", observer_modules([STUDIES[wildcards.study]])
+        ),
+    log:
+        "logs/{study}/gather.log",
+    benchmark:
+        "logs/benchmarks/{study}/gather.tsv"
+    message:
+        "Gather {wildcards.study}: {input} -> {output}"
+    script:
+        "../scripts/gather.py"

@@ -1,0 +1,19 @@
+"""Gather the slices of a study into its cube."""
+
+from pathlib import Path
+
+from damper.study.cube import REFERENCES, gather, write_cube
+from damper.study.slices import read_slice
+
+params = snakemake.params
+parts = [read_slice(Path(path)) for path in snakemake.input]
+attributes = {
+    **params.about,
+    "references": REFERENCES,
+    "transient_periods": params.transient,
+    "recorded_periods": params.periods,
+    **params.engine,
+    "code_digest": params.code,
+}
+cube = gather(parts, params.axes, params.fan_axes, params.fixed, attributes, params.notes)
+write_cube(cube, Path(snakemake.output[0]))

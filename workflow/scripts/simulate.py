@@ -1,0 +1,27 @@
+"""Simulate one slice of a study."""
+
+from math import prod
+from pathlib import Path
+
+from damper.study.slices import simulate_slice, write_slice
+
+params = snakemake.params
+lanes = prod(len(values) for values in params.axes.values())
+
+with Path(snakemake.log[0]).open("w", buffering=1) as log:
+
+    def progress(done: int) -> None:
+        if done * 10 // lanes > (done - 1) * 10 // lanes:
+            print(f"{done} of {lanes} points", file=log)
+
+    part = simulate_slice(
+        params.fixed,
+        params.axes,
+        transient=params.transient,
+        periods=params.periods,
+        observers=params.observers,
+        progress=progress,
+        **params.engine,
+    )
+
+write_slice(part, Path(snakemake.output[0]))
