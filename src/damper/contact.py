@@ -10,6 +10,7 @@ import math
 
 from damper.compiled import compiled
 from damper.flow import (
+    Oscillator,
     acceleration,
     derivative_bounds,
     higher_derivatives,
@@ -31,7 +32,9 @@ ROUNDING = 4.0 * 2.220446049250313e-16
 
 
 @compiled
-def impact(mass_ratio, restitution, side, v, approach_speed):
+def impact(
+    mass_ratio: float, restitution: float, side: float, v: float, approach_speed: float
+) -> tuple[float, ...]:
     """Velocity of the primary and gap rate just after an impact.
 
     Momentum is kept and the relative velocity is reversed and multiplied by the restitution.
@@ -45,7 +48,7 @@ def impact(mass_ratio, restitution, side, v, approach_speed):
 
 
 @compiled
-def stays(side, a, j):
+def stays(side: float, a: float, j: float) -> bool:
     """Whether masses in contact with no relative velocity stay together.
 
     They do while the wall pushes the free mass inwards, -side x'' > 0; at zero the sign of the
@@ -55,7 +58,16 @@ def stays(side, a, j):
 
 
 @compiled
-def tail_duration(osc, mass_ratio, restitution, side, a, j, sin, gap_rate):
+def tail_duration(
+    osc: Oscillator,
+    mass_ratio: float,
+    restitution: float,
+    side: float,
+    a: float,
+    j: float,
+    sin: float,
+    gap_rate: float,
+) -> tuple[float, ...]:
     """Remaining time of a complete burst by the second-order accumulation formula.
 
     Parameters
@@ -94,7 +106,9 @@ def tail_duration(osc, mass_ratio, restitution, side, a, j, sin, gap_rate):
 
 
 @compiled
-def tail_bounce(restitution, duration, gap_rate, tau):
+def tail_bounce(
+    restitution: float, duration: float, gap_rate: float, tau: float
+) -> tuple[float, ...]:
     """Gap and gap rate inside a closed burst tail: its bounces are self-similar.
 
     Returns
@@ -114,7 +128,19 @@ def tail_bounce(restitution, duration, gap_rate, tau):
 
 
 @compiled
-def find_impact(osc, clearance, side, x0, v0, gap0, rate0, a0, j0, sin0, cos0):
+def find_impact(
+    osc: Oscillator,
+    clearance: float,
+    side: float,
+    x0: float,
+    v0: float,
+    gap0: float,
+    rate0: float,
+    a0: float,
+    j0: float,
+    sin0: float,
+    cos0: float,
+) -> tuple[float, ...]:
     """First contact with either wall in a flight, by steps that cannot skip one.
 
     Parameters
@@ -216,7 +242,9 @@ def find_impact(osc, clearance, side, x0, v0, gap0, rate0, a0, j0, sin0, cos0):
 
 
 @compiled
-def find_release(osc, side, x0, v0, sin0, cos0):
+def find_release(
+    osc: Oscillator, side: float, x0: float, v0: float, sin0: float, cos0: float
+) -> tuple[float, ...]:
     """End of sticking: the first time at which the wall would have to pull, side x'' = 0.
 
     The same certified search as `find_impact`, on the thrust -side x''. Without a wall

@@ -20,12 +20,15 @@ from damper.contact import (
     tail_bounce,
     tail_duration,
 )
-from damper.flow import acceleration, increments, oscillator
+from damper.flow import Oscillator, acceleration, increments, oscillator
 from damper.parameters import Parameters, State
 
 # Columns of a log row: one segment, described at its start.
 PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, DURATION = range(11)
 COLUMNS = 11
+#: Constants of one run; see `prepare`.
+Model = tuple[float | Oscillator, ...]
+
 #: How the masses move in a segment. A tail is the closed rest of a complete burst.
 FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
 #: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
@@ -179,7 +182,15 @@ def check_engine_settings(accuracy: float, max_events: int) -> None:
 
 
 @compiled
-def prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase, accuracy):
+def prepare(
+    mass_ratio: float,
+    damping_ratio: float,
+    frequency_ratio: float,
+    clearance: float,
+    restitution: float,
+    phase: float,
+    accuracy: float,
+) -> Model:
     """Constants of one run: the scalars, and the oscillators of flight and of sticking."""
     heavier = 1.0 + mass_ratio
     return (
@@ -196,9 +207,19 @@ def prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, 
 
 
 @compiled
-def place(model, state, periods, time, x, v, y, u, slack):
+def place(
+    model: Model,
+    state: np.ndarray,
+    periods: float,
+    time: float,
+    x: float,
+    v: float,
+    y: float,
+    u: float,
+    slack: float,
+) -> None:
     """Write the first segment's start into `state` (section 1's rules for a start on a wall)."""
-    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    mass_ratio, clearance, _, phase, _, _, free, _ = model
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
     gap = clearance - side * relative
@@ -234,7 +255,15 @@ def place(model, state, periods, time, x, v, y, u, slack):
 
 
 @compiled
-def run(model, state, until_periods, until_time, max_events, log, counts):
+def run(
+    model: Model,
+    state: np.ndarray,
+    until_periods: float,
+    until_time: float,
+    max_events: int,
+    log: np.ndarray,
+    counts: np.ndarray,
+) -> tuple[int, int]:
     """Advance from event to event until a time, or until the log is full.
 
     Parameters
@@ -276,6 +305,7 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
     evaluations = int(counts[1])
     rows = 0
     code = FINISHED
+    known = False  # whether phase and acceleration at the segment's start are at hand
     while True:
         if keep and rows == len(log):
             code = LOG_FULL
@@ -283,10 +313,12 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
         remaining = (until_periods - periods) * period + (until_time - time)
         if remaining < 0.0:
             break
-        angle = omega * time + phase
-        sin0 = math.sin(angle)
-        cos0 = math.cos(angle)
-        a, j = acceleration(free, x, v, sin0, cos0)
+        if not known:
+            angle = omega * time + phase
+            sin0 = math.sin(angle)
+            cos0 = math.cos(angle)
+            a, j = acceleration(free, x, v, sin0, cos0)
+        known = False
 
         # The segment's length, and the state at its end.
         hit = 0.0
@@ -369,6 +401,7 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
             sin0 = math.sin(angle)
             cos0 = math.cos(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
+            known = True
             if rate == 0.0:
                 mode = TAIL if stays(side, a, j) else FLIGHT
             else:
@@ -393,7 +426,7 @@ def run(model, state, until_periods, until_time, max_events, log, counts):
 
 
 @compiled
-def motion(model, row, tau):
+def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
     """State inside a segment, a time `tau` after its start.
 
     Returns
@@ -401,7 +434,7 @@ def motion(model, row, tau):
     x, v, gap, rate : float
         Of the primary, and of the gap at the segment's wall.
     """
-    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    mass_ratio, clearance, restitution, phase, _, _, free, stuck = model
     x = float(row[X])
     v = float(row[V])
     gap = float(row[GAP])

@@ -14,9 +14,9 @@ from damper.engine import (
     SPEED,
     STOPPED,
     TIME,
+    Trajectory,
     V,
     X,
-    Trajectory,
     motion,
 )
 from damper.parameters import Parameters, State
@@ -83,7 +83,6 @@ def events(
     0 -1 2.158603189
     """
     trajectory = Trajectory(parameters, state, accuracy, max_events)
-    periods, time = trajectory.start
     start = 0.0 if state is None else state.time
     if not (np.isfinite(until) and until >= start):
         raise ValueError(f"until = {until!r}: must be a finite time >= {start!r}, the start")

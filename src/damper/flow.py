@@ -15,6 +15,9 @@ import math
 
 from damper.compiled import compiled
 
+#: Constants of one oscillator; see `oscillator`.
+Oscillator = tuple[float, ...]
+
 # Regimes of the homogeneous solution.
 UNDERDAMPED, RESONANT, NEARLY_CRITICAL, OVERDAMPED = 0, 1, 2, 3
 
@@ -28,7 +31,7 @@ RESONANT_GAIN = 32.0
 
 
 @compiled
-def oscillator(beta, kappa, force, omega):
+def oscillator(beta: float, kappa: float, force: float, omega: float) -> Oscillator:
     """Constants of one oscillator, as a tuple of floats that the other functions take.
 
     Parameters
@@ -88,7 +91,16 @@ def oscillator(beta, kappa, force, omega):
 
 
 @compiled
-def increments(osc, x0, v0, a0, j0, sin0, cos0, tau):
+def increments(
+    osc: Oscillator,
+    x0: float,
+    v0: float,
+    a0: float,
+    j0: float,
+    sin0: float,
+    cos0: float,
+    tau: float,
+) -> tuple[float, ...]:
     """Exact motion over a time `tau` from a known state, as increments.
 
     Parameters
@@ -143,8 +155,8 @@ def increments(osc, x0, v0, a0, j0, sin0, cos0, tau):
         q_re, q_im, q_dot_re, q_dot_im = _resonant(beta, split, omega, c, s, tau)
     else:
         # gain (exp(i angle) - C - i omega S) and its derivative; cos - 1 without cancellation.
-        half = math.sin(0.5 * angle)
-        re = -2.0 * half * half - c_less_1
+        cos_less_1 = -sin_f * sin_f / (1.0 + cos_f) if cos_f > 0.0 else cos_f - 1.0
+        re = cos_less_1 - c_less_1
         im = sin_f - omega * s
         q_re = gain_re * re - gain_im * im
         q_im = gain_re * im + gain_im * re
@@ -159,7 +171,7 @@ def increments(osc, x0, v0, a0, j0, sin0, cos0, tau):
 
 
 @compiled
-def acceleration(osc, x, v, sin, cos):
+def acceleration(osc: Oscillator, x: float, v: float, sin: float, cos: float) -> tuple[float, ...]:
     """Second and third derivative of the displacement from the equation of motion.
 
     Returns
@@ -175,7 +187,9 @@ def acceleration(osc, x, v, sin, cos):
 
 
 @compiled
-def higher_derivatives(osc, a, j, sin, cos):
+def higher_derivatives(
+    osc: Oscillator, a: float, j: float, sin: float, cos: float
+) -> tuple[float, ...]:
     """Fourth and fifth derivative of the displacement, by differentiating the equation of motion.
 
     Returns
@@ -191,7 +205,9 @@ def higher_derivatives(osc, a, j, sin, cos):
 
 
 @compiled
-def derivative_bounds(osc, force, x, v, a, j, span):
+def derivative_bounds(
+    osc: Oscillator, force: float, x: float, v: float, a: float, j: float, span: float
+) -> tuple[float, ...]:
     """Bounds on the second and third derivative over the coming time `span`.
 
     The energy norm sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span,
@@ -205,7 +221,6 @@ def derivative_bounds(osc, force, x, v, a, j, span):
     bound2, bound3 : float
         |x''| <= bound2 and |x'''| <= bound3 on [0, span].
     """
-    beta = osc[0]
     kappa = osc[1]
     omega = osc[3]
     force1 = force * omega

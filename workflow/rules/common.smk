@@ -39,7 +39,11 @@ def everything_of(study):
     folder = f"{RESULTS}/{study.name}"
     return [
         f"{folder}/cube.nc",
-        *(f"{folder}/figures/{name}.{end}" for name in study.figure_files() for end in ("svg", "png")),
+        *(
+            f"{folder}/figures/{name}.{end}"
+            for name in study.figure_files()
+            for end in ("svg", "png")
+        ),
         *(f"{folder}/tables/{name}.{end}" for name in study.tables for end in ("csv", "md")),
     ]
 

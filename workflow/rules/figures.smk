@@ -14,16 +14,16 @@ rule figure:
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
         png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",
+    log:
+        "logs/{study}/figures/{figure}.log",
+    benchmark:
+        "logs/benchmarks/{study}/figures/{figure}.tsv"
     params:
         settings=_settings,
         code=lambda wildcards: code_digest(
             SCRIPTS / "figure.py",
             [f"damper.figures.{_settings(wildcards)['kind']}"],
         ),
-    log:
-        "logs/{study}/figures/{figure}.log",
-    benchmark:
-        "logs/benchmarks/{study}/figures/{figure}.tsv"
     message:
         "Draw {wildcards.study}: {wildcards.figure}"
     script:

@@ -10,7 +10,7 @@ def _about(wildcards):
 
 def _notes(wildcards):
     study = STUDIES[wildcards.study]
-    return {"assumed": study.assumed, "stated": study.stated}
+    return {"assumed": study.assumed, "stated": getattr(study, "stated", {})}
 
 
 rule gather:
@@ -18,6 +18,10 @@ rule gather:
         slices_of,
     output:
         f"{RESULTS}/{{study}}/cube.nc",
+    log:
+        "logs/{study}/gather.log",
+    benchmark:
+        "logs/benchmarks/{study}/gather.tsv"
     params:
         about=_about,
         notes=_notes,
@@ -30,11 +34,7 @@ rule gather:
         code=lambda wildcards: code_digest(
             SCRIPTS / "gather.py", observer_modules([STUDIES[wildcards.study]])
         ),
-    log:
-        "logs/{study}/gather.log",
-    benchmark:
-        "logs/benchmarks/{study}/gather.tsv"
     message:
-        "Gather {wildcards.study}: {input} -> {output}"
+        "Gather {wildcards.study} into {output}"
     script:
         "../scripts/gather.py"

@@ -20,15 +20,15 @@ def _inner_axes(wildcards):
 rule compile:
     output:
         f"{RESULTS}/compiled.txt",
+    log:
+        "logs/compile.log",
+    benchmark:
+        "logs/benchmarks/compile.tsv"
     params:
         observers=lambda wildcards: sorted(
             {name for study in STUDIES.values() for name in study.observers}
         ),
         code=code_digest(SCRIPTS / "compile.py", observer_modules(STUDIES.values())),
-    log:
-        "logs/compile.log",
-    benchmark:
-        "logs/benchmarks/compile.tsv"
     message:
         "Compile the engine once, so that parallel jobs find it in the cache"
     script:
@@ -40,6 +40,10 @@ rule simulate:
         ancient(rules.compile.output),
     output:
         f"{RESULTS}/{{study}}/slices/{{place}}.npz",
+    log:
+        "logs/{study}/simulate/{place}.log",
+    benchmark:
+        "logs/benchmarks/{study}/simulate/{place}.tsv"
     wildcard_constraints:
         place=".+",
     params:
@@ -52,10 +56,6 @@ rule simulate:
         code=lambda wildcards: code_digest(
             SCRIPTS / "simulate.py", observer_modules([STUDIES[wildcards.study]])
         ),
-    log:
-        "logs/{study}/simulate/{place}.log",
-    benchmark:
-        "logs/benchmarks/{study}/simulate/{place}.tsv"
     message:
         "Simulate {wildcards.study}: {wildcards.place}"
     script:

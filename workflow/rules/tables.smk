@@ -8,6 +8,10 @@ rule table:
     output:
         csv=f"{RESULTS}/{{study}}/tables/{{table}}.csv",
         md=f"{RESULTS}/{{study}}/tables/{{table}}.md",
+    log:
+        "logs/{study}/tables/{table}.log",
+    benchmark:
+        "logs/benchmarks/{study}/tables/{table}.tsv"
     params:
         settings=lambda wildcards: STUDIES[wildcards.study].tables[wildcards.table].model_dump(),
         title=lambda wildcards: STUDIES[wildcards.study].title,
@@ -20,10 +24,6 @@ rule table:
             **ENGINE,
         },
         code=code_digest(SCRIPTS / "table.py", ["damper.observers.bursts"]),
-    log:
-        "logs/{study}/tables/{table}.log",
-    benchmark:
-        "logs/benchmarks/{study}/tables/{table}.tsv"
     message:
         "Bisect and write {wildcards.study}: {wildcards.table}"
     script:

@@ -18,6 +18,7 @@ with xr.open_dataset(snakemake.input.cube) as cube:
         observer=params.observer,
         settings=params.run,
     )
+    stopped = int((cube.status != 0).sum())
 
 Path(snakemake.output.csv).write_text(to_csv(found, along), encoding="utf-8", newline="\n")
 Path(snakemake.output.md).write_text(
@@ -29,6 +30,7 @@ Path(snakemake.output.md).write_text(
         observer=params.observer,
         fixed=params.fixed,
         assumed=params.assumed,
+        stopped=stopped,
     ),
     encoding="utf-8",
     newline="\n",

@@ -41,7 +41,7 @@ def draw(
     at : mapping, optional
         Value of every other axis.
     caption : str, optional
-        Replaces the heading, which otherwise gives the parameters.
+        Heading above the line of parameters; the cube's title when not given.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def draw(
         ]
     )
     values = place[rows].values.tolist() if rows else [None]
-    height = 0.9 + 1.55 * len(values)
+    height = 1.1 + 1.55 * len(values)
     figure = Figure(figsize=(PAGE, height), layout="constrained")
     axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
     for row, value in zip(axes, values, strict=True):
@@ -70,6 +70,7 @@ def draw(
         row[1].set_ylabel(r"velocity $\dot x$ / ($F_0/\sqrt{KM}$)")
     for ax in axes[-1]:
         ax.set_xlabel(axis_label(along))
+    figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
     _head(figure, place, along, rows, caption)
     return figure
@@ -79,7 +80,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     samples = panel[name].transpose(along, "sample").values
     x = np.repeat(panel[along].values, samples.shape[1])
     # Rasterised: tens of thousands of vector points make files that no reader opens.
-    ax.plot(x, samples.ravel(), ",", color="black", alpha=0.7, rasterized=True)
+    ax.plot(x, samples.ravel(), ".", ms=0.9, mew=0.0, color="black", rasterized=True)
     grid = panel[along].values
     ax.set_xlim(grid.min(), grid.max())
     finite = samples[np.isfinite(samples)]
@@ -126,7 +127,11 @@ def _head(
         for name in SYMBOLS
         if name in place.coords and place[name].ndim == 0 and name not in (along, rows)
     ]
-    figure.suptitle(caption or ", ".join(fixed), fontsize=9.0)
+    # "primary displacement once per forcing period" -> where the section lies
+    section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
+    heading = caption or place.attrs.get("title", "")
+    lines = [heading, ", ".join(fixed) + (f"; section {section}" if section else "")]
+    figure.suptitle("\n".join(line for line in lines if line), fontsize=8.5)
     if "chatter" in place:
         handles = [Patch(color=colour, alpha=0.5, label=text) for text, colour in _CHATTER.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)

@@ -78,13 +78,13 @@ def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
 
 
 @compiled
-def since(row, period_length, periods, time):
+def since(row: np.ndarray, period_length: float, periods: float, time: float) -> float:
     """Time from a moment (whole periods plus time) to a segment's start; negative if before."""
     return (float(row[PERIOD]) - periods) * period_length + (float(row[TIME]) - time)
 
 
 @compiled
-def visible_in_tail(row, restitution, limit):
+def visible_in_tail(row: np.ndarray, restitution: float, limit: float) -> int:
     """Impacts at or above the speed `limit` that a closed tail still holds.
 
     The tail's approach speeds fall geometrically from that of its first, resolved impact.
@@ -93,4 +93,4 @@ def visible_in_tail(row, restitution, limit):
     if not (restitution > 0.0 and 0.0 < limit <= speed):
         return 0
     # The impact after the rebound speed `speed` has it as approach speed to first order.
-    return 1 + int(math.floor(math.log(limit / speed) / math.log(restitution)))
+    return 1 + math.floor(math.log(limit / speed) / math.log(restitution))

@@ -76,7 +76,9 @@ def section_variables(where: str, free_mass: bool) -> tuple[Variable, ...]:
 
 
 @compiled
-def free_mass(clearance, side, x, v, gap, rate):
+def free_mass(
+    clearance: float, side: float, x: float, v: float, gap: float, rate: float
+) -> tuple[float, ...]:
     """Displacement and velocity of the free mass from the primary's and the gap's."""
     return x + side * (clearance - gap), v - side * rate
 

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from decimal import Context, Decimal, localcontext
 from functools import lru_cache
-from typing import Protocol
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from damper.study.settings import Axis
 
 MOST_VALUES = 1_000_000
 """An axis longer than this is a slip of the pen."""
@@ -17,29 +20,12 @@ WAYS = "values; or start and stop with num or step (spacing: log goes with num)"
 """The ways of giving an axis, in words."""
 
 
-class AxisSpec(Protocol):
-    """What `axis_values` reads: an axis as it is written in a study file."""
-
-    @property
-    def values(self) -> tuple[float, ...] | None: ...
-    @property
-    def start(self) -> float | None: ...
-    @property
-    def stop(self) -> float | None: ...
-    @property
-    def num(self) -> int | None: ...
-    @property
-    def step(self) -> float | None: ...
-    @property
-    def spacing(self) -> str: ...
-
-
-def axis_values(spec: AxisSpec) -> tuple[float, ...]:
+def axis_values(spec: Axis) -> tuple[float, ...]:
     """Return the values of an axis in order.
 
     Parameters
     ----------
-    spec : AxisSpec
+    spec : Axis
         Either `values`, or `start` and `stop` (inclusive) with one of `num` and `step`.
 
     Returns

@@ -121,9 +121,9 @@ def intervals(
             lower = _edge(lower, values[first - 1], holds, chatter_at, resolution)
         if last + 1 < len(inside):
             upper = _edge(upper, values[last + 1], holds, chatter_at, resolution)
-        cut = first == 0 or last + 1 == len(inside)
-        # Fewer than two grid steps between its own grid points.
-        yield lower, upper, last - first < 2 and not cut, cut
+        before, after = max(first - 1, 0), min(last + 1, len(inside) - 1)
+        step = (values[after] - values[before]) / max(after - before, 1)
+        yield lower, upper, upper - lower < 2.0 * step, first == 0 or last + 1 == len(inside)
         first = last + 1
 
 

@@ -66,8 +66,7 @@ def chatter_intervals(
                         values,
                         grid[k],
                         holds,
-                        # Bound now: the closure is used before k moves on.
-                        lambda value, k=k: chatter_at(value)[k],
+                        lambda value, at=chatter_at, k=k: at(value)[k],
                         resolution,
                     )
                 ]
@@ -113,8 +112,12 @@ def to_markdown(
     observer: Mapping[str, Any],
     fixed: Mapping[str, float],
     assumed: Mapping[str, str],
+    stopped: int = 0,
 ) -> str:
-    """Write the table a person reads: main threshold, then how intervals move with it."""
+    """Write the table a person reads: main threshold, then how intervals move with it.
+
+    `stopped` is the number of grid points whose run ended early; they count as without chatter.
+    """
     main = threshold_name(observer["threshold"])
     thresholds = list(dict.fromkeys(item.threshold for item in found))
     places = list(dict.fromkeys(tuple(item.where.items()) for item in found))
@@ -127,6 +130,14 @@ def to_markdown(
         "`+`: the interval reaches the end of the axis. "
         "Intervals narrower than two grid steps (chaotic edges are not unique) are counted here "
         "and listed in the CSV file.",
+        *(
+            [
+                f"{stopped} points stopped early (see `status` in the cube); they count as without "
+                "chatter."
+            ]
+            if stopped
+            else []
+        ),
         "",
         "Fixed: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".",
         "",

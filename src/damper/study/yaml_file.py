@@ -30,6 +30,10 @@ NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 Loc = tuple[str | int, ...]
 
 
+class Quoted(str):
+    """Text that a file marks as text although it looks like a number."""
+
+
 class ConfigError(Exception):
     """The configuration cannot be used; the text says everything that is wrong with it."""
 
@@ -79,8 +83,8 @@ class YamlFile:
     def find(self, loc: Loc) -> tuple[int, int]:
         """Return how many parts of `loc` the file has, and the line of the last one (or 0)."""
         node, line = self.root, 0
-        for depth, part in enumerate(loc):
-            found = _child(node, part)
+        for depth, step in enumerate(loc):
+            found = _child(node, step)
             if found is None:
                 return depth, line
             mark, node = found
@@ -161,15 +165,20 @@ def show(value: object) -> str:
         return "a huge integer"
 
 
+def part(key: object) -> str:
+    """Return a key as a part of a path, whatever it is."""
+    return key if isinstance(key, str) else show(key)
+
+
 def key_path(loc: Loc) -> str:
     """Return a place within a file as ``axes.restitution.values[2]``."""
     text = ""
-    for part in loc:
-        if isinstance(part, int):
-            text += f"[{part}]"
+    for step in loc:
+        if isinstance(step, int):
+            text += f"[{step}]"
             continue
-        plain = re.fullmatch(r"[\w~<-]+", part) is not None and len(part) <= 60
-        text += ("." if text else "") + (part if plain else show(part))
+        plain = re.fullmatch(r"[\w~<-]+", step) is not None and len(step) <= 60
+        text += ("." if text else "") + (step if plain else show(step))
     return text
 
 
@@ -284,7 +293,8 @@ class _Values:
                 self._blame(key_node, loc, "a key must be a name, not a list or a mapping")
                 continue
             key = self.of(key_node, loc)
-            here = (*loc, key if isinstance(key, str) else show(key))
+            key = str(key) if isinstance(key, Quoted) else key
+            here = (*loc, part(key))
             value = self.of(value_node, here)
             if key in mapping:
                 message = f"the key {show(key)} is given twice (first in line {lines[key]})"
@@ -316,18 +326,18 @@ _SCALARS: dict[str, Callable[[str], Any]] = {
     "bool": lambda text: {"true": True, "false": False}[text.lower()],
     "int": _integer,
     "float": _float,
-    "str": str,
+    "str": lambda text: Quoted(text) if NUMBER.fullmatch(text) else text,
 }
 
 
-def _child(node: Node | None, part: str | int) -> tuple[int, Node] | None:
+def _child(node: Node | None, step: str | int) -> tuple[int, Node] | None:
     """Return the line (from 0) and the node of one part of a path."""
-    if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
-        item = node.value[part]
+    if isinstance(node, SequenceNode) and isinstance(step, int) and step < len(node.value):
+        item = node.value[step]
         return item.start_mark.line, item
     if isinstance(node, MappingNode):
         for key, value in node.value:
-            if key.value == part:
+            if key.value == step:
                 return key.start_mark.line, value
     return None
 

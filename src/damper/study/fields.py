@@ -1,0 +1,321 @@
+"""What a setting may be, and how it is told that it is not.
+
+Settings are checked by the kinds below (`Number`, `Choice`, ...) rather than by pydantic's own
+types: a kind can say in words what it allows, and every message does.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import operator
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ValidationError,
+    ValidationInfo,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from damper.parameters import QUANTITIES, check_parameter
+from damper.study.axes import MOST_VALUES
+from damper.study.yaml_file import NUMBER, Loc, Quoted, part, show, words
+
+STEM = re.compile(r"[A-Za-z0-9_-]+")
+STEM_WORDS = "letters, digits, _ and -"
+
+
+class Strict(BaseModel):
+    """A mapping of settings: unknown, missing and misspelt keys are told in plain words."""
+
+    model_config = ConfigDict(frozen=True)
+    shorthand: ClassVar[str] = ""
+    """The setting that may be written alone, in place of the mapping."""
+
+    @classmethod
+    def entry(cls, name: str, data: Any) -> Self:
+        """Return the checked entry `name` of a `Section`."""
+        return cls.model_validate(data, context=name)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Any, faults: Faults) -> None:
+        """Check what no setting can check alone; `model` is None after any other fault."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_plain_words(cls, data: Any, handler: Callable[[Any], Any]) -> Any:
+        if isinstance(data, cls):
+            return data
+        if cls.shorthand and not isinstance(data, dict):
+            data = {cls.shorthand: data}
+        as_mapping(data, words(cls.model_fields))
+        faults, model = Faults(), None
+        for key, value in data.items():
+            if key not in cls.model_fields:
+                faults.unknown((part(key),), "key", key, cls.model_fields, value)
+        for key, field in cls.model_fields.items():
+            if field.is_required() and key not in data:
+                allowed = next((k.words for k in field.metadata if isinstance(k, Kind)), "")
+                faults.add((key,), f"'{key}' is missing", allowed)
+        with faults.of():
+            model = handler({key: data[key] for key in cls.model_fields if key in data})
+        cls.relate(data, None if faults.lines else model, faults)
+        faults.settle()
+        return model
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: Callable[[Any], dict[str, Any]]) -> Any:
+        given = {key for key, value in self if value is not None}
+        return getattr(self, self.shorthand) if given == {self.shorthand} else handler(self)
+
+
+class Kind:
+    """What a setting may be; stands in the annotation of a field."""
+
+    words: str
+
+    def check(self, value: Any, context: Any) -> Any:
+        """Return the value to keep, or raise a `fault`."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        def check(value: Any, info: ValidationInfo) -> Any:
+            return self.check(value, info.context)
+
+        return core_schema.with_info_plain_validator_function(check)
+
+
+_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+
+
+class Number(Kind):
+    """A finite number within bounds (gt, ge, lt, le): never a boolean, nor one in quotes."""
+
+    def __init__(self, *, whole: bool = False, note: str = "", **bounds: float) -> None:
+        self.whole = whole
+        self.bounds = [(getattr(operator, name), bound) for name, bound in bounds.items()]
+        limits = " and ".join(f"{_SIGNS[name]} {bound}" for name, bound in bounds.items())
+        self.words = " ".join(w for w in ("integer" if whole else "number", limits, note) if w)
+
+    def check(self, value: Any, context: Any) -> float:
+        number = _finite(value, self.words, self.whole)
+        if not all(holds(number, bound) for holds, bound in self.bounds):
+            shown = value if isinstance(value, str) else show(value)
+            raise fault(f"out of range (value: {shown})", self.words)
+        return number
+
+
+_IN_RANGE = {None: "number"} | {q.name: f"number, {q.allowed}" for q in QUANTITIES}
+
+
+class Coordinate(Kind):
+    """A value of the parameter that the context names."""
+
+    words = "number in the range of the parameter"
+
+    def check(self, value: Any, context: Any) -> float:
+        allowed = _IN_RANGE[context]
+        number = _finite(value, allowed)
+        try:
+            return number if context is None else check_parameter(context, number)
+        except ValueError:
+            raise wrong("out of range", value, allowed) from None
+
+
+def _finite(value: Any, allowed: str, whole: bool = False) -> float:
+    sort = "not an integer" if whole else "not a number"
+    if isinstance(value, str):
+        # Snakemake's YAML reader takes 1e-12 for text; only what a file has in quotes is text.
+        looks = NUMBER.fullmatch(value) is not None
+        if not looks or isinstance(value, Quoted):
+            raise wrong(sort, value, allowed, ", which is text: take off the quotes" * looks)
+        value = int(value) if re.fullmatch(r"[-+]?[0-9]{1,400}", value) else float(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise wrong(sort, value, allowed)
+    try:
+        number = float(value) + 0.0  # and -0.0 is 0.0, also in names
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise wrong("not finite", value, allowed)
+    if whole and isinstance(value, float):
+        round_ = value.is_integer() and abs(value) < 1e15
+        raise wrong(sort, value, allowed, f", write {int(value)}" if round_ else "")
+    return value if whole else number
+
+
+class Text(Kind):
+    """Text that is not blank."""
+
+    words = "text"
+
+    def check(self, value: Any, context: Any) -> str:
+        if not isinstance(value, str):
+            hint = "" if value is None or isinstance(value, dict | list) else ", put it in quotes"
+            raise wrong("not text", value, self.words, hint)
+        if not value.strip():
+            raise fault("the text is empty", self.words)
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise wrong("not text in UTF-8", value, self.words) from None
+        return str(value)
+
+
+class Choice(Kind):
+    """One of a few words."""
+
+    def __init__(self, *names: str) -> None:
+        self.names = names
+        self.words = words(names)
+
+    def check(self, value: Any, context: Any) -> str:
+        if not isinstance(value, str) or value not in self.names:
+            near = nearest(value, self.names) if isinstance(value, str) else ""
+            raise wrong("not one of the choices", value, self.words, near=near)
+        return str(value)
+
+
+class Flag(Kind):
+    """True or false."""
+
+    words = "true, false"
+
+    def check(self, value: Any, context: Any) -> bool:
+        if not isinstance(value, bool):
+            raise wrong("not true or false", value, self.words)
+        return value
+
+
+class ListOf(Kind):
+    """A list of distinct values of one kind."""
+
+    def __init__(self, kind: Kind, least: int = 0) -> None:
+        self.kind, self.least = kind, least
+        self.words = f"list of {kind.words}"
+
+    def check(self, value: Any, context: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple):
+            raise wrong("not a list", value, self.words)
+        if len(value) < self.least:
+            raise fault("the list is empty", f"{self.words}, at least {self.least}")
+        if len(value) > MOST_VALUES:
+            raise fault(f"{len(value)} values are too many", f"at most {MOST_VALUES}")
+        faults = Faults()
+        kept: dict[Any, int] = {}
+        for i, item in enumerate(value):
+            with faults.of(i):
+                checked = self.kind.check(item, context)
+                if checked in kept:
+                    raise fault(f"{show(item)} is given twice (first as [{kept[checked]}])")
+                kept[checked] = i
+        faults.settle()
+        return tuple(kept)
+
+
+class Section(Kind):
+    """A mapping from names to entries; nothing at all is an empty one."""
+
+    def __init__(
+        self, entry: Callable[[str, Any], Any], what: str, names: Iterable[str] | None = None
+    ) -> None:
+        self.entry, self.what, self.names = entry, what, names
+        self.words = f"mapping from {what} to its settings"
+
+    def check(self, value: Any, context: Any) -> dict[str, Any]:
+        faults = Faults()
+        kept: dict[str, Any] = {}
+        seen: dict[str, str] = {}
+        for name, data in as_mapping({} if value is None else value, self.words).items():
+            here = part(name)
+            if self.names is not None and name not in self.names:
+                faults.unknown((here,), self.what, name, self.names, data)
+                continue
+            if not isinstance(name, str):
+                faults.add((here,), f"a key must be text: put {show(name)} in quotes", STEM_WORDS)
+                continue
+            twin = seen.setdefault(name.casefold(), name)
+            if twin != name:
+                faults.add((here,), f"the same file as '{twin}' where case does not count")
+            with faults.of(here):
+                kept[name] = self.entry(name, data)
+        faults.settle()
+        return kept
+
+
+class Faults:
+    """Collects faults on their way through pydantic, so that one does not hide the next."""
+
+    def __init__(self) -> None:
+        self.lines: list[Any] = []
+
+    def add(self, loc: Loc, message: str, allowed: str = "", near: str = "") -> None:
+        """Note one fault."""
+        self._note(loc, fault(message, allowed, near))
+
+    def unknown(
+        self, loc: Loc, what: str, name: object, names: Iterable[str], value: object = None
+    ) -> None:
+        """Note a name that is none of `names`, and its value where it is short."""
+        if not isinstance(name, str):
+            self.add(loc, f"a key must be text (it is {show(name)})", words(names))
+            return
+        long = value is None or isinstance(value, dict | list)
+        shown = "" if long else f" (value: {show(value)})"
+        self.add(loc, f"unknown {what} {show(name)}{shown}", words(names), nearest(name, names))
+
+    @contextmanager
+    def of(self, *loc: str | int) -> Iterator[None]:
+        """Note the faults that the body raises, at `loc` and below."""
+        try:
+            yield
+        except PydanticCustomError as error:
+            self._note(loc, error)
+        except ValidationError as error:
+            for line in error.errors(include_url=False, include_input=False):
+                if line["type"] == "fault":
+                    self.add((*loc, *line["loc"]), **line["ctx"])
+                elif line["type"] != "missing":  # which `Strict` tells better
+                    self.add((*loc, *line["loc"]), f"not valid: {line['msg']}")
+
+    def settle(self) -> None:
+        """Raise what was noted, if anything."""
+        if self.lines:
+            raise ValidationError.from_exception_data("study", self.lines)
+
+    def _note(self, loc: Loc, error: PydanticCustomError) -> None:
+        self.lines.append({"type": error, "loc": loc, "input": None})
+
+
+def fault(message: str, allowed: str = "", near: str = "") -> PydanticCustomError:
+    """Return the error that a kind raises: what is wrong, what is allowed, the nearest name."""
+    context = {"message": message, "allowed": allowed, "near": near}
+    return PydanticCustomError("fault", "{message}", context)
+
+
+def wrong(
+    what: str, value: object, allowed: str, hint: str = "", near: str = ""
+) -> PydanticCustomError:
+    """Return the fault that shows a value."""
+    return fault(f"{what} (value: {show(value)}{hint})", allowed, near)
+
+
+def as_mapping(value: Any, allowed: str) -> dict[Any, Any]:
+    """Return `value` if it is a mapping."""
+    if not isinstance(value, dict):
+        raise wrong("not a mapping", value, allowed)
+    return value
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return the one of `names` that `name` was probably meant to be, or nothing."""
+    folded = {right.casefold(): right for right in names}
+    close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
+    return folded[close[0]] if close else ""
