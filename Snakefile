@@ -19,3 +19,9 @@ rule all:
     default_target: True
     input:
         [everything_of(study) for study in STUDIES.values()],
+    message:
+        "Everything is made"
+
+
+onsuccess:
+    print(cost_by_stage(), file=sys.stderr)

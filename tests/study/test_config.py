@@ -105,6 +105,27 @@ def test_canonical_text_is_a_fixed_point(tmp_path: Path) -> None:
     assert load(tmp_path, yaml.safe_dump(shuffled, sort_keys=False)).to_yaml() == text
 
 
+def test_origin_of_values(tmp_path: Path) -> None:
+    text = changed("clearance: 0.05", 'clearance: {value: 0.05, stated: "table 1"}')
+    text = text.replace("step: 0.002", 'step: 0.002, stated: "1e-3"')
+    study = load(tmp_path, text)
+    assert list(study.assumed) == ["damping_ratio", "frequency_ratio"]
+    assert study.stated == {"clearance": "table 1", "restitution": "1e-3"}
+    assert study.fixed["clearance"] == 0.05
+    again = load(tmp_path, study.to_yaml())
+    assert again == study
+    assert again.to_yaml() == study.to_yaml()
+    assert load(tmp_path, GOOD).stated == {}
+
+
+def test_figure_has_a_caption(tmp_path: Path) -> None:
+    study = load(
+        tmp_path, changed("along: restitution, each", "caption: C, along: restitution, each")
+    )
+    assert study.figures["bifurcation"].caption == "C"
+    assert load(tmp_path, GOOD).figures["bifurcation"].caption is None
+
+
 @pytest.mark.parametrize("title", ["no", "1e-8", "0x1F", "~", "a: b # c", "é\n\ttab", "=", "<<"])
 def test_canonical_text_keeps_odd_words(tmp_path: Path, title: str) -> None:
     text = changed("Restitution and chatter", yaml.safe_dump(title, default_style='"').strip())
@@ -198,7 +219,7 @@ MISTAKES = {
         "{start: 0, stop: 1, nmu: 501}",
         "good.yaml:9  axes.restitution.nmu\n"
         "    unknown key 'nmu' (value: 501)\n"
-        "    allowed: values, start, stop, num, step, spacing, fan, assumed\n"
+        "    allowed: values, start, stop, num, step, spacing, fan, assumed, stated\n"
         "    did you mean 'num'?",
     ),
     "unknown top key": ("periods:", "Period:", "Period\n", "did you mean 'periods'?"),
@@ -292,6 +313,31 @@ MISTAKES = {
         "make 4008 slices: mass_ratio (4 values), frequency_ratio (2 values), "
         "restitution (501 values)",
         "at most 1000 slices; take 'fan: true' from restitution",
+    ),
+    "two origins": (
+        'assumed: "the',
+        'stated: "table 1", assumed: "the',
+        "good.yaml:4  parameters.damping_ratio\n    assumed and stated are both given\n",
+        "1 error ",
+    ),
+    "two origins of an axis": (
+        'assumed: "three',
+        'stated: "table 1", assumed: "three',
+        "good.yaml:8  axes.frequency_ratio\n    assumed and stated are both given\n",
+        "1 error ",
+    ),
+    "origin not text": (
+        'assumed: "three of four"',
+        "stated: 3",
+        "axes.frequency_ratio.stated\n    not text (value: 3, put it in quotes)",
+    ),
+    "empty caption": ("along: restitution, each", "caption: '', along: restitution, each", "empty"),
+    "no parameters": (
+        'damping_ratio: {value: 0.02, assumed: "the paper\'s value is lost"}\n  clearance: 0.05\n',
+        "\n",
+        "good.yaml:3  parameters.damping_ratio\n",
+        "good.yaml:3  parameters.clearance\n",
+        "2 errors ",
     ),
     "no observers": (
         "observers:\n",

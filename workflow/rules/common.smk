@@ -1,6 +1,8 @@
 """Read and check the configuration; the functions that rules ask for inputs and parameters."""
 
+import re
 import sys
+import time
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -14,24 +16,31 @@ except ImportError as error:
         "`pip install -e '.[fast,workflow]'` into the environment that runs snakemake."
     )
 
+STARTED = time.time()
 HOME = Path(workflow.basedir)
 SCRIPTS = HOME / "workflow/scripts"
 
 try:
     CONFIG = load_config(config, HOME)
 except ConfigError as error:
-    # Not a traceback: the message says file, key, value, what is allowed and the nearest name.
-    raise WorkflowError(str(error))
+    # Just the message (file, key, value, what is allowed, nearest name); a WorkflowError would add
+    # the line of this file that found the mistake.
+    sys.exit(str(error))
 
 STUDIES = CONFIG.studies
 RESULTS = CONFIG.results
 ENGINE = {"accuracy": CONFIG.engine.accuracy, "max_events": CONFIG.engine.max_events}
 
 
+def one_of(names):
+    """Return a regular expression for just these names, so that a wrong target is refused at once."""
+    return "|".join(re.escape(name) for name in names) or "(?!)"
+
+
 wildcard_constraints:
-    study="|".join(STUDIES),
-    figure="[^/]+",
-    table="[^/]+",
+    study=one_of(STUDIES),
+    figure=one_of({name for study in STUDIES.values() for name in study.figure_files()}),
+    table=one_of({name for study in STUDIES.values() for name in study.tables}),
 
 
 def everything_of(study):
@@ -66,3 +75,20 @@ def observers_of(study):
 def observer_modules(studies):
     """Modules of the observers that studies ask for: others do not concern their results."""
     return sorted({f"damper.observers.{name}" for study in studies for name in study.observers})
+
+
+def cost_by_stage():
+    """Wall seconds of this run's jobs, summed by rule, from Snakemake's own benchmark files."""
+    cost = {}
+    for path in sorted(Path("logs/benchmarks").rglob("*.tsv")):
+        if path.stat().st_mtime >= STARTED:
+            # <study>/<stage>... or compile/<observers>.tsv
+            first, second, *_ = path.relative_to("logs/benchmarks").with_suffix("").parts
+            stage = first if first == "compile" else second
+            seconds = float(path.read_text().splitlines()[1].split("\t")[0])
+            jobs, total = cost.get(stage, (0, 0.0))
+            cost[stage] = jobs + 1, total + seconds
+    lines = [
+        f"  {stage:<10} {jobs:4d} jobs {total:8.1f} s" for stage, (jobs, total) in cost.items()
+    ]
+    return "\n".join(["Cost by stage (wall time, summed over jobs):", *lines]) if lines else ""

@@ -10,7 +10,7 @@ def _about(wildcards):
 
 def _notes(wildcards):
     study = STUDIES[wildcards.study]
-    return {"assumed": study.assumed, "stated": getattr(study, "stated", {})}
+    return {"assumed": study.assumed, "stated": study.stated}
 
 
 rule gather:

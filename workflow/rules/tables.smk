@@ -4,7 +4,7 @@
 rule table:
     input:
         cube=f"{RESULTS}/{{study}}/cube.nc",
-        compiled=ancient(rules.compile.output),
+        compiled=ancient(compiled_for),
     output:
         csv=f"{RESULTS}/{{study}}/tables/{{table}}.csv",
         md=f"{RESULTS}/{{study}}/tables/{{table}}.md",

@@ -6,13 +6,13 @@ studies it names, or raises one `ConfigError` that lists every mistake in every 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from damper.study.fields import STEM, STEM_WORDS, nearest
+from damper.study.fields import STEM, STEM_WORDS, faults_of, nearest
 from damper.study.model import Config, Settings, Study
 from damper.study.yaml_file import ConfigError, Loc, Problem, YamlFile, read_yaml, show, words
 
@@ -46,7 +46,7 @@ def load_config(mapping: dict[str, Any], directory: Path) -> Config:
     try:
         settings = Settings.model_validate(mapping)
     except ValidationError as error:
-        problems += _problems(error, mapping, lambda loc: ("config", 0))
+        problems += [Problem("config", loc, **told) for loc, told in faults_of(error)]
     overrides = _part_of(mapping, "overrides", dict)
     for name, path in _paths(_part_of(mapping, "studies", list), overrides, directory, problems):
         label = path.relative_to(directory) if path.is_relative_to(directory) else path
@@ -95,18 +95,17 @@ def _paths(
         if not isinstance(entry, str) or not entry.strip() or entry in asked[:i]:
             continue  # told already
         path = directory / entry if entry.endswith(".yaml") else files.get(entry)
+        loc = ("studies", i)
         if path is None:
-            problems.append(_unknown_study(("studies", i), entry, files))
-            continue
-        message, allowed = "", STEM_WORDS
-        if not STEM.fullmatch(path.stem):
+            problems.append(_unknown_study(loc, entry, files))
+        elif not STEM.fullmatch(path.stem):
             message = f"{show(path.stem)} cannot be the name of a study"
+            problems.append(Problem("config", loc, message, STEM_WORDS))
         elif path.stem.casefold() in map(str.casefold, paths):
-            message, allowed = f"two studies are called '{path.stem}'", "each name once"
+            message = f"two studies are called '{path.stem}'"
+            problems.append(Problem("config", loc, message, "each name once"))
         else:
             paths[path.stem] = path
-        if message:
-            problems.append(Problem("config", ("studies", i), message, allowed))
     strangers = [n for n in overrides if isinstance(n, str) and n not in files and n not in paths]
     problems += [_unknown_study(("overrides", name), name, files) for name in strangers]
     return list(paths.items())
@@ -134,39 +133,13 @@ def _load(path: Path, label: str, override: Any) -> Study:
     try:
         study = Study.model_validate(data)
     except ValidationError as error:
-        problems += _problems(error, data, lambda loc: _place(loc, file, override))
+        for loc, told in faults_of(error):
+            place, line = _place(loc, file, override)
+            problems.append(Problem(place, loc, line=line, **told))
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     study._name = path.stem
     return study
-
-
-# Problems: where the value in error was written, which pydantic does not know.
-
-
-def _problems(
-    error: ValidationError, data: Any, place: Callable[[Loc], tuple[str, int]]
-) -> list[Problem]:
-    problems = []
-    for fault in error.errors(include_url=False, include_input=False):
-        loc = _as_written(fault["loc"], data)
-        where, line = place(loc)
-        problems.append(Problem(where, loc, line=line, **fault["ctx"]))
-    return problems
-
-
-def _as_written(loc: Loc, data: Any) -> Loc:
-    """Drop the end of a path that only the written-out form of a shorthand has."""
-    for i, part in enumerate(loc):
-        if isinstance(data, dict):
-            if part not in data:
-                break
-            data = data[part]
-        elif isinstance(data, list | tuple) and isinstance(part, int) and part < len(data):
-            data = data[part]
-        else:
-            return loc[:i]
-    return loc
 
 
 def _place(loc: Loc, file: YamlFile, override: Any) -> tuple[str, int]:

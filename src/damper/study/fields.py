@@ -26,7 +26,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from damper.parameters import QUANTITIES, check_parameter
 from damper.study.axes import MOST_VALUES
-from damper.study.yaml_file import NUMBER, Loc, Quoted, part, show, words
+from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, show, words
 
 STEM = re.compile(r"[A-Za-z0-9_-]+")
 STEM_WORDS = "letters, digits, _ and -"
@@ -53,19 +53,22 @@ class Strict(BaseModel):
     def _in_plain_words(cls, data: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(data, cls):
             return data
-        if cls.shorthand and not isinstance(data, dict):
+        alone = bool(cls.shorthand) and not isinstance(data, dict)
+        if alone:
             data = {cls.shorthand: data}
         as_mapping(data, words(cls.model_fields))
         faults, model = Faults(), None
         for key, value in data.items():
             if key not in cls.model_fields:
-                faults.unknown((part(key),), "key", key, cls.model_fields, value)
+                faults.unknown((as_part(key),), "key", key, cls.model_fields, value)
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in data:
                 allowed = next((k.words for k in field.metadata if isinstance(k, Kind)), "")
                 faults.add((key,), f"'{key}' is missing", allowed)
         with faults.of():
             model = handler({key: data[key] for key in cls.model_fields if key in data})
+        if alone:
+            faults.lines = [line | {"loc": ()} for line in faults.lines]
         cls.relate(data, None if faults.lines else model, faults)
         faults.settle()
         return model
@@ -179,7 +182,7 @@ class Choice(Kind):
     def check(self, value: Any, context: Any) -> str:
         if not isinstance(value, str) or value not in self.names:
             near = nearest(value, self.names) if isinstance(value, str) else ""
-            raise wrong("not one of the choices", value, self.words, near=near)
+            raise fault(f"not one of the choices (value: {show(value)})", self.words, near)
         return str(value)
 
 
@@ -234,7 +237,7 @@ class Section(Kind):
         kept: dict[str, Any] = {}
         seen: dict[str, str] = {}
         for name, data in as_mapping({} if value is None else value, self.words).items():
-            here = part(name)
+            here = as_part(name)
             if self.names is not None and name not in self.names:
                 faults.unknown((here,), self.what, name, self.names, data)
                 continue
@@ -279,11 +282,8 @@ class Faults:
         except PydanticCustomError as error:
             self._note(loc, error)
         except ValidationError as error:
-            for line in error.errors(include_url=False, include_input=False):
-                if line["type"] == "fault":
-                    self.add((*loc, *line["loc"]), **line["ctx"])
-                elif line["type"] != "missing":  # which `Strict` tells better
-                    self.add((*loc, *line["loc"]), f"not valid: {line['msg']}")
+            for below, context in faults_of(error):
+                self.add((*loc, *below), **context)
 
     def settle(self) -> None:
         """Raise what was noted, if anything."""
@@ -300,11 +300,16 @@ def fault(message: str, allowed: str = "", near: str = "") -> PydanticCustomErro
     return PydanticCustomError("fault", "{message}", context)
 
 
-def wrong(
-    what: str, value: object, allowed: str, hint: str = "", near: str = ""
-) -> PydanticCustomError:
+def wrong(what: str, value: object, allowed: str, hint: str = "") -> PydanticCustomError:
     """Return the fault that shows a value."""
-    return fault(f"{what} (value: {show(value)}{hint})", allowed, near)
+    return fault(f"{what} (value: {show(value)}{hint})", allowed)
+
+
+def faults_of(error: ValidationError) -> list[tuple[Loc, dict[str, str]]]:
+    """Return the faults in pydantic's error: where, and what `fault` was told."""
+    lines = error.errors(include_url=False, include_input=False)
+    # A missing key is told by `Strict`, in better words.
+    return [(line["loc"], line["ctx"]) for line in lines if line["type"] != "missing"]
 
 
 def as_mapping(value: Any, allowed: str) -> dict[Any, Any]:

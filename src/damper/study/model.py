@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import product as combinations
 from typing import Annotated, Any
 
-from pydantic import Field, PrivateAttr
+from pydantic import PrivateAttr
 
 from damper.parameters import PARAMETER_NAMES, QUANTITIES
 from damper.study.axes import axis_values, coordinate_name
@@ -25,10 +25,12 @@ from damper.study.settings import (
     observer,
     product,
 )
-from damper.study.yaml_file import dump_yaml, part, words
+from damper.study.yaml_file import as_part, dump_yaml, words
 
 MOST_SLICES = 1000
 """One slice is one job; beyond this the workflow spends its time on bookkeeping."""
+
+_NONE: dict[str, Any] = {}
 
 
 class Study(Strict):
@@ -38,20 +40,14 @@ class Study(Strict):
     source: Annotated[str, Text()]
     description: OptionalText = None
     parameters: Annotated[dict[str, Fixed], Section(Fixed.entry, "parameter", PARAMETER_NAMES)] = (
-        Field(default_factory=dict)
+        _NONE
     )
-    axes: Annotated[dict[str, Axis], Section(Axis.entry, "axis", PARAMETER_NAMES)] = Field(
-        default_factory=dict
-    )
+    axes: Annotated[dict[str, Axis], Section(Axis.entry, "axis", PARAMETER_NAMES)] = _NONE
     transient: Annotated[int, Number(ge=0, whole=True)]
     periods: Annotated[int, Number(ge=1, whole=True)]
     observers: Annotated[dict[str, Strict], Section(observer, "observer", OBSERVERS)]
-    figures: Annotated[dict[str, Product], Section(product(FIGURES), "figure")] = Field(
-        default_factory=dict
-    )
-    tables: Annotated[dict[str, Product], Section(product(TABLES), "table")] = Field(
-        default_factory=dict
-    )
+    figures: Annotated[dict[str, Product], Section(product(FIGURES), "figure")] = _NONE
+    tables: Annotated[dict[str, Product], Section(product(TABLES), "table")] = _NONE
     _name: str = PrivateAttr("")
 
     @property
@@ -141,7 +137,7 @@ class Study(Strict):
                 if isinstance(kind, str) and kind in registry:
                     found = Faults()
                     registry[kind].fit(settings, values, observers, found)
-                    with faults.of(section, part(stem)):
+                    with faults.of(section, as_part(stem)):
                         found.settle()
 
 
@@ -203,7 +199,7 @@ class Settings(Strict):
     studies: Annotated[tuple[str, ...], ListOf(Text(), least=1)]
     engine: Engine = Engine()
     results: Annotated[str, Text()] = "results"
-    overrides: Annotated[dict[str, Any], Section(_override, "study")] = Field(default_factory=dict)
+    overrides: Annotated[dict[str, Any], Section(_override, "study")] = _NONE
 
 
 @dataclass(frozen=True)

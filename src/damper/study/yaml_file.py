@@ -83,8 +83,8 @@ class YamlFile:
     def find(self, loc: Loc) -> tuple[int, int]:
         """Return how many parts of `loc` the file has, and the line of the last one (or 0)."""
         node, line = self.root, 0
-        for depth, step in enumerate(loc):
-            found = _child(node, step)
+        for depth, part in enumerate(loc):
+            found = _child(node, part)
             if found is None:
                 return depth, line
             mark, node = found
@@ -115,29 +115,28 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     """
     label = str(path) if label is None else label
     try:
-        text = _decoded(path.read_bytes())
-        root = _Loader(text).get_single_node()
+        root = _Loader(_decoded(path.read_bytes())).get_single_node()
     except FileNotFoundError:
-        raise ConfigError.of([Problem(label, (), "there is no such file")]) from None
+        problem = Problem(label, (), "there is no such file")
     except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise ConfigError.of([Problem(label, (), f"cannot be read: {reason}")]) from None
+        problem = Problem(label, (), f"cannot be read: {error.strerror or 'unknown reason'}")
     except _NotYamlError as error:
-        place = f"{label}:{error.line}"
         message = f"not valid YAML at line {error.line}, column {error.column}: {error}"
-        raise ConfigError.of([Problem(place, (), message)]) from None
+        problem = Problem(f"{label}:{error.line}", (), message)
     except ValueError:  # a path with a null byte or a lone surrogate in it
-        raise ConfigError.of([Problem(label, (), "is not the name of a file")]) from None
-    file = YamlFile(label, None, root)
-    file.data = _Values(file).of(root, ()) if root is not None else None
-    if file.data is None and not file.problems:
-        raise ConfigError.of([Problem(label, (), "the file is empty", "a mapping (key: value)")])
-    if not isinstance(file.data, dict) and not file.problems:
-        message = f"the top level must be a mapping (it is {show(file.data)})"
-        raise ConfigError.of([Problem(f"{label}:{_line(root)}", (), message, "key: value")])
-    if not isinstance(file.data, dict):
-        raise ConfigError.of(file.problems)
-    return file
+        problem = Problem(label, (), "is not the name of a file")
+    else:
+        file = YamlFile(label, None, root)
+        file.data = None if root is None else _Values(file).of(root, ())
+        if isinstance(file.data, dict):
+            return file
+        if file.problems:
+            raise ConfigError.of(file.problems)
+        problem = Problem(label, (), "the file is empty", "a mapping (key: value)")
+        if file.data is not None:
+            message = f"the top level must be a mapping (it is {show(file.data)})"
+            problem = Problem(f"{label}:{_line(root)}", (), message, "key: value")
+    raise ConfigError.of([problem])
 
 
 def dump_yaml(data: Any) -> str:
@@ -165,7 +164,7 @@ def show(value: object) -> str:
         return "a huge integer"
 
 
-def part(key: object) -> str:
+def as_part(key: object) -> str:
     """Return a key as a part of a path, whatever it is."""
     return key if isinstance(key, str) else show(key)
 
@@ -173,12 +172,12 @@ def part(key: object) -> str:
 def key_path(loc: Loc) -> str:
     """Return a place within a file as ``axes.restitution.values[2]``."""
     text = ""
-    for step in loc:
-        if isinstance(step, int):
-            text += f"[{step}]"
+    for part in loc:
+        if isinstance(part, int):
+            text += f"[{part}]"
             continue
-        plain = re.fullmatch(r"[\w~<-]+", step) is not None and len(step) <= 60
-        text += ("." if text else "") + (step if plain else show(step))
+        plain = re.fullmatch(r"[\w~<-]+", part) is not None and len(part) <= 60
+        text += ("." if text else "") + (part if plain else show(part))
     return text
 
 
@@ -294,7 +293,7 @@ class _Values:
                 continue
             key = self.of(key_node, loc)
             key = str(key) if isinstance(key, Quoted) else key
-            here = (*loc, part(key))
+            here = (*loc, as_part(key))
             value = self.of(value_node, here)
             if key in mapping:
                 message = f"the key {show(key)} is given twice (first in line {lines[key]})"
@@ -330,14 +329,14 @@ _SCALARS: dict[str, Callable[[str], Any]] = {
 }
 
 
-def _child(node: Node | None, step: str | int) -> tuple[int, Node] | None:
+def _child(node: Node | None, part: str | int) -> tuple[int, Node] | None:
     """Return the line (from 0) and the node of one part of a path."""
-    if isinstance(node, SequenceNode) and isinstance(step, int) and step < len(node.value):
-        item = node.value[step]
+    if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
+        item = node.value[part]
         return item.start_mark.line, item
     if isinstance(node, MappingNode):
         for key, value in node.value:
-            if key.value == step:
+            if key.value == part:
                 return key.start_mark.line, value
     return None
 

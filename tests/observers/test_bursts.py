@@ -1,0 +1,477 @@
+"""Bursts against a plain loop over the event rows, and against known values of the model."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_bursts import Scene, all_bursts, burst_summary
+from reference import mp_reference
+
+from damper import State
+from damper.lanes import run_lanes
+
+SUMMARY = (
+    "visible_impacts",
+    "chatter",
+    "bursts_per_period",
+    "complete_fraction",
+    "sticking_fraction",
+)
+
+#: Model section 7.
+SLOW = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.2,
+    "clearance": 0.25,
+    "restitution": 0.6,
+}
+#: The restitution study.
+STUDY = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+#: Model section 8, A3: complete bursts in every half period.
+PAPER_A = {
+    "mass_ratio": 0.2,
+    "damping_ratio": 0.01,
+    "frequency_ratio": 0.2,
+    "clearance": 0.03,
+    "restitution": 0.8,
+}
+
+
+def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
+    """Results of the observer for one lane."""
+    arrays, _ = run_lanes([scene.parameters], {"bursts": settings}, **scene.run())
+    return {name: array[0] for name, array in arrays.items()}
+
+
+def assert_summary(found: dict[str, np.ndarray], expected: dict[str, float]) -> None:
+    for name in SUMMARY:
+        assert found[name] == pytest.approx(expected[name], abs=1e-9, nan_ok=True), name
+
+
+# --- the summary of a lane
+
+
+@pytest.mark.parametrize("transient", [0, 3, 40])
+@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.38, 0.45, 0.6, 0.74, 0.9, 1.0])
+@pytest.mark.parametrize("scene", [SLOW, STUDY, PAPER_A], ids=["slow", "study", "paper_a"])
+def test_summary_is_that_of_a_loop_over_the_events(
+    scene: dict[str, float], restitution: float, transient: int
+) -> None:
+    run = Scene({**scene, "restitution": restitution}, transient, 12)
+    assert_summary(observed(run), burst_summary(run, fraction=0.03))
+
+
+@settings(max_examples=150)
+@given(
+    mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
+    damping_ratio=st.sampled_from([0.0, 0.02, 0.3, 1.0]),
+    frequency_ratio=st.sampled_from([0.05, 0.2, 0.7, 1.3, 3.0]),
+    clearance=st.sampled_from([0.0, 0.02, 0.1, 0.4, 1.0]),
+    restitution=st.floats(0, 1),
+    phase=st.sampled_from([0.0, 1.0, math.pi / 2]),
+    transient=st.integers(0, 6),
+    periods=st.integers(1, 8),
+    threshold=st.one_of(st.floats(0.001, 0.5), st.floats(0.001, 0.5).map(lambda s: {"speed": s})),
+)
+def test_summary_of_random_scenes(
+    transient: int, periods: int, threshold: object, **parameters: float
+) -> None:
+    run = Scene(parameters, transient, periods)
+    if isinstance(threshold, dict):
+        expected = burst_summary(run, speed=threshold["speed"])
+    else:
+        expected = burst_summary(run, fraction=threshold)
+    assert_summary(observed(run, threshold=threshold), expected)
+
+
+def test_restitution_one_never_completes() -> None:
+    found = observed(Scene({**STUDY, "restitution": 1.0}, 20, 30))
+    assert found["bursts_per_period"] > 0
+    assert found["complete_fraction"] == 0.0
+    assert found["sticking_fraction"] == 0.0
+    assert found["chatter"] in (0, 1)
+
+
+def test_restitution_zero_sticks_at_once() -> None:
+    found = observed(Scene({**STUDY, "restitution": 0.0}, 20, 30), records=8)
+    assert found["complete_fraction"] == 1.0
+    assert found["visible_impacts"] == 1
+    assert found["chatter"] == 0
+    np.testing.assert_array_equal(found["burst_visible_impacts"], 1.0)
+    np.testing.assert_array_equal(found["burst_duration"], 0.0)
+
+
+def test_zero_clearance_is_stuck_without_bursts() -> None:
+    found = observed(Scene({**STUDY, "clearance": 0.0}, 2, 5))
+    assert found["sticking_fraction"] == pytest.approx(1.0, abs=1e-12)
+    assert found["bursts_per_period"] == 0.0
+    assert found["visible_impacts"] == 0
+    assert found["chatter"] == 0
+    assert math.isnan(found["complete_fraction"])
+
+
+def test_no_contact_no_bursts() -> None:
+    found = observed(Scene({**STUDY, "clearance": 50.0}, 2, 5))
+    assert found["visible_impacts"] == 0
+    assert found["chatter"] == 0
+    assert found["bursts_per_period"] == 0.0
+    assert found["sticking_fraction"] == 0.0
+    assert math.isnan(found["complete_fraction"])
+
+
+def test_all_of_399_bursts_of_200_periods_complete() -> None:
+    """Model section 7, from 50-digit arithmetic."""
+    found = observed(Scene({**SLOW, "restitution": 0.3}, 0, 200))
+    assert found["complete_fraction"] * found["bursts_per_period"] * 200 == pytest.approx(399)
+
+
+# --- records of single bursts
+
+
+@pytest.mark.parametrize("transient", [0, 5])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.8, 0.95])
+@pytest.mark.parametrize("scene", [SLOW, STUDY, PAPER_A], ids=["slow", "study", "paper_a"])
+def test_records_are_the_bursts_of_the_event_rows(
+    scene: dict[str, float], restitution: float, transient: int
+) -> None:
+    run = Scene({**scene, "restitution": restitution}, transient, 10)
+    found = observed(run, records=60)
+    bursts = [b for b in all_bursts(run.rows()) if b.onset >= run.start and b.ended][:60]
+    assert len(bursts) > 5
+    for k, burst in enumerate(bursts):
+        end = burst.stick if burst.complete else burst.times[-1]
+        expected = {
+            "onset": burst.onset - run.start,
+            "wall": burst.wall,
+            "first_speed": burst.speeds[0],
+            "visible_impacts": burst.visible(restitution, 0.03),
+            "complete": float(burst.complete),
+            "accumulation_time": burst.stick - run.start,
+            "accumulation_displacement": burst.x,
+            "duration": end - burst.onset,
+        }
+        for name, value in expected.items():
+            got = found[f"burst_{name}"][k]
+            assert got == pytest.approx(value, abs=1e-10, nan_ok=True), (k, name)
+        if not math.isnan(burst.release):
+            assert found["burst_sticking_time"][k] == pytest.approx(burst.release - burst.stick)
+        elif not burst.complete:
+            assert math.isnan(found["burst_sticking_time"][k])
+    for name, array in found.items():
+        if name.startswith("burst_"):
+            assert np.isnan(array[len(bursts) :]).all(), name
+
+
+@pytest.mark.parametrize(
+    ("restitution", "stick", "release"),
+    [
+        (0.6, 44.249718778208865, 46.2709500002439),
+        (0.3, 17.868561780955439, 18.992457098508703),
+    ],
+)
+def test_first_completion_of_the_reference_scene(
+    restitution: float, stick: float, release: float
+) -> None:
+    """Model section 7, from 50-digit arithmetic."""
+    found = observed(Scene({**SLOW, "restitution": restitution}, 0, 2), records=20)
+    first = np.flatnonzero(found["burst_complete"] == 1.0)[0]
+    assert found["burst_accumulation_time"][first] == pytest.approx(stick, abs=1e-11)
+    assert found["burst_sticking_time"][first] == pytest.approx(release - stick, abs=1e-10)
+
+
+def test_release_after_the_end_of_the_record_is_not_known() -> None:
+    """`burst_sticking_time` is the time from sticking to release, so a cut one is no number."""
+    late = [
+        run
+        for shift in range(40)
+        if (run := Scene({**SLOW, "restitution": 0.3, "phase": 0.15 * shift}, 2, 3))
+        and (last := [b for b in all_bursts(run.rows()) if b.ended][-1]).complete
+        and math.isnan(last.release)
+    ]
+    assert late
+    for run in late:
+        found = observed(run, records=40)
+        bursts = [b for b in all_bursts(run.rows()) if b.onset >= run.start and b.ended]
+        assert math.isnan(found["burst_sticking_time"][len(bursts) - 1])
+
+
+def test_fewer_records_are_the_first_of_more() -> None:
+    few = observed(Scene(STUDY, 4, 20), records=3)
+    many = observed(Scene(STUDY, 4, 20), records=30)
+    for name in (name for name in few if name.startswith("burst_")):
+        assert few[name].shape == (3,)
+        np.testing.assert_array_equal(few[name], many[name][:3])
+    assert not any(name.startswith("burst_") for name in observed(Scene(STUDY, 4, 20)))
+
+
+# --- the edges of the record
+
+
+def scene_with_end_in_a_burst(restitution: float) -> Scene:
+    """Scene whose record is cut between the impacts of a burst with the largest count."""
+    for shift in range(200):
+        run = Scene({**PAPER_A, "restitution": restitution, "phase": 0.03 * shift}, 30, 2)
+        last = all_bursts(run.rows())[-1]
+        if not last.ended and last.visible(restitution, 0.03) >= 5:
+            return run
+    raise AssertionError("no such scene")
+
+
+def test_burst_cut_by_the_end_counts_for_visibility_only() -> None:
+    run = scene_with_end_in_a_burst(0.8)
+    begun = [b for b in all_bursts(run.rows()) if b.onset >= run.start]
+    found = observed(run, records=50)
+    assert found["bursts_per_period"] * run.periods == len(begun) - 1
+    assert np.isfinite(found["burst_onset"]).sum() == len(begun) - 1
+    assert_summary(found, burst_summary(run, fraction=0.03))
+
+
+def test_cut_burst_alone_is_chatter_of_unknown_end() -> None:
+    """A record that holds nothing but the beginning of a burst longer than the forcing period."""
+    parameters = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.02,
+        "frequency_ratio": 8.0,
+        "clearance": 0.5,
+        "restitution": 0.9,
+    }
+    # On the left wall, which pushes: the primary swings back freely from x = -5.
+    state = State(-5.0, 0.0, -5.5, -0.3)
+    cut, whole = Scene(parameters, 0, 1, state), Scene(parameters, 0, 2, state)
+    rows = cut.rows()
+    assert set(rows["kind"].tolist()) == {0}
+    assert set(rows["side"].tolist()) == {-1}
+    found = observed(cut, records=2)
+    assert found["bursts_per_period"] == 0.0
+    assert math.isnan(found["complete_fraction"])
+    assert found["visible_impacts"] == all_bursts(rows)[0].visible(0.9, 0.03) >= 5
+    assert found["chatter"] == 1
+    assert np.isnan(found["burst_onset"]).all()
+    assert observed(whole)["chatter"] == 2
+    assert observed(whole)["complete_fraction"] == 1.0
+
+
+def test_burst_under_way_at_the_start_is_skipped() -> None:
+    """Starts within bursts: neither the burst's rest nor its sticking counts as a burst."""
+    tried = 0
+    for shift in range(60):
+        run = Scene({**PAPER_A, "phase": 0.1 * shift}, 30, 2)
+        under_way = [
+            b
+            for b in all_bursts(run.rows())
+            if b.onset < run.start < (b.stick if b.complete else b.times[-1])
+        ]
+        if not under_way or not under_way[0].complete:
+            continue
+        tried += 1
+        found = observed(run, records=50)
+        assert found["burst_onset"][0] >= 0.0
+        assert_summary(found, burst_summary(run, fraction=0.03))
+    assert tried >= 10
+
+
+@pytest.mark.parametrize(
+    ("frequency_ratio", "clearance", "wall"), [(0.95, 4.0, -1), (0.95, 5.0, 1), (1.05, 5.0, 1)]
+)
+def test_first_contact_of_the_run_begins_a_burst(
+    frequency_ratio: float, clearance: float, wall: int
+) -> None:
+    """A transient without any contact leaves no burst under way."""
+    p = {**STUDY, "frequency_ratio": frequency_ratio, "clearance": clearance}
+    first = Scene(p, 0, 5).rows()[0]
+    run = Scene(p, int(first["time"] // Scene(p, 0, 1).period), 8)
+    assert run.transient > 0
+    assert first["side"] == wall
+    found = observed(run, records=1)
+    assert found["burst_onset"][0] == pytest.approx(first["time"] - run.start)
+    assert_summary(found, burst_summary(run, fraction=0.03))
+
+
+@pytest.mark.parametrize("phase", [3.04, 3.2, 6.24])
+def test_long_flight_after_a_release_is_no_burst_under_way(phase: float) -> None:
+    """The record starts late in a flight that a release began and that ends on the same wall."""
+    p = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.05,
+        "frequency_ratio": 0.02,
+        "clearance": 0.9,
+        "restitution": 0.0,
+        "phase": phase,
+    }
+    run = Scene(p, 2, 1)
+    rows = run.rows()
+    k = int(np.searchsorted(rows["time"], run.start))
+    assert rows["kind"][k - 1 : k + 1].tolist() == [2, 0]
+    assert rows["side"][k - 1] == rows["side"][k]
+    assert run.start - rows["time"][k - 1] > 25.0
+    found = observed(run, records=1)
+    assert found["burst_onset"][0] == pytest.approx(rows["time"][k] - run.start)
+    assert_summary(found, burst_summary(run, fraction=0.03))
+
+
+def test_fresh_start_has_no_burst_under_way() -> None:
+    """Without a transient the very first impact counts, even one at the start itself."""
+    state = State(0.0, 0.0, 0.05, 0.3)
+    found = observed(Scene(STUDY, 0, 5, state), records=1)
+    assert found["burst_onset"][0] == 0.0
+    assert found["burst_wall"][0] == 1.0
+    assert found["burst_first_speed"][0] == pytest.approx(0.3)
+
+
+def test_start_time_other_than_zero_moves_the_record() -> None:
+    state = State(0.1, 0.0, 0.1, 0.2, time=7.25)
+    run = Scene(STUDY, 3, 6, state)
+    assert_summary(observed(run), burst_summary(run, fraction=0.03))
+
+
+# --- visibility
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-12])
+def test_impacts_inside_the_closed_tail_count(accuracy: float) -> None:
+    """A coarse accuracy closes the burst while its impacts can still be seen."""
+    inside = 0
+    for r, fraction in itertools.product((0.3, 0.5, 0.7), (0.3, 0.03, 1e-3, 1e-5, 1e-9)):
+        run = Scene({**STUDY, "restitution": r}, 20, 6, accuracy=accuracy)
+        found = observed(run, threshold=fraction, records=40)
+        bursts = [b for b in all_bursts(run.rows()) if b.onset >= run.start and b.ended]
+        for k, burst in enumerate(bursts[:40]):
+            limit = fraction * burst.speeds[0]
+            assert found["burst_visible_impacts"][k] == burst.visible(r, fraction)
+            inside += sum(speed >= limit for speed in burst.tail(r))
+        assert_summary(found, burst_summary(run, fraction=fraction))
+    assert inside > 50
+
+
+def test_count_does_not_depend_on_where_the_tail_closes() -> None:
+    """Against every single bounce of the burst in 30-digit arithmetic."""
+    found = list(
+        mp_reference.events(0.1, 0.05, 0.2, 0.25, 0.3, until=19, dps=30, burst_floor=1e-12)
+    )
+    stick = next(k for k, event in enumerate(found) if event.kind == "stick")
+    burst = found[:stick]
+    while {event.side for event in burst} != {burst[-1].side}:
+        burst.pop(0)
+    assert len(burst) > 10
+    for fraction in (0.2, 0.02, 2e-3, 2e-4, 2e-5, 2e-6):
+        limit = fraction * burst[0].approach_speed
+        expected = sum(event.approach_speed >= limit for event in burst)
+        for accuracy in (1e-15, 1e-12, 1e-9):
+            run = Scene({**SLOW, "restitution": 0.3}, 0, 1, accuracy=accuracy)
+            got = observed(run, threshold=fraction, records=20)
+            first = np.flatnonzero(got["burst_complete"] == 1.0)[0]
+            assert got["burst_visible_impacts"][first] == expected, (fraction, accuracy)
+
+
+@pytest.mark.parametrize("frequency_ratio", [1.1, 1.3])
+@pytest.mark.parametrize("mass_ratio", [0.25, 0.05, 0.001])
+def test_five_visible_impacts_need_r4_of_the_threshold(
+    mass_ratio: float, frequency_ratio: float
+) -> None:
+    """Model section 4: r^4 >= .03 means r >= .416; the edges lie about there."""
+    chatter = {}
+    for r in (0.3, 0.38, 0.395, 0.435, 0.45, 0.5):
+        p = {**STUDY, "mass_ratio": mass_ratio, "frequency_ratio": frequency_ratio}
+        chatter[r] = int(observed(Scene({**p, "restitution": r}, 200, 20))["chatter"])
+    assert chatter == {0.3: 0, 0.38: 0, 0.395: 0, 0.435: 2, 0.45: 2, 0.5: 2}
+
+
+@pytest.mark.parametrize("fraction", [0.003, 0.01, 0.03, 0.1, 0.2])
+def test_lower_edge_follows_the_threshold(fraction: float) -> None:
+    """The edge of five visible impacts lies near threshold^(1/4), whatever the threshold."""
+    edge = fraction**0.25
+    below = observed(Scene({**STUDY, "restitution": edge - 0.025}, 200, 20), threshold=fraction)
+    above = observed(Scene({**STUDY, "restitution": edge + 0.025}, 200, 20), threshold=fraction)
+    assert below["visible_impacts"] < 5 <= above["visible_impacts"]
+
+
+def test_absolute_speed_sees_hard_impacts_only() -> None:
+    run = Scene({**STUDY, "restitution": 0.7}, 10, 10)
+    counts = []
+    for speed in (1e-4, 1e-2, 0.1, 0.5, 3.0, 1e3):
+        found = observed(run, threshold={"speed": speed})
+        assert_summary(found, burst_summary(run, speed=speed))
+        counts.append(int(found["visible_impacts"]))
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[2]
+    assert counts[-1] == 0
+
+
+def test_fraction_by_name_is_the_plain_fraction() -> None:
+    run = Scene(STUDY, 10, 10)
+    assert_summary(observed(run, threshold={"fraction": 0.1}), observed(run, threshold=0.1))
+
+
+def test_compared_thresholds_are_those_of_runs_of_their_own() -> None:
+    fractions = [0.1, 0.003, 0.03]
+    seen = set()
+    for r in (0.3, 0.45, 0.6, 0.9):
+        run = Scene({**STUDY, "restitution": r}, 30, 10)
+        found = observed(run, threshold={"speed": 0.05}, compare_thresholds=fractions)
+        assert_summary(found, burst_summary(run, speed=0.05))
+        for k, fraction in enumerate(fractions):
+            expected = burst_summary(run, fraction=fraction)
+            assert found["visible_impacts_by_threshold"][k] == expected["visible_impacts"]
+            assert found["chatter_by_threshold"][k] == expected["chatter"]
+            seen.add(expected["chatter"])
+    assert seen == {0, 1, 2}
+
+
+def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
+    _, (observer,) = run_lanes(
+        [STUDY], {"bursts": {"compare_thresholds": [0.1, 0.01]}}, transient=0, periods=1
+    )
+    np.testing.assert_array_equal(observer.coordinates()["threshold"], [0.1, 0.01])
+    _, (plain,) = run_lanes([STUDY], ["bursts"], transient=0, periods=1)
+    assert plain.coordinates() == {}
+
+
+# --- refusals and stops
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [0.0, 1.0, -0.1, 2.0, math.nan, {"speed": 0.0}, {"speed": -1.0}, {"speed": math.inf}]
+    + [{"fraction": 1.5}, {"speed": 1.0, "fraction": 0.1}, {}, {"sped": 1.0}],
+)
+def test_threshold_out_of_range_is_refused(bad: object) -> None:
+    with pytest.raises(ValueError, match="threshold = "):
+        run_lanes([STUDY], {"bursts": {"threshold": bad}}, transient=0, periods=1)
+    if not isinstance(bad, dict):
+        with pytest.raises(ValueError, match="threshold = "):
+            run_lanes([STUDY], {"bursts": {"compare_thresholds": [bad]}}, transient=0, periods=1)
+
+
+def test_negative_records_are_refused() -> None:
+    with pytest.raises(ValueError, match="records = -1"):
+        run_lanes([STUDY], {"bursts": {"records": -1}}, transient=0, periods=1)
+
+
+@pytest.mark.parametrize("transient", [0, 3])
+def test_stopped_lane_has_no_summary_and_leaves_the_others_alone(transient: int) -> None:
+    lanes = [{**STUDY, "restitution": r} for r in (0.9, 0.6, 0.95)]
+    settings = {"bursts": {"compare_thresholds": [0.01], "records": 3}}
+    run = {"transient": transient, "periods": 6}
+    rows = [len(Scene(lane, transient, 6).rows()) for lane in lanes]
+    limit = max(rows[0], rows[2]) + 1
+    assert rows[1] > limit
+    found, _ = run_lanes(lanes, settings, max_events=limit, **run)
+    whole, _ = run_lanes(lanes, settings, **run)
+    assert found["status"].tolist() == [0, 1, 0]
+    for name, array in found.items():
+        np.testing.assert_array_equal(array[[0, 2]], whole[name][[0, 2]])
+    for name in ("visible_impacts", "chatter"):
+        assert found[name][1] == -1
+        assert (found[f"{name}_by_threshold"][1] == -1).all()
+    for name in ("bursts_per_period", "complete_fraction", "sticking_fraction"):
+        assert math.isnan(found[name][1])

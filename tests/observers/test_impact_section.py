@@ -1,0 +1,95 @@
+"""Samples on an impact section are rows of `damper.events`, bit for bit."""
+
+import numpy as np
+import pytest
+from plain_bursts import Scene
+
+from damper.lanes import run_lanes
+
+STUDY = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.7,
+}
+SIDE = {"left": -1, "right": 1}
+
+
+def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
+    """Results of the observer for one lane."""
+    arrays, _ = run_lanes([scene.parameters], {"impact_section": settings}, **scene.run())
+    return {name: array[0] for name, array in arrays.items()}
+
+
+@pytest.mark.parametrize("transient", [0, 9])
+@pytest.mark.parametrize("wall", ["left", "right"])
+@pytest.mark.parametrize("restitution", [0.0, 0.4, 0.7, 0.95])
+def test_samples_are_impact_rows_of_one_wall(
+    restitution: float, wall: str, transient: int
+) -> None:
+    run = Scene({**STUDY, "restitution": restitution}, transient, 15)
+    rows = run.rows()
+    rows = rows[
+        (rows["time"] >= run.start) & (rows["kind"] == 0) & (rows["side"] == SIDE[wall])
+    ]
+    found = observed(run, wall=wall, samples=60, free_mass=True)
+    taken = min(len(rows), 60)
+    assert taken > 10
+    rows = rows[:taken]
+    np.testing.assert_array_equal(found["displacement"][:taken], rows["x"])
+    np.testing.assert_array_equal(found["velocity"][:taken], rows["v"])
+    # The free mass is at the wall and leaves it with the restituted speed.
+    y = rows["x"] + SIDE[wall] * STUDY["clearance"]
+    u = rows["v"] - SIDE[wall] * restitution * rows["approach_speed"]
+    np.testing.assert_allclose(found["free_displacement"][:taken], y, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(found["free_velocity"][:taken], u, rtol=0, atol=1e-14)
+    for array in (found[name] for name in found if name != "status"):
+        assert array.shape == (60,)
+        assert np.isnan(array[taken:]).all()
+
+
+def test_walls_differ_and_right_is_the_default() -> None:
+    run = Scene(STUDY, 5, 10)
+    default, right = observed(run), observed(run, wall="right")
+    np.testing.assert_array_equal(default["displacement"], right["displacement"])
+    left = observed(run, wall="left")
+    assert not np.array_equal(left["displacement"], right["displacement"], equal_nan=True)
+    assert default["displacement"].shape == (100,)
+
+
+def test_free_mass_is_recorded_only_if_asked_for() -> None:
+    assert set(observed(Scene(STUDY, 0, 2))) == {"status", "displacement", "velocity"}
+
+
+def test_second_lane_starts_afresh() -> None:
+    """No sample of a lane is left over in the next one, which has fewer."""
+    few = {**STUDY, "clearance": 1.0}
+    arrays, _ = run_lanes([STUDY, few], ["impact_section"], transient=3, periods=4)
+    alone = observed(Scene(few, 3, 4))
+    assert 0 < np.isfinite(alone["displacement"]).sum() < np.isfinite(arrays["velocity"][0]).sum()
+    np.testing.assert_array_equal(arrays["displacement"][1], alone["displacement"])
+
+
+def test_no_impact_no_sample() -> None:
+    for clearance in (0.0, 50.0):
+        found = observed(Scene({**STUDY, "clearance": clearance}, 1, 4))
+        assert np.isnan(found["displacement"]).all()
+        assert found["status"] == 0
+
+
+def test_stopped_lane_keeps_what_was_seen_before() -> None:
+    arrays, _ = run_lanes([STUDY], ["impact_section"], transient=0, periods=9, max_events=20)
+    whole = observed(Scene(STUDY, 0, 9))
+    rows = Scene(STUDY, 0, 9).rows()[:20]
+    seen = int(((rows["kind"] == 0) & (rows["side"] == 1)).sum())
+    assert arrays["status"].tolist() == [1]
+    assert 0 < seen < np.isfinite(whole["displacement"]).sum()
+    np.testing.assert_array_equal(arrays["velocity"][0, :seen], whole["velocity"][:seen])
+    assert np.isnan(arrays["velocity"][0, seen:]).all()
+
+
+@pytest.mark.parametrize("bad", [{"wall": "up"}, {"wall": 1}, {"samples": 0}, {"samples": -3}])
+def test_bad_settings_are_refused(bad: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=next(iter(bad))):
+        run_lanes([STUDY], {"impact_section": bad}, transient=0, periods=1)

@@ -1,0 +1,154 @@
+"""Counts and speeds of impacts against a plain loop over the event rows."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_bursts import Scene, all_bursts, impact_summary
+
+from damper import State
+from damper.lanes import run_lanes
+
+STUDY = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+#: Long bursts, so that many records begin within one.
+LONG = {
+    "mass_ratio": 0.2,
+    "damping_ratio": 0.01,
+    "frequency_ratio": 0.2,
+    "clearance": 0.03,
+    "restitution": 0.8,
+}
+NAMES = ("impacts_per_period", "mean_approach_speed", "max_approach_speed")
+
+
+def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
+    """Results of the observer for one lane."""
+    arrays, _ = run_lanes([scene.parameters], {"impacts": settings}, **scene.run())
+    return {name: array[0] for name, array in arrays.items()}
+
+
+def assert_summary(found: dict[str, np.ndarray], expected: dict[str, float]) -> None:
+    for name in NAMES:
+        assert found[name] == pytest.approx(expected[name], rel=1e-12, nan_ok=True), name
+
+
+@pytest.mark.parametrize("threshold", [0.3, 0.03, 0.001])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.9, 1.0])
+@pytest.mark.parametrize("scene", [STUDY, LONG], ids=["study", "long"])
+def test_counts_and_speeds_from_rest(
+    scene: dict[str, float], restitution: float, threshold: float
+) -> None:
+    run = Scene({**scene, "restitution": restitution}, 0, 10)
+    assert_summary(observed(run, threshold=threshold), impact_summary(run, fraction=threshold))
+
+
+@pytest.mark.parametrize("accuracy", [1e-12, 1e-3])
+@pytest.mark.parametrize("transient", [0, 7])
+def test_absolute_speed(transient: int, accuracy: float) -> None:
+    run = Scene({**STUDY, "restitution": 0.7}, transient, 12, accuracy=accuracy)
+    for speed in (1e-6, 1e-3, 0.05, 0.4):
+        assert_summary(observed(run, threshold={"speed": speed}), impact_summary(run, speed=speed))
+
+
+@settings(max_examples=100)
+@given(
+    mass_ratio=st.sampled_from([0.001, 0.1, 2.0]),
+    damping_ratio=st.sampled_from([0.0, 0.05, 1.0]),
+    frequency_ratio=st.sampled_from([0.2, 0.7, 1.3, 3.0]),
+    clearance=st.sampled_from([0.0, 0.02, 0.1, 0.4]),
+    restitution=st.floats(0, 1),
+    phase=st.sampled_from([0.0, 1.0]),
+    periods=st.integers(1, 8),
+    threshold=st.floats(0.001, 0.5),
+)
+def test_random_scenes_from_rest(periods: int, threshold: float, **parameters: float) -> None:
+    run = Scene(parameters, 0, periods)
+    assert_summary(observed(run, threshold=threshold), impact_summary(run, fraction=threshold))
+
+
+def test_burst_under_way_at_the_start_keeps_its_first_impact() -> None:
+    """Visible is what reaches the part of the burst's first speed, seen in the record or not."""
+    under_way = 0
+    for shift in range(12):
+        run = Scene({**LONG, "phase": 0.25 * shift}, 20, 2)
+        under_way += any(b.onset < run.start < b.times[-1] for b in all_bursts(run.rows()))
+        assert_summary(observed(run), impact_summary(run, fraction=0.03))
+    assert under_way >= 4
+
+
+def test_tail_adds_to_the_count_but_not_to_the_mean() -> None:
+    """A coarse accuracy closes the burst while impacts can still be seen."""
+    coarse = Scene({**STUDY, "restitution": 0.5}, 0, 8, accuracy=1e-3)
+    found, expected = observed(coarse, threshold=1e-4), impact_summary(coarse, fraction=1e-4)
+    assert_summary(found, expected)
+    in_tails = sum(
+        speed >= b.limit(1e-4, 0.0) for b in all_bursts(coarse.rows()) for speed in b.tail(0.5)
+    )
+    assert in_tails > 20
+    fine = observed(Scene({**STUDY, "restitution": 0.5}, 0, 8), threshold=1e-4)
+    assert found["impacts_per_period"] == pytest.approx(fine["impacts_per_period"], rel=0.01)
+    assert found["mean_approach_speed"] > 1.2 * fine["mean_approach_speed"]
+
+
+def test_largest_speed_is_given_though_none_is_visible() -> None:
+    """`max_approach_speed` speaks of all impacts, not of visible ones."""
+    run = Scene(STUDY, 5, 5)
+    found = observed(run, threshold={"speed": 1e3})
+    assert found["impacts_per_period"] == 0.0
+    assert math.isnan(found["mean_approach_speed"])
+    rows = run.rows()
+    recorded = rows[rows["time"] >= run.start]
+    assert found["max_approach_speed"] == recorded["approach_speed"].max()
+
+
+@pytest.mark.parametrize("clearance", [0.0, 50.0])
+def test_no_impacts(clearance: float) -> None:
+    found = observed(Scene({**STUDY, "clearance": clearance}, 1, 3))
+    assert found["impacts_per_period"] == 0.0
+    assert math.isnan(found["mean_approach_speed"])
+    assert math.isnan(found["max_approach_speed"])
+
+
+def test_impact_at_the_very_start_counts() -> None:
+    run = Scene({**STUDY, "clearance": 3.0}, 0, 1, State(0.0, 0.0, 3.0, 0.25))
+    found = observed(run)
+    assert_summary(found, impact_summary(run, fraction=0.03))
+    assert found["max_approach_speed"] >= 0.25
+
+
+def test_comments_name_the_threshold() -> None:
+    _, (observer,) = run_lanes([], {"impacts": {"threshold": 0.07}}, transient=0, periods=1)
+    assert "0.07" in observer.variables[0].comment
+    _, (observer,) = run_lanes(
+        [], {"impacts": {"threshold": {"speed": 0.25}}}, transient=0, periods=1
+    )
+    assert "0.25" in observer.variables[0].comment
+    assert "first" not in observer.variables[0].comment
+
+
+@pytest.mark.parametrize("bad", [0.0, 1.0, -1.0, math.nan, {"speed": 0.0}, {}])
+def test_threshold_out_of_range_is_refused(bad: object) -> None:
+    with pytest.raises(ValueError, match="threshold = "):
+        run_lanes([STUDY], {"impacts": {"threshold": bad}}, transient=0, periods=1)
+
+
+def test_stopped_lane_is_nan_and_leaves_the_others_alone() -> None:
+    lanes = [{**STUDY, "clearance": d} for d in (0.4, 0.05, 50.0)]
+    rows = [len(Scene(lane, 2, 8).rows()) for lane in lanes]
+    assert rows[1] > rows[0] + 5
+    run = {"transient": 2, "periods": 8}
+    found, _ = run_lanes(lanes, ["impacts"], max_events=rows[0] + 1, **run)
+    whole, _ = run_lanes(lanes, ["impacts"], **run)
+    assert found["status"].tolist() == [0, 1, 0]
+    for name in NAMES:
+        assert math.isnan(found[name][1])
+        assert not math.isnan(whole[name][1])
+        np.testing.assert_array_equal(found[name][[0, 2]], whole[name][[0, 2]])

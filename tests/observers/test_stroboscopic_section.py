@@ -1,0 +1,214 @@
+"""Stroboscopic samples against a numerical integration from the event row before each of them."""
+
+import math
+
+import numpy as np
+import pytest
+from plain_bursts import Scene
+from scipy.integrate import solve_ivp
+
+from damper import State
+from damper.lanes import run_lanes
+
+SCENES = {
+    "study": (0.1, 0.02, 1.3, 0.05, 0.6),
+    "incomplete": (0.1, 0.02, 1.3, 0.05, 0.9),
+    "elastic": (0.3, 0.05, 0.9, 0.4, 1.0),
+    "plastic": (0.2, 0.1, 0.4, 0.3, 0.0),
+    "slow": (0.1, 0.05, 0.2, 0.25, 0.6),
+    "overdamped": (0.5, 1.5, 0.6, 0.05, 0.5),
+    "stuck": (0.5, 0.1, 0.6, 0.0, 0.5),
+    "free": (0.1, 0.1, 0.6, 40.0, 0.5),
+}
+NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
+
+
+def scene(name: str, transient: int, periods: int, **more: object) -> Scene:
+    return Scene(
+        {**dict(zip(NAMES, SCENES[name], strict=True)), "phase": 0.4}, transient, periods, **more
+    )
+
+
+def observed(run: Scene, **settings: object) -> dict[str, np.ndarray]:
+    """Results of the observer for one lane."""
+    arrays, _ = run_lanes([run.parameters], {"stroboscopic_section": settings}, **run.run())
+    return {name: array[0] for name, array in arrays.items()}
+
+
+def integrated(run: Scene, rows: np.ndarray, time: float) -> tuple[float, float, float, float]:
+    """x, v, y, u at a time: the linear motion since the last event, by scipy."""
+    p = run.parameters
+    k = int(np.searchsorted(rows["time"], time)) - 1
+    state = run.state or State(0.0, 0.0, 0.0, 0.0)
+    t, x, v, y, u = state.time, state.x, state.v, state.y, state.u
+    inertia = 1.0
+    stuck = p["clearance"] == 0.0
+    side = 0
+    if k >= 0:
+        t, x, v, side = (float(rows[name][k]) for name in ("time", "x", "v", "side"))
+        stuck = rows["kind"][k] == 1
+        y = x + side * p["clearance"]
+        u = v - side * p["restitution"] * float(rows["approach_speed"][k])
+    if stuck:
+        inertia += p["mass_ratio"]
+
+    def motion(s: float, z: np.ndarray) -> list[float]:
+        force = math.sin(p["frequency_ratio"] * s + p["phase"])
+        return [z[1], (force - 2.0 * p["damping_ratio"] * z[1] - z[0]) / inertia]
+
+    end = solve_ivp(motion, (t, time), [x, v], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    x, v = (float(value) for value in end)
+    return (x, v, x + side * p["clearance"], v) if stuck else (x, v, y + u * (time - t), u)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.37])
+@pytest.mark.parametrize("transient", [0, 6])
+@pytest.mark.parametrize("name", SCENES)
+def test_samples_follow_from_the_event_before(name: str, transient: int, at: float) -> None:
+    run = scene(name, transient, 6)
+    rows = run.rows()
+    found = observed(run, at=at, free_mass=True)
+    for k in range(6):
+        time = run.start + (k + at) * run.period
+        if k + at == 0.0 and transient == 0:
+            expected = (0.0, 0.0, 0.0, 0.0)
+        else:
+            expected = integrated(run, rows, time)
+        got = [
+            found[column][k]
+            for column in ("displacement", "velocity", "free_displacement", "free_velocity")
+        ]
+        np.testing.assert_allclose(got, expected, rtol=0, atol=2e-10, err_msg=f"sample {k}")
+
+
+def test_samples_lie_in_flight_and_in_sticking() -> None:
+    """Guards the test above: its scenes meet both modes, and both walls."""
+    seen = set()
+    for name in SCENES:
+        run = scene(name, 6, 6)
+        rows = run.rows()
+        for k in range(6):
+            before = rows[rows["time"] < run.start + k * run.period]
+            if len(before):
+                seen.add((int(before[-1]["kind"]), int(before[-1]["side"])))
+    assert {(0, 1), (0, -1)} <= seen
+    assert {kind for kind, _ in seen} == {0, 1, 2}
+
+
+def test_start_time_and_state_move_the_section() -> None:
+    """The section is taken whole periods after the start, wherever that lies in the force."""
+    state = State(0.3, -0.1, 0.32, 0.2, time=-11.3)
+    run = scene("study", 0, 5, state=state)
+    found = observed(run, free_mass=True)
+    for name, value in zip(
+        ("displacement", "velocity", "free_displacement", "free_velocity"),
+        (state.x, state.v, state.y, state.u),
+        strict=True,
+    ):
+        assert found[name][0] == pytest.approx(value, abs=1e-14)
+    rows = run.rows()
+    for k in range(1, 5):
+        x, v, y, u = integrated(run, rows, run.start + k * run.period)
+        assert found["displacement"][k] == pytest.approx(x, abs=2e-10)
+        assert found["velocity"][k] == pytest.approx(v, abs=2e-10)
+        assert found["free_displacement"][k] == pytest.approx(y, abs=2e-10)
+        assert found["free_velocity"][k] == pytest.approx(u, abs=2e-10)
+
+
+def test_transient_is_discarded_and_nothing_else() -> None:
+    """Sample k after a transient of n periods is sample n + k from the start, bit for bit."""
+    for name in SCENES:
+        whole = observed(scene(name, 0, 12), at=0.2, free_mass=True)
+        late = observed(scene(name, 5, 7), at=0.2, free_mass=True)
+        for column in ("displacement", "velocity", "free_displacement", "free_velocity"):
+            np.testing.assert_array_equal(late[column], whole[column][5:], err_msg=name)
+
+
+def test_free_mass_stays_between_the_walls() -> None:
+    for name in SCENES:
+        for at in np.linspace(0.0, 0.96, 25):
+            run = scene(name, 3, 10)
+            found = observed(run, at=float(at), free_mass=True)
+            relative = found["free_displacement"] - found["displacement"]
+            bound = run.parameters["clearance"] + 1e-12 * (1.0 + np.abs(found["displacement"]))
+            assert (np.abs(relative) <= bound).all()
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
+def test_samples_inside_a_closed_tail(accuracy: float) -> None:
+    """Moments between a burst's last resolved impact and sticking, of a coarse run.
+
+    The rest of the burst is a formula there; the same burst resolved to 1e-15 is what it stands
+    for. The state at the tail's start is the same, as nothing was cut before.
+    """
+    p = dict(zip(NAMES, SCENES["slow"], strict=True)) | {"restitution": 0.3}
+    coarse, fine = Scene(p, 0, 1, accuracy=accuracy), Scene(p, 0, 1, accuracy=1e-15)
+    rows = coarse.rows()
+    stick = int(np.flatnonzero(rows["kind"] == 1)[0])
+    first, last = rows["time"][stick - 1], rows["time"][stick]
+    assert first < last < coarse.period
+    scale = last - first
+    for part in (0.05, 0.2, 0.5, 0.8, 0.95):
+        at = float((first + part * scale) / coarse.period)
+        got, true = observed(coarse, at=at, free_mass=True), observed(fine, at=at, free_mass=True)
+        speed = rows["approach_speed"][stick - 1]
+        for column in ("displacement", "free_displacement"):
+            assert got[column][0] == pytest.approx(true[column][0], abs=0.1 * speed * scale)
+        # A bounce of the free mass may fall on either side of the moment: only the primary.
+        assert got["velocity"][0] == pytest.approx(
+            true["velocity"][0], abs=0.5 * p["mass_ratio"] * speed
+        )
+
+
+def test_second_lane_does_not_depend_on_the_first() -> None:
+    lanes = [scene(name, 0, 1).parameters for name in SCENES]
+    arrays, _ = run_lanes(lanes, ["stroboscopic_section"], transient=4, periods=5)
+    for k, name in enumerate(SCENES):
+        alone = observed(scene(name, 4, 5))
+        np.testing.assert_array_equal(arrays["displacement"][k], alone["displacement"])
+        np.testing.assert_array_equal(arrays["velocity"][k], alone["velocity"])
+
+
+def test_free_mass_is_recorded_only_if_asked_for() -> None:
+    assert set(observed(scene("study", 0, 2))) == {"status", "displacement", "velocity"}
+
+
+def test_log_longer_than_its_buffer() -> None:
+    """More segments than the buffer has rows: pieces of the log join without a seam."""
+    run = scene("elastic", 0, 400)
+    assert len(run.rows()) > 1500
+    whole = observed(run)
+    for transient in (137, 250):
+        late = observed(scene("elastic", transient, 400 - transient))
+        np.testing.assert_array_equal(late["displacement"], whole["displacement"][transient:])
+
+
+def test_stopped_lane_keeps_the_samples_before_the_stop() -> None:
+    run = scene("study", 0, 9)
+    rows = run.rows()
+    arrays, _ = run_lanes(
+        [run.parameters], ["stroboscopic_section"], transient=0, periods=9, max_events=30
+    )
+    whole = observed(run)
+    # The 31st event is not made; the motion is known until it.
+    seen = sum(k * run.period < rows["time"][30] for k in range(9))
+    assert arrays["status"].tolist() == [1]
+    assert 1 < seen < 9
+    np.testing.assert_array_equal(arrays["displacement"][0, :seen], whole["displacement"][:seen])
+    assert np.isnan(arrays["displacement"][0, seen:]).all()
+    assert np.isnan(arrays["velocity"][0, seen:]).all()
+
+
+def test_lane_stopped_in_the_transient_has_no_samples() -> None:
+    run = scene("study", 0, 1)
+    arrays, _ = run_lanes(
+        [run.parameters], ["stroboscopic_section"], transient=9, periods=3, max_events=5
+    )
+    assert arrays["status"].tolist() == [1]
+    assert np.isnan(arrays["displacement"]).all()
+
+
+@pytest.mark.parametrize("at", [-0.1, 1.0, 1.5, math.nan])
+def test_at_out_of_range_is_refused(at: float) -> None:
+    with pytest.raises(ValueError, match="at = "):
+        observed(scene("study", 0, 1), at=at)

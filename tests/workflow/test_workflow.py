@@ -1,0 +1,330 @@
+"""The workflow, run for real by Snakemake on a reduced configuration."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+import damper
+
+ROOT = Path(__file__).parents[2]
+PARTS = ("Snakefile", "workflow", "config", "profiles")
+
+# One worker runs all of these: each uses both cores itself.
+pytestmark = pytest.mark.xdist_group("workflow")
+
+
+def copy_project(folder: Path) -> Path:
+    for part in PARTS:
+        source = ROOT / part
+        if source.is_dir():
+            shutil.copytree(source, folder / part)
+        else:
+            shutil.copy(source, folder / part)
+    return folder
+
+
+def snakemake(folder: Path, *arguments: str, code: int = 0, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+        cwd=folder,
+        env=os.environ | environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        timeout=500,
+    )
+    assert done.returncode == code, done.stdout
+    return done.stdout
+
+
+def jobs(output: str) -> dict[str, int]:
+    """Rule -> number of jobs, from Snakemake's job table."""
+    lines = output.splitlines()
+    if "Job stats:" not in lines:
+        return {}
+    start = lines.index("Job stats:") + 3
+    table = {}
+    for line in lines[start:]:
+        if not line.strip():
+            break
+        name, count = line.split()
+        table[name] = int(count)
+    table.pop("total")
+    return table
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".gitkeep"
+    }
+
+
+def small_study(**changes) -> dict:
+    study = {
+        "title": "Small",
+        "source": "test",
+        "parameters": {"damping_ratio": 0.02, "clearance": 0.05},
+        "axes": {
+            "mass_ratio": {"values": [0.1, 0.2], "fan": True},
+            "frequency_ratio": {"values": [1.3]},
+            "restitution": {"start": 0.3, "stop": 0.9, "num": 5},
+        },
+        "transient": 10,
+        "periods": 5,
+        "observers": {"stroboscopic_section": {}, "bursts": {}},
+    }
+    return study | changes
+
+
+def write_small(folder: Path, **changes) -> None:
+    (folder / "config/studies/small.yaml").write_text(
+        yaml.safe_dump(small_study(**changes), sort_keys=False)
+    )
+    (folder / "config/config.yaml").write_text("studies: [small]\n")
+
+
+@pytest.fixture(scope="module")
+def reduced(tmp_path_factory) -> Path:
+    """Return a copy of the project in which the reduced workflow has run."""
+    folder = copy_project(tmp_path_factory.mktemp("reduced"))
+    snakemake(folder, "--configfile", "config/ci.yaml")
+    return folder
+
+
+@pytest.fixture
+def small(tmp_path) -> Path:
+    folder = copy_project(tmp_path)
+    write_small(folder)
+    return folder
+
+
+def test_reduced_run_makes_everything(reduced):
+    made = digests(reduced / "results/ci/restitution")
+    figures = [
+        f"figures/bifurcation_mass_ratio~{m}.{e}" for m in ("0.25", "0.05") for e in ("png", "svg")
+    ]
+    tables = ["tables/chatter_intervals.csv", "tables/chatter_intervals.md"]
+    slices = [
+        f"slices/mass_ratio~{m}/frequency_ratio~{w}.npz"
+        for m in ("0.25", "0.05")
+        for w in ("1.1", "1.5")
+    ]
+    assert set(made) == {"cube.nc", *figures, *tables, *slices}
+
+
+def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
+    with xr.open_dataset(reduced / "results/ci/restitution/cube.nc") as cube:
+        assert cube.displacement.dims == ("mass_ratio", "frequency_ratio", "restitution", "sample")
+        assert dict(cube.sizes) == {
+            "mass_ratio": 2,
+            "frequency_ratio": 2,
+            "restitution": 41,
+            "sample": 20,
+            "threshold": 3,
+        }
+        for name in ("title", "source", "references", "study", "code_digest", "accuracy"):
+            assert cube.attrs[name]
+        assert "lost in the text" in cube.clearance.attrs["assumed"]
+        for variable in cube.data_vars.values():
+            assert variable.attrs["long_name"]
+            assert variable.attrs["units"]
+        assert set(np.unique(cube.chatter)) == {0, 1, 2}
+        assert (cube.status == 0).all()
+        point = {"mass_ratio": 0.05, "frequency_ratio": 1.5, "restitution": 0.5}
+        direct = damper.simulate(
+            **point, damping_ratio=0.02, clearance=0.05, transient=60, periods=20
+        )
+        there = cube.sel(point)
+        np.testing.assert_array_equal(there.displacement, direct.displacement)
+        assert there.chatter == direct.chatter == 2
+
+
+def test_second_run_has_nothing_to_do(reduced):
+    assert "Nothing to be done" in snakemake(reduced, "--configfile", "config/ci.yaml")
+
+
+def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
+    other = copy_project(tmp_path)
+    snakemake(other, "--configfile", "config/ci.yaml")
+    assert digests(other / "results") == digests(reduced / "results")
+
+
+def test_one_figure_makes_just_what_it_needs(small):
+    write_small(
+        small,
+        figures={
+            "one": {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"},
+            "two": {"kind": "bifurcation", "along": "restitution", "each": "mass_ratio"},
+        },
+        tables={"edges": {"kind": "intervals", "along": "restitution"}},
+    )
+    output = snakemake(small, "-n", "results/small/figures/two_mass_ratio~0.2.png")
+    assert jobs(output) == {"compile": 1, "simulate": 2, "gather": 1, "figure": 1}
+
+
+def test_changes_rerun_just_what_hangs_on_them(small):
+    figure = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
+    table = {"kind": "intervals", "along": "restitution"}
+    products = {"figures": {"one": figure}, "tables": {"edges": table}}
+    write_small(small, **products)
+    snakemake(small)
+    slices = small / "results/small/slices"
+    before = {path: path.stat().st_mtime_ns for path in slices.rglob("*.npz")}
+
+    # A caption concerns the figure alone.
+    captioned = products | {"figures": {"one": figure | {"caption": "New"}}}
+    write_small(small, **captioned)
+    assert jobs(snakemake(small, "-n")) == {"figure": 1, "all": 1}
+
+    # One more value on the fanned axis: its slice, and what hangs on the cube.
+    axes = small_study()["axes"]
+    wider = axes | {"mass_ratio": {"values": [0.1, 0.2, 0.3], "fan": True}}
+    write_small(small, axes=wider, **products)
+    output = snakemake(small)
+    assert jobs(output) == {"simulate": 1, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    with xr.open_dataset(small / "results/small/cube.nc") as cube:
+        assert cube.mass_ratio.values.tolist() == [0.1, 0.2, 0.3]
+
+    # One more value on an inner axis: all its slices.
+    longer = wider | {"restitution": {"start": 0.3, "stop": 0.9, "num": 7}}
+    write_small(small, axes=longer, **products)
+    assert jobs(snakemake(small, "-n"))["simulate"] == 3
+
+    # A touch is not an edit.
+    write_small(small, axes=wider, **products)
+    for path in (small / "workflow/scripts").glob("*.py"):
+        path.touch()
+    assert "Nothing to be done" in snakemake(small)
+
+
+def test_edit_in_the_package_reruns_what_depends_on_it(small, tmp_path):
+    write_small(
+        small,
+        figures={"one": {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}},
+    )
+    package = small / "src"
+    shutil.copytree(ROOT / "src", package, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = {"PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(small / "cache")}
+    snakemake(small, **environment)
+
+    def append(name: str) -> None:
+        path = package / "damper" / name
+        path.write_text(path.read_text() + "\n# edited\n")
+
+    append("figures/bifurcation.py")
+    assert jobs(snakemake(small, "-n", **environment)) == {"figure": 1, "all": 1}
+    append("observers/impacts.py")  # also imported by bursts
+    append("contact.py")
+    planned = jobs(snakemake(small, "-n", **environment))
+    assert planned == {"simulate": 2, "gather": 1, "figure": 1, "all": 1}
+
+
+def test_one_job_per_point(small):
+    axes = {name: spec | {"fan": True} for name, spec in small_study()["axes"].items()}
+    write_small(small, axes=axes)
+    output = snakemake(small)
+    assert jobs(output)["simulate"] == 10
+    path = small / "results/small/slices/mass_ratio~0.1/frequency_ratio~1.3/restitution~0.45.npz"
+    assert path.is_file()
+    with xr.open_dataset(small / "results/small/cube.nc") as cube:
+        direct = damper.simulate(
+            mass_ratio=0.1,
+            damping_ratio=0.02,
+            frequency_ratio=1.3,
+            clearance=0.05,
+            restitution=[0.3, 0.45, 0.6, 0.75, 0.9],
+            transient=10,
+            periods=5,
+            observers=("stroboscopic_section", "bursts"),
+        )
+        np.testing.assert_array_equal(
+            cube.displacement.sel(mass_ratio=0.1, frequency_ratio=1.3), direct.displacement
+        )
+
+
+def test_max_events_is_said_in_the_cube_and_stops_nothing_else(small):
+    (small / "config/config.yaml").write_text("studies: [small]\nengine: {max_events: 60}\n")
+    snakemake(small)
+    with xr.open_dataset(small / "results/small/cube.nc") as cube:
+        assert set(np.unique(cube.status)) <= {0, 1}
+        assert (cube.status == 1).any()
+        assert np.isnan(cube.complete_fraction.where(cube.status == 1)).all()
+        assert (cube.chatter.values[cube.status.values == 1] == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            {"axes": {"mass_ratio": {"valuse": [0.1]}}},
+            ["axes.mass_ratio", "'valuse'", "did you mean 'values'"],
+        ),
+        ({"transient": "many"}, ["transient", "'many'"]),
+        (
+            {"parameters": {"damping_ratio": -0.1, "clearance": 0.05}},
+            ["damping_ratio", "-0.1", ">= 0"],
+        ),
+        ({"observers": {"burst": {}}}, ["observers", "'burst'", "did you mean 'bursts'"]),
+        (
+            {"figures": {"f": {"kind": "bifurcaton"}}},
+            ["figures.f", "'bifurcaton'", "did you mean 'bifurcation'"],
+        ),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_bad_study_gives_one_message_and_keeps_results(small, change, expected):
+    kept = small / "results/small/cube.nc"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("made before")
+    write_small(small, **change)
+    output = snakemake(small, code=1)
+    assert "Traceback" not in output
+    assert "config/studies/small.yaml:" in output
+    for part in expected:
+        assert part in output
+    assert kept.read_text() == "made before"
+
+
+def test_all_mistakes_of_all_files_at_once(small):
+    write_small(small, transient=-1, periods=0)
+    (small / "config/studies/empty.yaml").write_text("")
+    (small / "config/studies/broken.yaml").write_text("title: [")
+    (small / "config/config.yaml").write_text(
+        "studies: [small, empty, broken, smal]\nengine: {acuracy: 1e-8}\n"
+    )
+    output = snakemake(small, code=1)
+    assert "Traceback" not in output
+    for part in (
+        "transient",
+        "periods",
+        "empty.yaml",
+        "broken.yaml",
+        "'smal'",
+        "did you mean 'small'",
+        "'acuracy'",
+        "did you mean 'accuracy'",
+    ):
+        assert part in output
+
+
+def test_unknown_target_is_refused(small):
+    output = snakemake(small, "results/small/figures/nothing.png", code=1)
+    assert "No rule to produce" in output
+    assert "Traceback" not in output
+
+
+def test_cost_by_stage_is_printed(small):
+    output = snakemake(small)
+    cost = output[output.index("Cost by stage") :]
+    assert "simulate      2 jobs" in cost
