@@ -1,0 +1,200 @@
+"""Time per impact of the engine, its errors, and scipy's DOP853 with events beside it.
+
+    python benchmarks/engine.py [--lanes 1000] [--periods 200]
+
+Everything runs in one process, on one core, and the ratios printed come from this one run. Errors
+are against the test suite's own mpmath solution, over the first impacts of the scene (later ones
+differ by chaos, not by error). Nothing here is a test: machines differ and are shared.
+"""
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import damper
+from damper.compiled import COMPILED
+from damper.engine import COLUMNS, LOG_ROWS, Trajectory
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+from reference import mp_reference  # noqa: E402
+
+SCENES = {
+    "generic": damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6),
+    "chattering": damper.Parameters(0.1, 0.05, 0.2, 0.25, 0.3),
+}
+#: Targets of the project in microseconds per impact, numba, one core.
+TARGETS = {"generic": 0.4, "chattering": 0.6}
+#: The reference solution is compared over this many impacts.
+COMPARED = 15
+#: DOP853 is given up after this long.
+PATIENCE = 20.0
+
+
+def main() -> None:
+    """Print the comparison."""
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--lanes", type=int, default=1000)
+    arguments.add_argument("--periods", type=int, default=200)
+    arguments.add_argument("--plain", action="store_true", help=argparse.SUPPRESS)
+    given = arguments.parse_args()
+    if given.plain:
+        for name, p in SCENES.items():
+            print(name, engine_time(p, 1, 20)[0])
+        return
+    print(f"machine: {machine()}; {'numba' if COMPILED else 'plain Python'}")
+    print(
+        f"{given.lanes} lanes (clearance +-2 %) of {given.periods} periods each; times in us/impact"
+    )
+    plain = plain_times() if COMPILED else {}
+    for name, p in SCENES.items():
+        engine_time(p, 1, 2)  # compile
+        bare, evaluations = engine_time(p, given.lanes, given.periods)
+        logged, _ = engine_time(p, given.lanes, given.periods, keep=True)
+        error, compared = engine_error(p)
+        slow, outcome, slow_error = dop853(p, given.periods)
+        print(f"\n{name}: {p}")
+        print(f"  engine, bare            {bare:10.3f}   target {TARGETS[name]:g}")
+        print(f"  engine, with log        {logged:10.3f}   x {logged / bare:.2f}")
+        if plain:
+            print(f"  engine, plain Python    {plain[name]:10.3f}   x {plain[name] / bare:.0f}")
+        print(f"  scipy DOP853 + events   {slow:10.3f}   x {slow / bare:.0f}   ({outcome})")
+        print(f"  evaluations per impact  {evaluations:10.2f}")
+        print(
+            f"  largest error of the first {compared} impact times: engine {error:.1e}, "
+            f"DOP853 {slow_error:.1e}"
+        )
+
+
+def machine() -> str:
+    """Name of the processor, and how many cores this process sees."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = names[0].split(":")[1].strip() if names else model
+    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def engine_time(
+    p: damper.Parameters, lanes: int, periods: int, keep: bool = False
+) -> tuple[float, float]:
+    """Microseconds and evaluations per impact over many lanes of slightly different clearance."""
+    buffer = np.empty((LOG_ROWS, COLUMNS))
+    values = vars(p)
+    trajectories = [
+        Trajectory(damper.Parameters(**values | {"clearance": p.clearance * factor}))
+        for factor in np.linspace(0.98, 1.02, lanes)
+    ]
+    started = time.perf_counter()
+    for trajectory in trajectories:
+        if keep:
+            for _ in trajectory.segments(periods, 0.0, buffer):
+                pass
+        else:
+            trajectory.skip(periods)
+    spent = time.perf_counter() - started
+    # Events are impacts, sticks and releases; sticks and releases are few.
+    events = sum(trajectory.events for trajectory in trajectories)
+    evaluations = sum(trajectory.evaluations for trajectory in trajectories)
+    return 1e6 * spent / events, evaluations / events
+
+
+def plain_times() -> dict[str, float]:
+    """Measure the same loop without numba, in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, __file__, "--plain"],
+        env=os.environ | {"DAMPER_COMPILE": "0"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
+
+
+def reference_impacts(p: damper.Parameters) -> list[float]:
+    """First impact times to 40 digits, as many as were resolved one by one."""
+    found = mp_reference.events(
+        p.mass_ratio,
+        p.damping_ratio,
+        p.frequency_ratio,
+        p.clearance,
+        p.restitution,
+        until=20 * p.period,
+        dps=40,
+        max_impacts=COMPARED,
+    )
+    return [event.time for event in found if event.kind == "impact"][:COMPARED]
+
+
+def engine_error(p: damper.Parameters) -> tuple[float, int]:
+    """Largest error of the first impact times, up to the first burst that the engine closes."""
+    exact = reference_impacts(p)
+    rows = damper.events(p, until=20 * p.period)
+    first = int(np.argmax(rows["kind"] != 0)) if (rows["kind"] != 0).any() else len(rows)
+    mine = rows["time"][: min(first, len(exact))]
+    return max(abs(float(a - b)) for a, b in zip(mine, exact, strict=False)), len(mine)
+
+
+def dop853(p: damper.Parameters, periods: int) -> tuple[float, str, float]:
+    """The usual way: integrate to the next event, apply the impact law, start again."""
+    mu, zeta, omega, d, r = (
+        p.mass_ratio,
+        p.damping_ratio,
+        p.frequency_ratio,
+        p.clearance,
+        p.restitution,
+    )
+
+    def motion(t: float, s: np.ndarray) -> list[float]:
+        return [s[1], np.sin(omega * t) - 2 * zeta * s[1] - s[0], s[3], 0.0]
+
+    def right(t: float, s: np.ndarray) -> float:
+        return d - (s[2] - s[0])
+
+    def left(t: float, s: np.ndarray) -> float:
+        return d + (s[2] - s[0])
+
+    for wall in (right, left):
+        wall.terminal, wall.direction = True, -1
+
+    now, state, times = 0.0, np.zeros(4), []
+    outcome = "finished"
+    started = time.perf_counter()
+    end = min(periods, 40) * p.period
+    while now < end:
+        done = solve_ivp(
+            motion, (now, end), state, "DOP853", events=(right, left), rtol=1e-10, atol=1e-10
+        )
+        if done.status != 1:
+            break
+        now, state = done.t[-1], done.y[:, -1].copy()
+        relative = state[3] - state[1]
+        shared = state[1] + mu * state[3]
+        state[1] = (shared + mu * r * relative) / (1 + mu)
+        state[3] = (shared - r * relative) / (1 + mu)
+        if times and now - times[-1] <= 1e-13 * now:
+            outcome = f"stalls on a burst at t = {now:.6g}"
+            break
+        times.append(now)
+        if abs(state[2] - state[0]) > d + 1e-6:
+            outcome = f"leaves the box at t = {now:.6g}"
+            break
+        if time.perf_counter() - started > PATIENCE:
+            outcome = f"given up after {PATIENCE:g} s at t = {now:.6g}"
+            break
+    spent = time.perf_counter() - started
+    exact = reference_impacts(p)
+    error = max(abs(float(a - b)) for a, b in zip(times, exact, strict=False))
+    return 1e6 * spent / len(times), f"{len(times)} impacts, {outcome}", error
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""The project itself: format, lint, types, and documents that say what is true."""
+
+import inspect
+import re
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src/damper"
+MODULES = sorted(
+    ".".join(path.relative_to(ROOT / "src").with_suffix("").parts).removesuffix(".__init__")
+    for path in SOURCE.rglob("*.py")
+)
+
+
+def run(*command: str) -> None:
+    program = Path(sys.executable).with_name(command[0])
+    found = str(program) if program.exists() else shutil.which(command[0])
+    assert found, f"{command[0]} is not installed"
+    done = subprocess.run(
+        [found, *command[1:]],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("ruff", "check"),
+        ("ruff", "format", "--check"),
+        ("snakefmt", "--check", "Snakefile", "workflow"),
+    ],
+    ids=" ".join,
+)
+def test_format_and_lint(command):
+    run(*command)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_public_functions_have_docstrings_and_types(module):
+    loaded = import_module(module)
+    assert loaded.__doc__
+    for name, value in vars(loaded).items():
+        if name.startswith("_") or getattr(value, "__module__", None) != module:
+            continue
+        function = getattr(value, "py_func", value)
+        if inspect.isfunction(function):
+            assert function.__doc__, f"{module}.{name} has no docstring"
+            signature = inspect.signature(function)
+            assert signature.return_annotation is not inspect.Signature.empty, f"{module}.{name}"
+            for parameter in signature.parameters.values():
+                assert parameter.annotation is not inspect.Parameter.empty, f"{module}.{name}"
+        elif inspect.isclass(value):
+            assert value.__doc__, f"{module}.{name} has no docstring"
+
+
+LAYERS = {
+    "parameters": 1,
+    "variables": 1,
+    "compiled": 1,
+    "flow": 2,
+    "contact": 3,
+    "engine": 4,
+    "event_list": 4,
+    "observers": 5,
+    "lanes": 6,
+    "study": 7,
+    "simulation": 7,
+    "figures": 8,
+}
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda p: p.stem)
+def test_layers_import_only_those_above(path):
+    if path == SOURCE / "__init__.py":
+        return
+    layer = LAYERS[path.relative_to(SOURCE).with_suffix("").parts[0]]
+    for name in re.findall(r"^\s*(?:from|import) damper\.(\w+)", path.read_text(), re.MULTILINE):
+        assert LAYERS[name] <= layer, f"{path.name} imports {name}"
+
+
+def test_heavy_packages_stay_in_their_layers():
+    for path in SOURCE.rglob("*.py"):
+        text = path.read_text()
+        layer = path.relative_to(SOURCE).with_suffix("").parts[0]
+        if layer != "figures":
+            assert "import matplotlib" not in text
+        if layer not in ("study", "simulation", "figures"):
+            assert "import xarray" not in text
+
+
+def test_readme_commands_and_ci_agree():
+    readme = (ROOT / "README.md").read_text()
+    commands = re.findall(r"^python3 -m venv .*$", readme, re.MULTILINE)
+    assert len(commands) == 2
+    assert commands[0].endswith("snakemake --cores 2")
+    assert commands[1].endswith("pytest")
+    assert "grep -m 1 'pip install.*pytest$' README.md" in (ROOT / ".ci/run").read_text()
+
+
+def test_links_in_documents_lead_somewhere():
+    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
+            assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_readme_python_examples_run(tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    example = next(block for block in blocks if "damper.events" in block)
+    script = tmp_path / "example.py"
+    script.write_text(example + "\nassert round(float(stick['time']), 4) == 44.2497\n")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
