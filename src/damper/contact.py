@@ -283,6 +283,9 @@ def find_release(
         span = min(longest, root)
         bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
         step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
+        # Each derivative multiplies rounding by the damping: the first one alone may reach further.
+        _, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
+        step = max(step, min(span, thrust / steepest))
         if tau + step == tau:
             return tau, 1.0, dx, v, steps
         tau += step

@@ -211,9 +211,9 @@ def derivative_bounds(
     """Bounds on the second and third derivative over the coming time `span`.
 
     The energy norm sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span,
-    and each derivative of the motion obeys the same equation with the force's derivative. Damping
-    never enters, so the bounds are sharp at resonance (no large cancelling amplitudes) and follow
-    a fast overdamped mode down as it dies. For the second derivative of the motion pass
+    and each derivative of the motion obeys the same equation with the force's derivative. The
+    bounds stay sharp at resonance (no large cancelling amplitudes) and follow a fast overdamped
+    mode down as it dies; heavy damping sharpens them further. For the second derivative of the motion pass
     force * omega**2 and the derivatives from the second on.
 
     Returns
@@ -221,6 +221,7 @@ def derivative_bounds(
     bound2, bound3 : float
         |x''| <= bound2 and |x'''| <= bound3 on [0, span].
     """
+    beta = osc[0]
     kappa = osc[1]
     omega = osc[3]
     force1 = force * omega
@@ -230,6 +231,12 @@ def derivative_bounds(
     norm2 = math.sqrt(kappa * a * a + j * j) + force1 * omega * span
     bound2 = min(norm1, force + coupling * norm0)
     bound3 = min(norm2, force1 + coupling * norm1)
+    if osc[4] == OVERDAMPED:
+        # Each derivative relaxes at the rate 2 beta towards what drives it, from x on upwards.
+        rate = 2.0 * beta
+        bound1 = max(abs(v), (force + math.sqrt(kappa) * norm0) / rate)
+        bound2 = min(bound2, max(abs(a), (force1 + kappa * bound1) / rate))
+        bound3 = min(bound3, max(abs(j), (force1 * omega + kappa * bound2) / rate))
     return bound2, bound3
 
 

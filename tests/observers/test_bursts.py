@@ -441,8 +441,11 @@ def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
 
 @pytest.mark.parametrize(
     "bad",
-    [0.0, 1.0, -0.1, 2.0, math.nan, {"speed": 0.0}, {"speed": -1.0}, {"speed": math.inf}]
-    + [{"fraction": 1.5}, {"speed": 1.0, "fraction": 0.1}, {}, {"sped": 1.0}],
+    [
+        *(0.0, 1.0, -0.1, 2.0, math.nan),
+        *({"speed": 0.0}, {"speed": -1.0}, {"speed": math.inf}, {"fraction": 1.5}),
+        *({"speed": 1.0, "fraction": 0.1}, {}, {"sped": 1.0}),
+    ],
 )
 def test_threshold_out_of_range_is_refused(bad: object) -> None:
     with pytest.raises(ValueError, match="threshold = "):

@@ -25,14 +25,10 @@ def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("transient", [0, 9])
 @pytest.mark.parametrize("wall", ["left", "right"])
 @pytest.mark.parametrize("restitution", [0.0, 0.4, 0.7, 0.95])
-def test_samples_are_impact_rows_of_one_wall(
-    restitution: float, wall: str, transient: int
-) -> None:
+def test_samples_are_impact_rows_of_one_wall(restitution: float, wall: str, transient: int) -> None:
     run = Scene({**STUDY, "restitution": restitution}, transient, 15)
     rows = run.rows()
-    rows = rows[
-        (rows["time"] >= run.start) & (rows["kind"] == 0) & (rows["side"] == SIDE[wall])
-    ]
+    rows = rows[(rows["time"] >= run.start) & (rows["kind"] == 0) & (rows["side"] == SIDE[wall])]
     found = observed(run, wall=wall, samples=60, free_mass=True)
     taken = min(len(rows), 60)
     assert taken > 10

@@ -1,0 +1,415 @@
+"""Bifurcation diagrams of small made-up cubes, where every mark's place is known."""
+
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from damper import simulate
+from damper.figures import draw
+from damper.figures.style import BLUE, ORANGE, save, style
+from damper.study.cube import dataset
+from damper.variables import LENGTH, SPEED, Variable
+
+FIXED = {"damping_ratio": 0.02, "clearance": 0.05, "phase": 0.0}
+GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
+#: Incomplete at .1 and .2, complete at .4 to .6, complete at the end; a stopped run at .8.
+CHATTER = [0, 1, 1, 0, 2, 2, 2, 0, -1, 0, 2]
+VARIABLES = (
+    Variable("displacement", "primary displacement once per forcing period", LENGTH, ("sample",)),
+    Variable("velocity", "primary velocity once per forcing period", SPEED, ("sample",)),
+    Variable("chatter", "chatter", "1", (), "i1"),
+)
+SAMPLES = 5
+
+
+def made_up(
+    axes: dict[str, list[float]] | None = None, chatter: list[int] | None = CHATTER
+) -> xr.Dataset:
+    """Cube over restitution and other axes whose samples say where they belong."""
+    axes = {"mass_ratio": [0.1], "frequency_ratio": [1.1, 1.5]} | (axes or {})
+    axes = {"restitution": GRID} | axes
+    axes = {name: axes[name] for name in axes if name != "restitution"} | {
+        "restitution": axes["restitution"]
+    }
+    shape = tuple(len(values) for values in axes.values())
+    lanes = int(np.prod(shape))
+    samples = np.arange(lanes)[:, None] + np.linspace(0.0, 0.5, SAMPLES)
+    levels = np.resize(np.array(chatter or [0], dtype="i1"), lanes)
+    arrays = {
+        "displacement": samples,
+        "velocity": -10.0 * samples,
+        "chatter": levels,
+        "status": np.zeros(lanes, "i1"),
+    }
+    fixed = {name: value for name, value in FIXED.items() if name not in axes}
+    cube = dataset(axes, fixed, arrays, VARIABLES, {}, {"title": "A made-up study"})
+    return cube if chatter else cube.drop_vars("chatter")
+
+
+def drawn(cube: xr.Dataset, **settings: Any) -> Figure:
+    """Figure whose layout has been made, with every warning an error."""
+    with style(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = draw("bifurcation", cube, **{"along": "restitution", **settings})
+        FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def panels(figure: Figure) -> list[list[Axes]]:
+    """Axes in rows of two."""
+    axes = figure.axes
+    return [axes[k : k + 2] for k in range(0, len(axes), 2)]
+
+
+def points(ax: Axes) -> Line2D:
+    (line,) = (line for line in ax.lines if line.get_marker() == ".")
+    return line
+
+
+def shades(ax: Axes) -> set[tuple[float, float, str]]:
+    """Left and right end and colour of each shaded stretch."""
+    names = {to_rgb(BLUE): "complete", to_rgb(ORANGE): "incomplete"}
+    return {
+        (
+            round(patch.get_x(), 9),
+            round(patch.get_x() + patch.get_width(), 9),
+            names[to_rgb(patch.get_facecolor())],
+        )
+        for patch in ax.patches
+        if isinstance(patch, Rectangle)
+    }
+
+
+def bars(ax: Axes) -> set[tuple[float, float, str]]:
+    """The same of the bars on the upper edge."""
+    names = {to_rgb(BLUE): "complete", to_rgb(ORANGE): "incomplete"}
+    return {
+        (
+            round(float(line.get_xdata()[0]), 9),
+            round(float(line.get_xdata()[1]), 9),
+            names[to_rgb(line.get_color())],
+        )
+        for line in ax.lines
+        if line.get_marker() != "."
+    }
+
+
+def texts(figure: Figure) -> str:
+    found = [figure.get_suptitle()]
+    for ax in figure.axes:
+        found += [ax.get_xlabel(), ax.get_ylabel(), ax.get_title("left"), ax.get_title()]
+    for legend in figure.legends:
+        found += [text.get_text() for text in legend.get_texts()]
+    return "\n".join(found)
+
+
+# --- panels and labels
+
+
+@pytest.mark.parametrize("frequencies", [[1.1], [1.1, 1.5], [1.1, 1.3, 1.5, 2.0]])
+def test_a_row_of_two_panels_for_each_value(frequencies: list[float]) -> None:
+    cube = made_up({"frequency_ratio": frequencies})
+    figure = drawn(cube, rows="frequency_ratio")
+    rows = panels(figure)
+    assert len(rows) == len(frequencies)
+    for (left, right), value in zip(rows, frequencies, strict=True):
+        assert left.get_title("left") == rf"$\omega$ = {value:g}"
+        assert left.get_ylabel() == "displacement $x$ / ($F_0/K$)"
+        assert right.get_ylabel() == r"velocity $\dot x$ / ($F_0/\sqrt{KM}$)"
+    for row in rows:
+        for ax in row:
+            assert ax.get_xlabel() == ("coefficient of restitution $r$" if row is rows[-1] else "")
+    assert figure.get_size_inches()[0] == pytest.approx(7.2)
+
+
+def test_without_rows_there_is_one() -> None:
+    cube = made_up({"frequency_ratio": [1.3]})
+    figure = drawn(cube)
+    assert len(figure.axes) == 2
+    assert figure.axes[0].get_title("left") == ""
+    assert r"$\omega$ = 1.3" in figure.get_suptitle()
+
+
+def test_heading_names_every_other_parameter() -> None:
+    cube = made_up({"mass_ratio": [0.25, 0.1]})
+    heading = drawn(cube, rows="frequency_ratio", at={"mass_ratio": 0.25}).get_suptitle()
+    assert heading.startswith("A made-up study\n")
+    for text in (r"$\mu$ = 0.25", r"$\zeta$ = 0.02", "$d$ = 0.05", r"$\varphi$ = 0"):
+        assert text in heading
+    assert r"$\omega$" not in heading
+    assert "$r$" not in heading
+    assert "section once per forcing period" in heading
+
+
+def test_caption_takes_the_place_of_the_title() -> None:
+    heading = drawn(made_up(), rows="frequency_ratio", caption="My words").get_suptitle()
+    assert heading.startswith("My words\n")
+    assert "made-up" not in heading
+
+
+def test_legend_names_both_kinds_of_chatter() -> None:
+    figure = drawn(made_up(), rows="frequency_ratio")
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "incomplete chatter",
+        "complete chatter",
+    ]
+
+
+def test_nothing_overlaps() -> None:
+    """Heading, panels and legend keep apart, whatever the number of rows."""
+    for frequencies in ([1.1], [1.1, 1.3, 1.5, 2.0]):
+        figure = drawn(made_up({"frequency_ratio": frequencies}), rows="frequency_ratio")
+        renderer = figure.canvas.get_renderer()
+        boxes = [ax.get_tightbbox(renderer) for ax in figure.axes]
+        boxes.append(figure.legends[0].get_window_extent(renderer))
+        boxes.append(figure._suptitle.get_window_extent(renderer))
+        whole = figure.bbox
+        for k, box in enumerate(boxes):
+            assert box.x0 >= whole.x0 - 1
+            assert box.x1 <= whole.x1 + 1
+            for other in boxes[k + 1 :]:
+                apart = (
+                    box.x1 <= other.x0 + 2
+                    or other.x1 <= box.x0 + 2
+                    or box.y1 <= other.y0 + 2
+                    or other.y1 <= box.y0 + 2
+                )
+                assert apart
+
+
+# --- points
+
+
+def test_points_are_the_samples_over_their_abscissa() -> None:
+    cube = made_up({"mass_ratio": [0.25, 0.1]})
+    figure = drawn(cube, rows="frequency_ratio", at={"mass_ratio": 0.1})
+    for row, value in zip(panels(figure), (1.1, 1.5), strict=True):
+        place = cube.sel(mass_ratio=0.1, frequency_ratio=value)
+        for ax, name in zip(row, ("displacement", "velocity"), strict=True):
+            line = points(ax)
+            got = set(zip(line.get_xdata(), line.get_ydata(), strict=True))
+            expected = {
+                (r, float(sample)) for r in GRID for sample in place[name].sel(restitution=r).values
+            }
+            assert got == expected
+
+
+def test_points_are_rasterised_and_nothing_else() -> None:
+    for ax in drawn(made_up(), rows="frequency_ratio").axes:
+        assert points(ax).get_rasterized()
+        assert not ax.get_rasterized()
+        assert not any(patch.get_rasterized() for patch in ax.patches)
+
+
+def test_axes_span_grid_and_samples() -> None:
+    cube = made_up()
+    for row, value in zip(panels(drawn(cube, rows="frequency_ratio")), (1.1, 1.5), strict=True):
+        for ax, name in zip(row, ("displacement", "velocity"), strict=True):
+            samples = cube[name].sel(frequency_ratio=value).values
+            assert ax.get_xlim() == (0.0, 1.0)
+            low, high = ax.get_ylim()
+            assert samples.min() - 0.2 * np.ptp(samples) < low < samples.min()
+            assert samples.max() < high < samples.max() + 0.2 * np.ptp(samples)
+
+
+def test_dimensions_in_any_order() -> None:
+    cube = made_up()
+    turned = cube.transpose("sample", "restitution", "frequency_ratio", "mass_ratio")
+    for ax, other in zip(
+        drawn(cube, rows="frequency_ratio").axes,
+        drawn(turned, rows="frequency_ratio").axes,
+        strict=True,
+    ):
+        np.testing.assert_array_equal(points(ax).get_ydata(), points(other).get_ydata())
+        assert shades(ax) == shades(other) != set()
+
+
+def test_along_another_axis() -> None:
+    cube = made_up({"restitution": [0.4, 0.6], "frequency_ratio": [1.1, 1.3, 1.5]})
+    figure = drawn(cube, along="frequency_ratio", rows="restitution")
+    assert len(panels(figure)) == 2
+    assert figure.axes[-1].get_xlabel() == r"frequency ratio $\omega$"
+    assert figure.axes[0].get_title("left") == "$r$ = 0.4"
+    assert set(points(figure.axes[0]).get_xdata()) == {1.1, 1.3, 1.5}
+
+
+# --- chatter
+
+
+EXPECTED = {
+    (0.05, 0.25, "incomplete"),
+    (0.35, 0.65, "complete"),
+    (0.95, 1.0, "complete"),
+}
+
+
+def test_shading_lies_where_chatter_is() -> None:
+    """Half a grid step about each value, ends at the axis' end, and nothing where it stopped."""
+    for ax in drawn(made_up(), rows="frequency_ratio").axes:
+        assert shades(ax) == EXPECTED
+        assert bars(ax) == EXPECTED
+
+
+def test_shading_differs_by_row() -> None:
+    chatter = [2, 2, *[0] * 18, 1, 0]
+    first, second = panels(drawn(made_up(chatter=chatter), rows="frequency_ratio"))
+    assert shades(first[0]) == shades(first[1]) == {(0.0, 0.15, "complete")}
+    assert shades(second[0]) == shades(second[1]) == {(0.85, 0.95, "incomplete")}
+
+
+def test_shading_on_an_uneven_and_on_a_descending_grid() -> None:
+    uneven = made_up({"restitution": [0.0, 0.1, 0.5, 1.0]}, chatter=[0, 2, 0, 0])
+    assert shades(drawn(uneven, rows="frequency_ratio").axes[0]) == {(0.05, 0.3, "complete")}
+    descending = made_up({"restitution": [1.0, 0.5, 0.1, 0.0]}, chatter=[0, 0, 2, 0])
+    found = shades(drawn(descending, rows="frequency_ratio").axes[0])
+    assert {(*sorted(ends), kind) for *ends, kind in found} == {(0.05, 0.3, "complete")}
+
+
+def test_chatter_everywhere_and_nowhere() -> None:
+    for ax in drawn(made_up(chatter=[2]), rows="frequency_ratio").axes:
+        assert shades(ax) == {(0.0, 1.0, "complete")}
+    for ax in drawn(made_up(chatter=[-1]), rows="frequency_ratio").axes:
+        assert shades(ax) == bars(ax) == set()
+
+
+def test_shading_lies_behind_the_points() -> None:
+    for ax in drawn(made_up(), rows="frequency_ratio").axes:
+        assert ax.patches
+        assert all(patch.get_zorder() < points(ax).get_zorder() for patch in ax.patches)
+
+
+def test_shading_does_not_widen_the_axes() -> None:
+    with_it = drawn(made_up(), rows="frequency_ratio")
+    without = drawn(made_up(chatter=None), rows="frequency_ratio")
+    for a, b in zip(with_it.axes, without.axes, strict=True):
+        assert a.get_xlim() == b.get_xlim()
+        assert a.get_ylim() == b.get_ylim()
+
+
+def test_without_chatter() -> None:
+    figure = drawn(made_up(chatter=None), rows="frequency_ratio")
+    assert figure.legends == []
+    for ax in figure.axes:
+        assert shades(ax) == bars(ax) == set()
+        assert len(points(ax).get_xdata()) == len(GRID) * SAMPLES
+
+
+# --- unusual cubes
+
+
+def test_missing_samples() -> None:
+    """Lanes that stopped have NaN samples: neither drawn nor in the way."""
+    cube = made_up()
+    cube["displacement"].loc[{"restitution": 0.8}] = np.nan
+    cube["displacement"][..., 3, 2:] = np.nan
+    figure = drawn(cube, rows="frequency_ratio")
+    low, high = figure.axes[0].get_ylim()
+    assert np.isfinite([low, high]).all()
+    assert low < float(cube.displacement.isel(frequency_ratio=0).min())
+
+
+def test_panel_without_any_sample() -> None:
+    cube = made_up()
+    cube["displacement"].loc[{"frequency_ratio": 1.5}] = np.nan
+    cube["velocity"].loc[{"frequency_ratio": 1.5}] = np.nan
+    figure = drawn(cube, rows="frequency_ratio")
+    assert len(figure.axes) == 4
+    assert figure.axes[2].get_xlim() == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("value", [0.0, 3.0, -2.5e-9])
+def test_samples_that_are_all_equal(value: float) -> None:
+    cube = made_up()
+    cube["displacement"][:] = value
+    low, high = drawn(cube, rows="frequency_ratio").axes[0].get_ylim()
+    assert low < value < high
+
+
+def test_single_valued_axis_needs_no_place() -> None:
+    cube = made_up({"mass_ratio": [0.1], "clearance": [0.05]})
+    figure = drawn(cube, rows="frequency_ratio")
+    assert r"$\mu$ = 0.1" in figure.get_suptitle()
+    assert "$d$ = 0.05" in figure.get_suptitle()
+    assert shades(figure.axes[0]) == EXPECTED
+
+
+def test_single_value_along() -> None:
+    figure = drawn(made_up({"restitution": [0.5]}, chatter=[2]), rows="frequency_ratio")
+    assert set(points(figure.axes[0]).get_xdata()) == {0.5}
+    low, high = figure.axes[0].get_xlim()
+    assert low < 0.5 < high
+
+
+def test_values_that_are_not_short_decimals() -> None:
+    """`at` is matched as it stands in the study file."""
+    value = 0.1 + 0.2
+    cube = made_up({"mass_ratio": [0.1, value]})
+    heading = drawn(cube, rows="frequency_ratio", at={"mass_ratio": value}).get_suptitle()
+    assert r"$\mu$ = 0.3," in heading
+
+
+def test_value_that_is_not_in_the_cube_is_refused() -> None:
+    with pytest.raises(KeyError):
+        drawn(made_up(), rows="frequency_ratio", at={"mass_ratio": 0.7})
+
+
+def test_cube_is_left_as_it_was() -> None:
+    cube = made_up()
+    before = cube.copy(deep=True)
+    drawn(cube, rows="frequency_ratio", at={"mass_ratio": 0.1})
+    xr.testing.assert_identical(cube, before)
+
+
+# --- files
+
+
+@pytest.mark.parametrize("end", ["svg", "png"])
+def test_same_bytes_each_time(tmp_path: Path, end: str) -> None:
+    for name in "ab":
+        with style():
+            figure = draw("bifurcation", made_up(), along="restitution", rows="frequency_ratio")
+            save(figure, tmp_path / f"{name}.{end}")
+        if name == "a":
+            time.sleep(1.1)
+    a, b = ((tmp_path / f"{name}.{end}").read_bytes() for name in "ab")
+    assert a == b
+    assert len(a) > 10_000
+
+
+def test_simulated_cube_of_the_size_of_the_study(tmp_path: Path) -> None:
+    """501 values with 100 samples in four rows: 400 000 points, and still a small file."""
+    small = simulate(
+        **FIXED,
+        mass_ratio=0.25,
+        frequency_ratio=[1.1, 1.3, 1.5, 2.0],
+        restitution=np.linspace(0.0, 1.0, 51),
+        transient=20,
+        periods=100,
+    )
+    cube = small.isel(restitution=np.repeat(np.arange(51), 10)[:501]).assign_coords(
+        restitution=np.linspace(0.0, 1.0, 501)
+    )
+    assert cube.displacement.size == 4 * 501 * 100
+    figure = drawn(cube, rows="frequency_ratio")
+    with style(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for end in ("svg", "png"):
+            save(figure, tmp_path / f"a.{end}")
+    assert 20_000 < (tmp_path / "a.svg").stat().st_size < 2_000_000
+    assert (tmp_path / "a.png").stat().st_size < 2_000_000
+    # The points are an image within; labels and shading stay vectors.
+    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert svg.count("<image") == 8
+    assert svg.count("<use") < 5_000

@@ -1,0 +1,114 @@
+"""One style, whatever the user's own settings, and files with the same bytes."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from damper.figures import FIGURES, draw
+from damper.figures import style as module
+from damper.figures.style import LONG_NAMES, SYMBOLS, axis_label, save, style, value_text
+from damper.parameters import PARAMETER_NAMES
+
+
+def figure() -> Figure:
+    made = Figure(figsize=(2, 1.5), layout="constrained")
+    ax = made.add_subplot()
+    ax.plot([0, 1, 2], [0, 1, 0], label=r"$\omega$")
+    ax.fill_between([0, 1], [0, 1], hatch="/")  # hatches get an id in SVG
+    ax.legend()
+    return made
+
+
+@pytest.mark.parametrize("end", ["svg", "png"])
+def test_same_bytes_each_time(tmp_path: Path, end: str) -> None:
+    paths = [tmp_path / f"{name}.{end}" for name in "ab"]
+    for path in paths:
+        with style():
+            save(figure(), path)
+        if path is paths[0]:
+            time.sleep(1.1)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert len(paths[0].read_bytes()) > 1000
+
+
+@pytest.mark.parametrize("end", ["svg", "png"])
+def test_users_settings_do_not_matter(tmp_path: Path, end: str) -> None:
+    with style():
+        save(figure(), tmp_path / f"a.{end}")
+    with mpl.rc_context(
+        {"font.size": 20.0, "lines.linewidth": 7.0, "svg.hashsalt": "x", "savefig.dpi": 30}
+    ):
+        with style():
+            save(figure(), tmp_path / f"b.{end}")
+        assert mpl.rcParams["font.size"] == 20.0, "the user's settings come back"
+    assert (tmp_path / f"a.{end}").read_bytes() == (tmp_path / f"b.{end}").read_bytes()
+
+
+def test_settings_come_back_after_an_error() -> None:
+    before = dict(mpl.rcParams)
+    with style():
+        assert dict(mpl.rcParams) != before
+    with pytest.raises(RuntimeError, match="drawing"), style():
+        raise RuntimeError("drawing")
+    assert dict(mpl.rcParams) == before
+
+
+def test_no_date_and_no_version_in_files(tmp_path: Path) -> None:
+    with style():
+        save(figure(), tmp_path / "a.svg")
+        save(figure(), tmp_path / "a.png")
+    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert "<dc:date>" not in svg
+    assert time.strftime("%Y-%m-%d") not in svg
+    assert "<text" not in svg, "letters are paths: the same on every machine"
+    png = (tmp_path / "a.png").read_bytes()
+    assert b"Software" not in png
+    assert b"tIME" not in png
+
+
+def test_resolution_of_png(tmp_path: Path) -> None:
+    with style():
+        save(figure(), tmp_path / "a.png")
+    png = (tmp_path / "a.png").read_bytes()
+    size = (int.from_bytes(png[16:20]), int.from_bytes(png[20:24]))
+    assert size == (600, 450)
+
+
+def test_labels_name_every_parameter() -> None:
+    assert set(SYMBOLS) == set(LONG_NAMES) == set(PARAMETER_NAMES)
+    assert axis_label("restitution") == "coefficient of restitution $r$"
+    assert value_text("frequency_ratio", 1.5) == r"$\omega$ = 1.5"
+    assert value_text("mass_ratio", 0.1 + 0.2) == r"$\mu$ = 0.3"
+    assert value_text("mass_ratio", 0.001) == r"$\mu$ = 0.001"
+    assert len({axis_label(name) for name in PARAMETER_NAMES}) == len(PARAMETER_NAMES)
+
+
+def test_colours_differ_in_grey() -> None:
+    """Blue and orange mark chatter: a print without colour must tell them apart."""
+    grey = [
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+        for r, g, b in (to_rgb(module.BLUE), to_rgb(module.ORANGE))
+    ]
+    assert abs(grey[0] - grey[1]) > 0.2
+
+
+def test_unknown_kind_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ValueError, match=r"unknown figure kind 'pie'.*bifurcation"):
+        draw("pie", None)
+    assert "bifurcation" in FIGURES
+
+
+def test_drawing_needs_no_display_and_no_engine() -> None:
+    code = (
+        "import sys; import damper.figures.bifurcation; "
+        "print([m for m in ('matplotlib.pyplot', 'numba', 'damper.engine', 'tkinter') "
+        "if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,247 @@
+"""Digests change with the code behind a result, and with nothing else."""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import damper
+from damper.study import digest as module
+from damper.study.digest import code_digest
+
+PACKAGE = Path(damper.__file__).parent
+SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
+OBSERVERS = ("stroboscopic_section", "impact_section", "impacts", "bursts")
+
+
+class Copy:
+    """A copy of the package and the scripts that may be edited."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.folder, self.monkeypatch = folder, monkeypatch
+        self.number = 0
+
+    def digest(
+        self,
+        script: str,
+        modules: tuple[str, ...] = (),
+        *,
+        edit: str | None = None,
+        crlf: bool = False,
+        text: bytes = b"\n# edited\n",
+        content: str | None = None,
+    ) -> str:
+        """Digest of a fresh copy with one file edited (a path in the package, or the script).
+
+        `content` takes the place of the script's own.
+        """
+        self.number += 1
+        home = self.folder / str(self.number)
+        shutil.copytree(PACKAGE, home / "damper", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(SCRIPTS, home / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+        path = home / "scripts" / script
+        if content is not None:
+            path.write_text(content)
+        if edit:
+            edited = path if edit == script else home / "damper" / edit
+            assert edited.is_file(), edit
+            edited.write_bytes(edited.read_bytes() + text)
+        if crlf:
+            for file in home.rglob("*.py"):
+                file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+        self.monkeypatch.setattr(module, "_PACKAGE", home / "damper")
+        return code_digest(path, modules)
+
+
+@pytest.fixture
+def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Copy:
+    return Copy(tmp_path, monkeypatch)
+
+
+def test_digest_does_not_depend_on_the_folder(copy: Copy) -> None:
+    real = code_digest(SCRIPTS / "simulate.py")
+    assert copy.digest("simulate.py") == copy.digest("simulate.py") == real
+    assert len(real) == 16
+    assert set(real) <= set("0123456789abcdef")
+
+
+#: Direct and indirect imports of each script, and files that do not concern it.
+CONCERNS = {
+    "simulate.py": (
+        [
+            "study/slices.py",
+            "lanes.py",
+            "engine.py",
+            "contact.py",
+            "flow.py",
+            "parameters.py",
+            "compiled.py",
+            "variables.py",
+            "observers/base.py",
+            "observers/__init__.py",
+        ],
+        [
+            "study/cube.py",
+            "study/tables.py",
+            "study/config.py",
+            "study/digest.py",
+            "figures/bifurcation.py",
+            "figures/style.py",
+            "event_list.py",
+            "simulation.py",
+            *(f"observers/{name}.py" for name in OBSERVERS),
+        ],
+    ),
+    "gather.py": (
+        ["study/cube.py", "study/slices.py", "variables.py", "parameters.py"],
+        ["study/tables.py", "study/config.py", "figures/bifurcation.py", "simulation.py"],
+    ),
+    "figure.py": (
+        ["figures/__init__.py", "figures/style.py", "parameters.py"],
+        ["engine.py", "flow.py", "contact.py", "lanes.py", "study/cube.py", "study/tables.py"],
+    ),
+    "table.py": (
+        ["study/tables.py", "study/intervals.py", "lanes.py", "engine.py", "contact.py", "flow.py"],
+        ["study/cube.py", "study/config.py", "figures/bifurcation.py", "simulation.py"],
+    ),
+    "compile.py": (
+        ["compiled.py", "study/slices.py", "engine.py", "flow.py"],
+        ["study/cube.py", "study/tables.py", "figures/style.py"],
+    ),
+}
+
+
+@pytest.mark.parametrize("script", CONCERNS)
+def test_edit_behind_a_script_changes_its_digest_and_no_other(copy: Copy, script: str) -> None:
+    before = copy.digest(script)
+    digests = {before}
+    behind, beside = CONCERNS[script]
+    for path in (script, *behind):
+        digests.add(copy.digest(script, edit=path))
+    assert len(digests) == len(behind) + 2, "an edit was not noticed"
+    for path in beside:
+        assert copy.digest(script, edit=path) == before, path
+
+
+def test_figure_kind_counts_if_it_is_named(copy: Copy) -> None:
+    named = ("damper.figures.bifurcation",)
+    edit = "figures/bifurcation.py"
+    assert copy.digest("figure.py", named, edit=edit) != copy.digest("figure.py", named)
+    assert copy.digest("figure.py", edit=edit) == copy.digest("figure.py")
+
+
+@pytest.mark.parametrize("asked", OBSERVERS)
+def test_observer_counts_only_if_it_is_asked_for(copy: Copy, asked: str) -> None:
+    modules = (f"damper.observers.{asked}",)
+    before = copy.digest("simulate.py", modules)
+    assert before != copy.digest("simulate.py")
+    noticed = {
+        name
+        for name in OBSERVERS
+        if copy.digest("simulate.py", modules, edit=f"observers/{name}.py") != before
+    }
+    assert noticed == {asked}
+
+
+def test_order_and_repetition_of_modules_do_not_matter(copy: Copy) -> None:
+    a, b = "damper.observers.impacts", "damper.observers.bursts"
+    digests = {copy.digest("simulate.py", modules) for modules in ((a, b), (b, a), (b, a, b, a))}
+    assert len(digests) == 1
+    assert code_digest(SCRIPTS / "simulate.py", iter([a, b])) in digests
+
+
+def test_newlines_are_normalised(copy: Copy) -> None:
+    modules = tuple(f"damper.observers.{name}" for name in OBSERVERS)
+    for script in CONCERNS:
+        assert copy.digest(script, modules, crlf=True) == copy.digest(script, modules)
+
+
+def test_comment_and_blank_line_count(copy: Copy) -> None:
+    """Bytes count, not meaning: simple, and it errs on the safe side."""
+    before = copy.digest("simulate.py")
+    assert copy.digest("simulate.py", edit="flow.py", text=b"\n") != before
+    assert copy.digest("simulate.py", edit="simulate.py", text=b"\n") != before
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import damper.flow",
+        "import damper.flow as f",
+        "import os, damper.flow",
+        "from damper.flow import increments",
+        "from damper.contact import impact",
+        "def f():\n    from damper.engine import run",
+        "from damper.study import slices",
+        "if True:\n    import damper.lanes",
+    ],
+)
+def test_every_form_of_import_is_followed(copy: Copy, line: str) -> None:
+    before = copy.digest("simulate.py", content=f"{line}\n")
+    assert copy.digest("simulate.py", content=f"{line}\n", edit="flow.py") != before
+    assert copy.digest("simulate.py", content=f"{line}\n", edit="simulation.py") == before
+
+
+def test_names_of_other_packages_are_none_of_ours(copy: Copy) -> None:
+    lines = ("import numpy.linalg\n", "from damperfoo.flow import x\n", "flow = 1\n")
+    digests = [copy.digest("simulate.py", content=line) for line in lines]
+    assert len(set(digests)) == 3
+    for line, before in zip(lines, digests, strict=True):
+        assert copy.digest("simulate.py", content=line, edit="flow.py") == before
+
+
+def test_same_in_every_process() -> None:
+    code = (
+        "from pathlib import Path; from damper.study.digest import code_digest; "
+        f"print(code_digest(Path({str(SCRIPTS / 'table.py')!r}), ['damper.observers.bursts']))"
+    )
+    here = code_digest(SCRIPTS / "table.py", ["damper.observers.bursts"])
+    for seed in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        )
+        assert done.stdout.strip() == here
+
+
+LOADED = """
+import importlib, sys
+for name in {names}:
+    importlib.import_module(name)
+for name, module in sorted(sys.modules.items()):
+    if name.startswith("damper.") and module.__file__:
+        print(module.__file__)
+"""
+
+
+@pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
+def test_every_module_that_a_script_loads_is_behind_its_digest(copy: Copy, script: str) -> None:
+    """What Python really imports, against edits of each of those files."""
+    tree = ast.parse((SCRIPTS / script).read_text())
+    names = [
+        node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("damper")
+    ]
+    assert names
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED.format(names=names)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "DAMPER_COMPILE": "0"},
+    )
+    paths = [Path(line).relative_to(PACKAGE).as_posix() for line in done.stdout.splitlines()]
+    # A package's front that holds nothing but a docstring changes nothing.
+    paths = [path for path in paths if len(ast.parse((PACKAGE / path).read_text()).body) > 1]
+    assert len(paths) > 1
+    before = copy.digest(script)
+    unnoticed = [path for path in paths if copy.digest(script, edit=path) == before]
+    assert unnoticed == []
