@@ -130,29 +130,37 @@ def increments(
         dx, dv = _taylor(osc, a0, j0, sin0, cos0, tau)
         return dx, dv, sin1, cos1
 
-    if regime == OVERDAMPED:
+    if (2.0 * beta + math.sqrt(kappa)) * tau <= TAYLOR_RANGE:
+        # Only the force is fast: the free motion still needs its series.
+        c_less_1, s_less_tau = _free_taylor(beta, kappa, tau)
+        s = tau + s_less_tau
+        s_dot_less_1 = c_less_1 - 2.0 * beta * s
+    elif regime == OVERDAMPED:
         grow_fast = math.expm1(fast * tau)
         grow_slow = math.expm1(slow * tau)
         width = fast - slow
         c_less_1 = (fast * grow_slow - slow * grow_fast) / width
         s = (grow_fast - grow_slow) / width
-        s_dot = (fast * (1.0 + grow_fast) - slow * (1.0 + grow_slow)) / width
+        s_less_tau = s - tau
+        s_dot_less_1 = (fast * grow_fast - slow * grow_slow) / width
     elif regime == NEARLY_CRITICAL:
         decay = math.exp(slow * tau)
         drop = math.expm1(-2.0 * split * tau)
         c = decay * (1.0 + 0.5 * drop)
         s = decay * (-0.5 * drop / split if split > 0.0 else tau)
-        s_dot = c - beta * s
         c_less_1 = c + beta * s - 1.0
+        s_less_tau = s - tau
+        s_dot_less_1 = c - beta * s - 1.0
     else:
         decay = math.exp(-beta * tau)
         c = decay * math.cos(split * tau)
         s = decay * math.sin(split * tau) / split
-        s_dot = c - beta * s
         c_less_1 = c + beta * s - 1.0
+        s_less_tau = s - tau
+        s_dot_less_1 = c - beta * s - 1.0
 
     if regime == RESONANT:
-        q_re, q_im, q_dot_re, q_dot_im = _resonant(beta, split, omega, c, s, tau)
+        q_re, q_im, q_dot_re, q_dot_im = _resonant(beta, split, omega, c_less_1, s, tau)
     else:
         # gain (exp(i angle) - C - i omega S) and its derivative; cos - 1 without cancellation.
         cos_less_1 = -sin_f * sin_f / (1.0 + cos_f) if cos_f > 0.0 else cos_f - 1.0
@@ -161,12 +169,12 @@ def increments(
         q_re = gain_re * re - gain_im * im
         q_im = gain_re * im + gain_im * re
         re = kappa * s - omega * sin_f
-        im = omega * (cos_f - s_dot)
+        im = omega * (cos_less_1 - s_dot_less_1)
         q_dot_re = gain_re * re - gain_im * im
         q_dot_im = gain_re * im + gain_im * re
 
-    dx = x0 * c_less_1 + v0 * (s - tau) + force * (q_re * sin0 + q_im * cos0)
-    dv = v0 * (s_dot - 1.0) - kappa * s * x0 + force * (q_dot_re * sin0 + q_dot_im * cos0)
+    dx = x0 * c_less_1 + v0 * s_less_tau + force * (q_re * sin0 + q_im * cos0)
+    dv = v0 * s_dot_less_1 - kappa * s * x0 + force * (q_dot_re * sin0 + q_dot_im * cos0)
     return dx, dv, sin1, cos1
 
 
@@ -257,7 +265,8 @@ def _taylor(osc, a0, j0, sin0, cos0, tau):
     dx = a0 * power
     remainder = 0.5 * reach
     n = 3.0
-    while remainder > TAYLOR_REMAINDER:
+    # Relative to the second term, since the first one may be zero.
+    while remainder > TAYLOR_REMAINDER * reach:
         dv += upper * power * tau
         power *= tau / n
         dx += upper * power
@@ -273,7 +282,29 @@ def _taylor(osc, a0, j0, sin0, cos0, tau):
 
 
 @compiled
-def _resonant(beta, split, omega, c, s, tau):
+def _free_taylor(beta, kappa, tau):
+    """C - 1 and S - tau of the free oscillator by their Taylor series."""
+    c_less_1 = 0.0
+    s_less_tau = 0.0
+    # n-th derivatives at zero of C and S, from the equation of motion.
+    c_lower, c_upper = 0.0, -kappa
+    s_lower, s_upper = 1.0, -2.0 * beta
+    power = 0.5 * tau * tau
+    remainder = 1.0
+    n = 2.0
+    while remainder > TAYLOR_REMAINDER:
+        c_less_1 += c_upper * power
+        s_less_tau += s_upper * power
+        c_lower, c_upper = c_upper, -2.0 * beta * c_upper - kappa * c_lower
+        s_lower, s_upper = s_upper, -2.0 * beta * s_upper - kappa * s_lower
+        n += 1.0
+        power *= tau / n
+        remainder *= TAYLOR_RANGE / n
+    return c_less_1, s_less_tau
+
+
+@compiled
+def _resonant(beta, split, omega, c_less_1, s, tau):
     """Q and Q' as divided differences of the exponential: nothing grows as damping -> 0.
 
     With lambda = -beta + i split, E = (exp(i omega tau) - exp(lambda tau)) / (i omega - lambda);
@@ -293,7 +324,9 @@ def _resonant(beta, split, omega, c, s, tau):
     else:
         ratio_re = tau
         ratio_im = 0.0
-    sine = s * split  # exp(-beta tau) sin(split tau)
+    # exp(lambda tau) = c + i sine
+    c = 1.0 + c_less_1 - beta * s
+    sine = s * split
     e_re = c * ratio_re - sine * ratio_im
     e_im = c * ratio_im + sine * ratio_re
     total = omega + split
