@@ -21,7 +21,8 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-_HOME = {
+#: Name -> the module that holds it.
+HOME = {
     "Parameters": "damper.parameters",
     "State": "damper.parameters",
     "events": "damper.event_list",
@@ -32,9 +33,9 @@ __all__ = ["Parameters", "State", "__version__", "events", "simulate"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in HOME:
         raise AttributeError(f"module 'damper' has no attribute {name!r}")
-    value = getattr(import_module(_HOME[name]), name)
+    value = getattr(import_module(HOME[name]), name)
     globals()[name] = value
     return value
 

@@ -13,6 +13,7 @@ import numpy as np
 from damper.compiled import compiled
 from damper.contact import (
     GAVE_UP,
+    ROUNDING,
     find_impact,
     find_release,
     impact,
@@ -24,8 +25,9 @@ from damper.flow import Oscillator, acceleration, increments, oscillator
 from damper.parameters import Parameters, State
 
 # Columns of a log row: one segment, described at its start.
-PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, DURATION = range(11)
-COLUMNS = 11
+# FIRST is the approach speed of the first impact of the burst under way, zero if there is none.
+PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, DURATION = range(12)
+COLUMNS = 12
 #: Constants of one run; see `prepare`.
 Model = tuple[float | Oscillator, ...]
 
@@ -79,13 +81,7 @@ class Trajectory:
         check_engine_settings(accuracy, max_events)
         p = parameters
         state = state or State(0.0, 0.0, 0.0, 0.0)
-        distance = abs(state.y - state.x) - p.clearance
-        slack = 4.0 * np.finfo(float).eps * (p.clearance + abs(state.x) + abs(state.y))
-        if distance > slack:
-            raise ValueError(
-                f"state: |y - x| = {abs(state.y - state.x)!r} is outside the box: "
-                f"must be at most clearance = {p.clearance!r}"
-            )
+        check_state(p, state)
         self.model = prepare(
             p.mass_ratio,
             p.damping_ratio,
@@ -101,7 +97,7 @@ class Trajectory:
         self._counts = np.zeros(2, dtype=np.int64)
         self._max_events = int(max_events)
         self.status = FINISHED
-        place(self.model, self._state, *self.start, state.x, state.v, state.y, state.u, slack)
+        place(self.model, self._state, *self.start, state.x, state.v, state.y, state.u)
 
     @property
     def events(self) -> int:
@@ -173,12 +169,28 @@ class Trajectory:
 _NO_LOG = np.empty((0, COLUMNS))
 
 
+def check_state(parameters: Parameters, state: State) -> None:
+    """Raise ValueError unless the free mass is between the walls."""
+    distance = abs(state.y - state.x)
+    if distance > parameters.clearance + _slack(parameters.clearance, state.x, state.y):
+        raise ValueError(
+            f"state: |y - x| = {distance!r} is outside the box: "
+            f"must be at most clearance = {parameters.clearance!r}"
+        )
+
+
 def check_engine_settings(accuracy: float, max_events: int) -> None:
     """Raise ValueError with name, value and range unless both settings are sensible."""
     if not 1e-15 <= accuracy <= 1e-3:
         raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
     if int(max_events) != max_events or max_events < 1:
         raise ValueError(f"max_events = {max_events!r}: must be a whole number >= 1")
+
+
+@compiled
+def _slack(clearance, x, y):
+    """Rounding of the gap of a given state: within it the free mass is at the wall."""
+    return ROUNDING * (clearance + abs(x) + abs(y))
 
 
 @compiled
@@ -216,7 +228,6 @@ def place(
     v: float,
     y: float,
     u: float,
-    slack: float,
 ) -> None:
     """Write the first segment's start into `state` (section 1's rules for a start on a wall)."""
     mass_ratio, clearance, _, phase, _, _, free, _ = model
@@ -233,7 +244,7 @@ def place(
         gap = 0.0
         rate = 0.0
         mode = STICKING
-    elif gap <= slack:
+    elif gap <= _slack(clearance, x, y):
         gap = 0.0
         if rate == 0.0:
             angle = free[3] * time + phase
@@ -251,6 +262,7 @@ def place(
     state[MODE] = mode
     state[CAUSE] = cause
     state[SPEED] = 0.0
+    state[FIRST] = 0.0
     state[DURATION] = 0.0
 
 
@@ -301,6 +313,7 @@ def run(
     mode = float(state[MODE])
     cause = float(state[CAUSE])
     speed = float(state[SPEED])
+    first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
     rows = 0
@@ -354,6 +367,7 @@ def run(
             row[MODE] = mode
             row[CAUSE] = cause
             row[SPEED] = speed
+            row[FIRST] = first
             row[DURATION] = remaining if over else duration
             rows += 1
         if over:
@@ -380,6 +394,7 @@ def run(
         if mode == TAIL:
             mode = STICKING
             cause = STICK
+            first = 0.0
             v = end_v
             rate = 0.0
         elif mode == STICKING:
@@ -394,6 +409,8 @@ def run(
         else:
             cause = IMPACT
             speed = abs(end_rate)
+            if first == 0.0 or hit != side:
+                first = speed
             side = hit
             gap = 0.0
             v, rate = impact(mass_ratio, restitution, side, end_v, speed)
@@ -420,6 +437,7 @@ def run(
     state[MODE] = mode
     state[CAUSE] = cause
     state[SPEED] = speed
+    state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
     return code, rows

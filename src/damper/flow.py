@@ -221,8 +221,8 @@ def derivative_bounds(
     The energy norm sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span,
     and each derivative of the motion obeys the same equation with the force's derivative. The
     bounds stay sharp at resonance (no large cancelling amplitudes) and follow a fast overdamped
-    mode down as it dies; heavy damping sharpens them further. For the second derivative of the motion pass
-    force * omega**2 and the derivatives from the second on.
+    mode down as it dies; heavy damping sharpens them further. For the second derivative of the
+    motion pass force * omega**2 and the derivatives from the second on.
 
     Returns
     -------

@@ -16,6 +16,8 @@ from damper.engine import (
     FINISHED,
     LOG_ROWS,
     Trajectory,
+    check_engine_settings,
+    check_state,
 )
 from damper.observers import make_observers
 from damper.observers.base import Observer, Window
@@ -67,6 +69,11 @@ def run_lanes(
         raise ValueError(f"transient = {transient!r}: must be a whole number of periods >= 0")
     if periods < 1 or int(periods) != periods:
         raise ValueError(f"periods = {periods!r}: must be a whole number of periods >= 1")
+    transient, periods = int(transient), int(periods)
+    check_engine_settings(accuracy, max_events)
+    if state:
+        for values in lanes:
+            check_state(values, state)
     made = make_observers(observers)
     for observer in made:
         observer.allocate(len(lanes), periods)
@@ -75,12 +82,14 @@ def run_lanes(
     for lane, values in enumerate(lanes):
         trajectory = Trajectory(values, state, accuracy, max_events)
         first, time = trajectory.start
-        window = Window(first + transient, time, int(periods), transient == 0)
+        window = Window(first + transient, time, periods)
         if transient:
             trajectory.skip(window.period, time)
         for observer in made:
             observer.begin(lane, trajectory, window)
-        if made and trajectory.status == FINISHED:
+        if not made:
+            trajectory.skip(window.period + periods, time)
+        else:
             for log in trajectory.segments(window.period + periods, time, buffer):
                 for observer in made:
                     observer.observe(log)

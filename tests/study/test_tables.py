@@ -354,6 +354,19 @@ def test_sensitivity_note_without_intervals_at_both() -> None:
     assert notes[1] == "- any, from 1 % to 10 %: no row has intervals at both."
 
 
+def test_speed_and_fractions_are_not_one_scale() -> None:
+    """A main threshold in absolute speed is no point between fractions of the first speed."""
+    found = [
+        item(0.1, "speed 0.02", "complete", (0.4, 0.7)),
+        item(0.1, "1 %", "complete", (0.3, 0.7)),
+        item(0.1, "10 %", "complete", (0.5, 0.7)),
+    ]
+    observer = {"threshold": {"speed": 0.02}, "compare_thresholds": [0.01, 0.1]}
+    text = markdown(found, observer=observer)
+    assert "from speed" not in text
+    assert "complete, from 1 % to 10 %: the lower edge moves by +0.200 to +0.200" in text
+
+
 def test_numbers_of_the_real_table_recomputed(table: list[Interval]) -> None:
     """From the CSV text, by a loop over its rows."""
     rows = list(csv.DictReader(io.StringIO(to_csv(table, "restitution"))))

@@ -65,13 +65,6 @@ def slices_of(wildcards):
     ]
 
 
-def observers_of(study):
-    """Each observer's settings as plain values."""
-    return {
-        name: settings.model_dump(exclude_none=True) for name, settings in study.observers.items()
-    }
-
-
 def observer_modules(studies):
     """Modules of the observers that studies ask for: others do not concern their results."""
     return sorted({f"damper.observers.{name}" for study in studies for name in study.observers})

@@ -54,7 +54,7 @@ rule simulate:
         axes=_inner_axes,
         transient=lambda wildcards: STUDIES[wildcards.study].transient,
         periods=lambda wildcards: STUDIES[wildcards.study].periods,
-        observers=lambda wildcards: observers_of(STUDIES[wildcards.study]),
+        observers=lambda wildcards: STUDIES[wildcards.study].observer_settings(),
         engine=ENGINE,
         code=lambda wildcards: code_digest(
             SCRIPTS / "simulate.py", observer_modules([STUDIES[wildcards.study]])

@@ -15,7 +15,7 @@ rule table:
     params:
         settings=lambda wildcards: STUDIES[wildcards.study].tables[wildcards.table].model_dump(),
         title=lambda wildcards: STUDIES[wildcards.study].title,
-        observer=lambda wildcards: observers_of(STUDIES[wildcards.study])["bursts"],
+        observer=lambda wildcards: STUDIES[wildcards.study].observer_settings()["bursts"],
         assumed=lambda wildcards: STUDIES[wildcards.study].assumed,
         fixed=lambda wildcards: STUDIES[wildcards.study].fixed,
         run=lambda wildcards: {

@@ -82,7 +82,8 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     # Rasterised: tens of thousands of vector points make files that no reader opens.
     ax.plot(x, samples.ravel(), ".", ms=0.9, mew=0.0, color="black", rasterized=True)
     grid = panel[along].values
-    ax.set_xlim(grid.min(), grid.max())
+    if len(grid) > 1:
+        ax.set_xlim(grid.min(), grid.max())
     finite = samples[np.isfinite(samples)]
     if finite.size:
         low, high = finite.min(), finite.max()

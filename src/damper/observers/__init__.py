@@ -44,6 +44,8 @@ def make_observers(
     ValueError
         For an unknown name (with the known ones) or two observers that write one variable.
     """
+    if isinstance(requested, str):
+        requested = [requested]
     settings = requested if isinstance(requested, Mapping) else dict.fromkeys(requested)
     made: list[Any] = []
     owner: dict[str, str] = {}

@@ -12,15 +12,11 @@ from damper.variables import Variable
 
 
 class Window(NamedTuple):
-    """Recorded stretch: it starts `period` whole periods plus `time`, and lasts `length` periods.
-
-    `fresh` says that the run itself starts with the window, so no burst can be under way.
-    """
+    """Recorded stretch: from `period` whole periods plus `time` on, `length` periods long."""
 
     period: float
     time: float
     length: int
-    fresh: bool
 
 
 class Observer:
@@ -53,7 +49,11 @@ class Observer:
         raise NotImplementedError
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's results; `finished` is False where the run stopped early."""
+        """Write the lane's results.
+
+        Where the run stopped early, `finished` is False: averages and counts stay missing, while
+        samples and records keep what came before the stop.
+        """
 
 
 def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
@@ -75,6 +75,14 @@ def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
         f"threshold = {threshold!r}: must be a fraction in (0, 1) of the burst's first approach "
         "speed, or {'speed': an absolute one > 0}"
     )
+
+
+def describe(threshold: tuple[float, float]) -> str:
+    """Say in words what counts as visible."""
+    fraction, speed = threshold
+    if speed:
+        return f"visible: approach speed >= {speed:g}"
+    return f"visible: approach speed >= {fraction:g} of the first one of the burst"
 
 
 @compiled

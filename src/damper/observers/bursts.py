@@ -13,6 +13,7 @@ from damper.compiled import compiled
 from damper.engine import (
     CAUSE,
     DURATION,
+    FIRST,
     IMPACT,
     MODE,
     RELEASE,
@@ -27,11 +28,11 @@ from damper.engine import (
 from damper.observers.base import (
     Observer,
     Window,
+    describe,
     since,
     visibility,
     visible_in_tail,
 )
-from damper.observers.impacts import describe
 from damper.variables import LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import TIME as TIME_UNIT
@@ -43,7 +44,7 @@ CHATTER_IMPACTS = 5
 (
     _WALL,
     _EARLIER_WALL,
-    _FIRST,
+    _FIRST_SPEED,
     _ONSET,
     _LAST,
     _BURSTS,
@@ -51,8 +52,10 @@ CHATTER_IMPACTS = 5
     _STICKING,
     _LISTED,
     _OPEN_RECORD,
-) = range(10)
-_NONE, _EARLIER = 0.0, 2.0  # no burst under way; one that began before the window
+    _OPEN_STICKING,
+) = range(11)
+# No burst under way; one that began before the window; nothing read yet.
+_NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
 _RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
@@ -67,7 +70,9 @@ _RECORDS = (
     Variable(
         "burst_duration", "time from the first impact to sticking, or to the last impact", TIME_UNIT
     ),
-    Variable("burst_sticking_time", "time from sticking to release", TIME_UNIT),
+    Variable(
+        "burst_sticking_time", "time from sticking to release, if within the record", TIME_UNIT
+    ),
 )
 _R_ONSET, _R_WALL, _R_FIRST, _R_VISIBLE, _R_COMPLETE, _R_TIME, _R_X, _R_DURATION, _R_STICKING = (
     range(9)
@@ -168,10 +173,9 @@ class Bursts(Observer):
         self._lane = lane
         self._model = trajectory.model
         self._window = window
-        self._totals = np.zeros(10)
+        self._totals = np.zeros(11)
         self._totals[_OPEN_RECORD] = -1.0
-        if not window.fresh:
-            self._totals[_WALL] = _EARLIER
+        self._totals[_WALL] = _UNKNOWN
         self._visible = np.zeros((2, len(self._fractions)), dtype=np.int64)
         self._chatter = np.zeros(len(self._fractions), dtype=np.int64)
         self._listed = np.full((self.records, len(_RECORDS)), np.nan)
@@ -197,7 +201,7 @@ class Bursts(Observer):
             self.arrays[variable.name][self._lane] = self._listed[:, column]
         if not finished:
             return
-        if self._totals[_WALL] not in (_NONE, _EARLIER):
+        if self._totals[_WALL] not in (_NONE, _EARLIER, _UNKNOWN):
             _judge(self._visible, self._chatter, 1)
         put = {
             "visible_impacts": self._visible[1, 0],
@@ -216,7 +220,8 @@ class Bursts(Observer):
 
 @compiled
 def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatter, listed):
-    if totals[_WALL] == _EARLIER and totals[_EARLIER_WALL] == 0.0 and len(log) > 0:
+    if totals[_WALL] == _UNKNOWN and len(log) > 0:
+        totals[_WALL] = _EARLIER if log[0][FIRST] > 0.0 else _NONE
         totals[_EARLIER_WALL] = log[0][SIDE]
     for index in range(len(log)):
         row = log[index]
@@ -224,9 +229,7 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
         wall = float(row[SIDE])
         cause = float(row[CAUSE])
         if totals[_WALL] == _EARLIER and (
-            row[MODE] == STICKING
-            or cause == RELEASE
-            or (cause == IMPACT and wall != totals[_EARLIER_WALL])
+            row[MODE] == STICKING or (cause == IMPACT and wall != totals[_EARLIER_WALL])
         ):
             totals[_WALL] = _NONE
         if row[MODE] == STICKING:
@@ -234,9 +237,10 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
             totals[_STICKING] += max(inside, 0.0)
             if cause == STICK and totals[_WALL] != _NONE:
                 _close(row, start, 2, totals, visible, chatter, listed)
-            if totals[_OPEN_RECORD] >= 0.0:
-                listed[int(totals[_OPEN_RECORD]), _R_STICKING] += inside
+            totals[_OPEN_STICKING] += inside
         elif cause == RELEASE:
+            if totals[_OPEN_RECORD] >= 0.0:
+                listed[int(totals[_OPEN_RECORD]), _R_STICKING] = totals[_OPEN_STICKING]
             totals[_OPEN_RECORD] = -1.0
         elif cause == IMPACT and start >= 0.0 and totals[_WALL] != _EARLIER:
             approach = float(row[SPEED])
@@ -244,13 +248,13 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
                 if totals[_WALL] != _NONE:
                     _close(row, start, 1, totals, visible, chatter, listed)
                 totals[_WALL] = wall
-                totals[_FIRST] = approach
+                totals[_FIRST_SPEED] = approach
                 totals[_ONSET] = start
                 for k in range(len(fractions)):
                     visible[0, k] = 0
             totals[_LAST] = start
             for k in range(len(fractions)):
-                limit = max(fractions[k] * totals[_FIRST], speeds[k])
+                limit = max(fractions[k] * row[FIRST], speeds[k])
                 if approach >= limit:
                     visible[0, k] += 1
                 if row[MODE] == TAIL:
@@ -268,7 +272,7 @@ def _close(row, start, outcome, totals, visible, chatter, listed):
         entry = listed[number]
         entry[_R_ONSET] = totals[_ONSET]
         entry[_R_WALL] = totals[_WALL]
-        entry[_R_FIRST] = totals[_FIRST]
+        entry[_R_FIRST] = totals[_FIRST_SPEED]
         entry[_R_VISIBLE] = visible[0, 0]
         entry[_R_COMPLETE] = outcome - 1
         entry[_R_DURATION] = totals[_LAST] - totals[_ONSET]
@@ -276,8 +280,8 @@ def _close(row, start, outcome, totals, visible, chatter, listed):
             entry[_R_TIME] = start
             entry[_R_X] = row[X]
             entry[_R_DURATION] = start - totals[_ONSET]
-            entry[_R_STICKING] = 0.0
             totals[_OPEN_RECORD] = number
+            totals[_OPEN_STICKING] = 0.0
         totals[_LISTED] += 1.0
     _judge(visible, chatter, outcome)
     totals[_WALL] = _NONE

@@ -5,8 +5,7 @@ import numpy as np
 from damper.compiled import compiled
 from damper.engine import CAUSE, GAP, IMPACT, RATE, SIDE, Trajectory, V, X
 from damper.observers.base import Observer, Window, since
-from damper.observers.stroboscopic_section import free_mass as _free_mass
-from damper.observers.stroboscopic_section import section_variables
+from damper.observers.sections import free_state, section_variables
 
 
 class ImpactSection(Observer):
@@ -77,7 +76,7 @@ def _sample(model, log, periods, time, side, samples, taken):
         samples[taken, 0] = row[X]
         samples[taken, 1] = row[V]
         if samples.shape[1] == 4:
-            y, u = _free_mass(
+            y, u = free_state(
                 model[1], side, float(row[X]), float(row[V]), float(row[GAP]), float(row[RATE])
             )
             samples[taken, 2] = y

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import CAUSE, IMPACT, MODE, SIDE, SPEED, STICKING, TAIL, Trajectory
+from damper.engine import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL, Trajectory
 from damper.observers.base import (
     Observer,
     Window,
+    describe,
     since,
     visibility,
     visible_in_tail,
@@ -16,7 +17,7 @@ from damper.observers.base import (
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import Variable
 
-_COUNT, _SUM, _LARGEST, _FIRST, _WALL = range(5)
+_IMPACTS, _VISIBLE, _TAILS, _SUM, _LARGEST = range(5)
 
 
 class Impacts(Observer):
@@ -57,7 +58,7 @@ class Impacts(Observer):
         self._lane = lane
         self._model = trajectory.model
         self._window = window
-        self._totals = np.zeros(6)
+        self._totals = np.zeros(5)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -69,41 +70,28 @@ class Impacts(Observer):
         """Write the lane's averages."""
         if not finished:
             return
-        count, total, resolved = self._totals[[_COUNT, _SUM, 5]]
-        self.arrays["impacts_per_period"][self._lane] = count / self._window.length
-        if resolved:
-            self.arrays["mean_approach_speed"][self._lane] = total / resolved
-            self.arrays["max_approach_speed"][self._lane] = self._totals[_LARGEST]
-
-
-def describe(threshold: tuple[float, float]) -> str:
-    """Say in words what counts as visible."""
-    fraction, speed = threshold
-    if speed:
-        return f"visible: approach speed >= {speed:g}"
-    return f"visible: approach speed >= {fraction:g} of the first one of the burst"
+        impacts, visible, in_tails, total, largest = self._totals
+        put = {"impacts_per_period": (visible + in_tails) / self._window.length}
+        if visible:
+            put["mean_approach_speed"] = total / visible
+        if impacts:
+            put["max_approach_speed"] = largest
+        for name, value in put.items():
+            self.arrays[name][self._lane] = value
 
 
 @compiled
 def _count(model, log, periods, time, fraction, speed, totals):
     for index in range(len(log)):
         row = log[index]
-        wall = float(row[SIDE])
-        if row[MODE] == STICKING:
-            totals[_WALL] = 0.0
-        if row[CAUSE] != IMPACT:
+        if row[CAUSE] != IMPACT or since(row, model[4], periods, time) < 0.0:
             continue
         approach = float(row[SPEED])
-        if wall != totals[_WALL]:
-            totals[_WALL] = wall
-            totals[_FIRST] = approach
-        if since(row, model[4], periods, time) < 0.0:
-            continue
-        limit = max(fraction * totals[_FIRST], speed)
-        if approach >= limit:
-            totals[_COUNT] += 1.0
-            totals[_SUM] += approach
-            totals[5] += 1.0
-        if row[MODE] == TAIL:
-            totals[_COUNT] += visible_in_tail(row, model[2], limit)
+        limit = max(fraction * float(row[FIRST]), speed)
         totals[_LARGEST] = max(totals[_LARGEST], approach)
+        totals[_IMPACTS] += 1.0
+        if approach >= limit:
+            totals[_VISIBLE] += 1.0
+            totals[_SUM] += approach
+        if row[MODE] == TAIL:
+            totals[_TAILS] += visible_in_tail(row, model[2], limit)

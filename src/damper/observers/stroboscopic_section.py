@@ -5,7 +5,7 @@ import numpy as np
 from damper.compiled import compiled
 from damper.engine import DURATION, SIDE, Trajectory, motion
 from damper.observers.base import Observer, Window, since
-from damper.variables import LENGTH, SPEED, Variable
+from damper.observers.sections import free_state, section_variables
 
 
 class StroboscopicSection(Observer):
@@ -61,28 +61,6 @@ class StroboscopicSection(Observer):
             output[: self._taken] = self._samples[: self._taken, column]
 
 
-def section_variables(where: str, free_mass: bool) -> tuple[Variable, ...]:
-    """Describe the variables of a section, which are the same for every kind of section."""
-    variables = (
-        Variable("displacement", f"primary displacement {where}", LENGTH, ("sample",)),
-        Variable("velocity", f"primary velocity {where}", SPEED, ("sample",)),
-    )
-    if free_mass:
-        variables += (
-            Variable("free_displacement", f"free mass displacement {where}", LENGTH, ("sample",)),
-            Variable("free_velocity", f"free mass velocity {where}", SPEED, ("sample",)),
-        )
-    return variables
-
-
-@compiled
-def free_mass(
-    clearance: float, side: float, x: float, v: float, gap: float, rate: float
-) -> tuple[float, ...]:
-    """Displacement and velocity of the free mass from the primary's and the gap's."""
-    return x + side * (clearance - gap), v - side * rate
-
-
 @compiled
 def _sample(model, log, first_period, time, samples, taken):
     for index in range(len(log)):
@@ -96,7 +74,7 @@ def _sample(model, log, first_period, time, samples, taken):
             samples[taken, 0] = x
             samples[taken, 1] = v
             if samples.shape[1] == 4:
-                y, u = free_mass(model[1], float(row[SIDE]), x, v, gap, rate)
+                y, u = free_state(model[1], float(row[SIDE]), x, v, gap, rate)
                 samples[taken, 2] = y
                 samples[taken, 3] = u
             taken += 1

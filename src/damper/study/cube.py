@@ -101,7 +101,8 @@ def gather(
     fixed, attributes : mapping
         As for `dataset`.
     notes : mapping, optional
-        Attributes for coordinates, such as why a value is assumed: note -> name -> text.
+        Remarks, such as why a value is assumed: note -> name -> text. Each becomes an attribute
+        of the coordinate of that name, or of the cube.
 
     Returns
     -------
@@ -117,7 +118,10 @@ def gather(
     cube = dataset(order, fixed, arrays, parts[0].variables, coordinates, attributes)
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
-            cube[name].attrs[note] = text
+            if name in cube.coords:
+                cube[name].attrs[note] = text
+            else:
+                cube.attrs[f"{note}_{name}"] = text
     return cube.transpose(*axes, ...)
 
 

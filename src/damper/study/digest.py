@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+from damper import HOME
+
 _PACKAGE = Path(__file__).parent.parent
 
 
@@ -27,9 +29,19 @@ def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
     -------
     str
         Hexadecimal digits; the same on every platform (newlines are normalised).
+
+    Raises
+    ------
+    ValueError
+        When one of `modules` is not a module of damper.
     """
     files = {Path(script)}
-    waiting = [Path(script), *(path for name in modules if (path := _file(name)))]
+    waiting = [Path(script)]
+    for name in modules:
+        path = _file(name)
+        if path is None:
+            raise ValueError(f"{name!r} is not a module of damper")
+        waiting.append(path)
     while waiting:
         path = waiting.pop()
         files.add(path)
@@ -50,6 +62,8 @@ def _imports(path: Path) -> frozenset[Path]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             # `from damper.study import cube` names a module, `from damper.engine import run` not.
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            if node.module == "damper":
+                names += [HOME[alias.name] for alias in node.names if alias.name in HOME]
         found |= {file for name in names if (file := _file(name))}
     return frozenset(found)
 

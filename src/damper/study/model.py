@@ -70,14 +70,20 @@ class Study(Strict):
     @property
     def assumed(self) -> dict[str, str]:
         """The reason for every value that the source does not state."""
-        entries = {**self.parameters, **self.axes}
-        return {name: entry.assumed for name, entry in entries.items() if entry.assumed is not None}
+        return self._origins("assumed")
 
     @property
     def stated(self) -> dict[str, str]:
         """The place in the source for every value of which the study gives it."""
-        entries = {**self.parameters, **self.axes}
-        return {name: entry.stated for name, entry in entries.items() if entry.stated is not None}
+        return self._origins("stated")
+
+    def observer_settings(self) -> dict[str, dict[str, Any]]:
+        """Return the settings of each observer as plain values, without remarks on their origin."""
+        remarks = {"threshold": {"assumed", "stated"}}
+        return {
+            name: settings.model_dump(exclude_none=True, exclude=remarks)
+            for name, settings in self.observers.items()
+        }
 
     @property
     def fan_axes(self) -> tuple[str, ...]:
@@ -113,6 +119,18 @@ class Study(Strict):
         for section, order in (("parameters", PARAMETER_NAMES), ("observers", OBSERVERS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)
+
+    def _origins(self, remark: str) -> dict[str, str]:
+        entries: dict[str, Any] = {**self.parameters, **self.axes}
+        for settings in self.observers.values():
+            # Two observers with a threshold: the one that counts bursts comes last and is told.
+            if hasattr(settings, "threshold"):
+                entries["visibility_threshold"] = settings.threshold
+        return {
+            name: text
+            for name, entry in entries.items()
+            if (text := getattr(entry, remark)) is not None
+        }
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Study | None, faults: Faults) -> None:

@@ -64,7 +64,7 @@ class Axis(Strict):
             faults.add((), str(error), WAYS)
 
 
-def _one_origin(model: Fixed | Axis | None, faults: Faults) -> None:
+def _one_origin(model: Fixed | Axis | Threshold | None, faults: Faults) -> None:
     if model is not None and model.assumed is not None and model.stated is not None:
         faults.add((), "assumed and stated are both given", "one of the two")
 
@@ -80,11 +80,14 @@ class Threshold(Strict):
         float | None, Number(gt=0, lt=1, note="(of the first approach speed), or {speed: > 0}")
     ] = None
     speed: Annotated[float | None, Number(gt=0)] = None
+    assumed: OptionalText = None
+    stated: OptionalText = None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Threshold | None, faults: Faults) -> None:
         if model is not None and (model.fraction is None) == (model.speed is None):
             faults.add((), "exactly one of fraction and speed must be given", "fraction, speed")
+        _one_origin(model, faults)
 
 
 class StroboscopicSection(Strict):

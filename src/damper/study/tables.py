@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -43,7 +44,6 @@ def chatter_intervals(
     """
     thresholds = [observer["threshold"], *observer.get("compare_thresholds", ())]
     names = [threshold_name(value) for value in thresholds]
-    others = {name: cube[name].values.tolist() for name in cube.chatter.dims if name != along}
     scalars = {
         quantity.name: float(cube[quantity.name])
         for quantity in QUANTITIES
@@ -52,7 +52,7 @@ def chatter_intervals(
     order = np.argsort(cube[along].values)
     values = cube[along].values[order].tolist()
     found: list[Interval] = []
-    for where in product(others, {}):
+    for where in places(cube, along):
         place = cube.sel(where).isel({along: order})
         grid = [place.chatter.values]
         if len(names) > 1:
@@ -73,6 +73,12 @@ def chatter_intervals(
     return found
 
 
+def places(cube: xr.Dataset, along: str) -> list[dict[str, float]]:
+    """Coordinates along all axes but one, in the order of a table's rows."""
+    others = {name: cube[name].values.tolist() for name in cube.chatter.dims if name != along}
+    return product(others, {})
+
+
 def threshold_name(threshold: Any) -> str:
     """Threshold in words: `3 %` of the first approach speed, or `speed 0.01`."""
     if isinstance(threshold, Mapping):
@@ -87,11 +93,11 @@ def _without_repeats(names: Sequence[str]) -> list[tuple[int, str]]:
     return [(k, name) for k, name in enumerate(names) if name not in names[:k]]
 
 
-def to_csv(found: Sequence[Interval], along: str) -> str:
-    """Write one line per interval."""
+def to_csv(found: Sequence[Interval], along: str, where: Sequence[Mapping[str, float]]) -> str:
+    """Write one line per interval; `where` are the table's `places`."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    others = list(found[0].where) if found else []
+    others = list(where[0])
     writer.writerow(
         [*others, "threshold", "chatter", f"{along}_lower", f"{along}_upper", "narrow", "cut"]
     )
@@ -108,6 +114,7 @@ def to_markdown(
     *,
     title: str,
     along: str,
+    where: Sequence[Mapping[str, float]],
     resolution: float,
     observer: Mapping[str, Any],
     fixed: Mapping[str, float],
@@ -116,82 +123,66 @@ def to_markdown(
 ) -> str:
     """Write the table a person reads: main threshold, then how intervals move with it.
 
-    `stopped` is the number of grid points whose run ended early; they count as without chatter.
+    `where` are the table's `places`; `stopped` is the number of grid points whose run ended
+    early.
     """
     main = threshold_name(observer["threshold"])
-    thresholds = list(dict.fromkeys(item.threshold for item in found))
-    places = list(dict.fromkeys(tuple(item.where.items()) for item in found))
-    heads = [name.replace("_", " ") for name, _ in places[0]] if places else []
-    lines = [f"# {title}: chatter intervals in {along.replace('_', ' ')}", ""]
-    lines += [
+    rows_at = [tuple(place.items()) for place in where]
+    heads = [name.replace("_", " ") for name in where[0]]
+    labels = {at: [f"{value:g}" for _, value in at] for at in rows_at}
+    groups: dict[Any, list[Interval]] = defaultdict(list)
+    for item in found:
+        groups[tuple(item.where.items()), item.chatter, item.threshold].append(item)
+
+    lines = [
+        f"# {title}: chatter intervals in {along.replace('_', ' ')}",
+        "",
         f"Chatter: at least five visible impacts in one burst (threshold {main}). "
         "Complete: such a burst ends in sticking. Any: complete or not.",
         f"Edges are the outermost values with chatter, bisected to {resolution:g}. "
-        "`+`: the interval reaches the end of the axis. "
-        "Intervals narrower than two grid steps (chaotic edges are not unique) are counted here "
-        "and listed in the CSV file.",
-        *(
-            [
-                f"{stopped} points stopped early (see `status` in the cube); they count as without "
-                "chatter."
-            ]
-            if stopped
-            else []
+        "`+`: the interval reaches the end of the axis. Intervals narrower than two grid steps "
+        "(chaotic edges are not unique) are counted here and listed in the CSV file.",
+    ]
+    if stopped:
+        lines.append(
+            f"{stopped} points stopped early (`status` in the cube): without chatter here."
+        )
+    values = ", ".join(f"{name} = {value:g}" for name, value in fixed.items())
+    lines += ["", f"Fixed: {values}."]
+    lines += [
+        "",
+        *_table(
+            [*heads, *PREDICATES],
+            [[*labels[at], *(_cell(groups[at, p, main]) for p in PREDICATES)] for at in rows_at],
         ),
-        "",
-        "Fixed: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".",
-        "",
     ]
-    rows = [
-        [
-            *(f"{value:g}" for _, value in place),
-            *(
-                _cell(
-                    [
-                        i
-                        for i in found
-                        if (*i.where.items(),) == place
-                        and i.threshold == main
-                        and i.chatter == predicate
-                    ]
-                )
-                for predicate in PREDICATES
-            ),
-        ]
-        for place in places
-    ]
-    lines += _table([*heads, *PREDICATES], rows)
-    if len(thresholds) > 1:
-        lines += ["", "## How the intervals move with the visibility threshold", ""]
+
+    # Fractions only: an absolute speed is not on their scale.
+    fractions = [observer["threshold"], *observer.get("compare_thresholds", ())]
+    sizes = {_fraction(value) for value in fractions} - {None}
+    compared = [threshold_name(size) for size in sorted(sizes)]
+    if len(compared) > 1:
+        columns = [(predicate, name) for predicate in PREDICATES for name in compared]
+        hulls = {(at, *column): _hull(groups[at, *column]) for at in rows_at for column in columns}
         lines += [
-            "Hull of the intervals that are not narrow: lowest to highest value with chatter.",
             "",
-        ]
-        ordered = sorted(thresholds, key=_size)
-        columns = [(p, t) for p in PREDICATES for t in ordered]
-        hulls = {
-            (place, p, t): _hull(
+            "## How the intervals move with the visibility threshold",
+            "",
+            "Lowest to highest value with chatter, narrow intervals left out. "
+            "Gaps between several intervals do not show.",
+            "",
+            *_table(
+                [*heads, *(f"{predicate}, {name}" for predicate, name in columns)],
                 [
-                    i
-                    for i in found
-                    if (*i.where.items(),) == place and i.threshold == t and i.chatter == p
-                ]
-            )
-            for place in places
-            for p, t in columns
-        }
-        rows = [
-            [
-                *(f"{value:g}" for _, value in place),
-                *(_span(hulls[place, p, t]) for p, t in columns),
-            ]
-            for place in places
+                    [*labels[at], *(_span(hulls[at, *column]) for column in columns)]
+                    for at in rows_at
+                ],
+            ),
+            "",
+            *_moves(rows_at, compared, hulls),
         ]
-        lines += _table([*heads, *(f"{p}, {t}" for p, t in columns)], rows)
-        lines += ["", *_moves(places, ordered, hulls)]
     if assumed:
-        lines += ["", "## Assumed", ""]
-        lines += ["These values are not stated in the source's text:", ""]
+        lines += ["", "## Assumed", "", "These values are not stated in the source's text:", ""]
         lines += [f"- {name.replace('_', ' ')}: {reason}" for name, reason in assumed.items()]
     return "\n".join(lines) + "\n"
 
@@ -212,12 +203,12 @@ def _span(hull: tuple[float, float] | None) -> str:
     return f"{hull[0]:.3f}–{hull[1]:.3f}" if hull else "none"
 
 
-def _size(name: str) -> float:
-    return float(name.removeprefix("speed ").removesuffix(" %"))
+def _fraction(threshold: Any) -> float | None:
+    return threshold.get("fraction") if isinstance(threshold, Mapping) else threshold
 
 
 def _moves(
-    places: Sequence[Any],
+    rows_at: Sequence[Any],
     thresholds: Sequence[str],
     hulls: Mapping[Any, tuple[float, float] | None],
 ) -> list[str]:
@@ -227,12 +218,12 @@ def _moves(
     for predicate in PREDICATES:
         both = [
             (a, b)
-            for place in places
+            for place in rows_at
             if (a := hulls[place, predicate, low]) and (b := hulls[place, predicate, high])
         ]
         gone = sum(
             hulls[place, predicate, low] is not None and hulls[place, predicate, high] is None
-            for place in places
+            for place in rows_at
         )
         text = f"- {predicate}, from {low} to {high}: "
         if both:
@@ -241,7 +232,7 @@ def _moves(
             text += (
                 f"the lower edge moves by {lower[0]:+.3f} to {lower[-1]:+.3f}, "
                 f"the upper edge by {upper[0]:+.3f} to {upper[-1]:+.3f} "
-                f"({len(both)} of {len(places)} rows have intervals at both)"
+                f"({len(both)} of {len(rows_at)} rows have intervals at both)"
             )
         else:
             text += "no row has intervals at both"
