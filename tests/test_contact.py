@@ -57,10 +57,15 @@ def test_impact_keeps_momentum_and_reverses_relative_velocity(
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_stays_while_the_wall_pushes(side: float) -> None:
     for j in (-3.0, 0.0, 3.0):
-        assert stays(side, -side * 1e-300, j)
-        assert not stays(side, side * 1e-300, j)
-    assert stays(side, 0.0, -side)
-    assert not stays(side, 0.0, side)
+        assert stays(side, -side * 1e-300, j, side, side)
+        assert not stays(side, side * 1e-300, j, -side, -side)
+    assert stays(side, 0.0, -side, side, side)
+    assert not stays(side, 0.0, side, -side, -side)
+    assert stays(side, 0.0, 0.0, -side, side)
+    assert not stays(side, 0.0, 0.0, side, -side)
+    assert stays(side, 0.0, 0.0, 0.0, -side)
+    assert not stays(side, 0.0, 0.0, 0.0, side)
+    assert stays(side, 0.0, 0.0, 0.0, 0.0)
 
 
 # --- roots and certified steps

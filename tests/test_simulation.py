@@ -210,3 +210,10 @@ def test_loaded_on_first_use_from_the_package() -> None:
     assert damper.simulate is simulate
     with pytest.raises(AttributeError, match="simulat"):
         damper.simulat  # noqa: B018
+
+
+def test_one_observer_may_be_given_by_its_name() -> None:
+    cube = simulate(**POINT, observers="impacts", **SHORT)
+    assert cube.identical(simulate(**POINT, observers=["impacts"], **SHORT))
+    with pytest.raises(ValueError, match="unknown observer 'impact'"):
+        simulate(**POINT, observers="impact", **SHORT)

@@ -27,6 +27,8 @@ HORIZON = 25.0
 MAX_STEPS = 100_000
 #: Wall code of a search that ran out of steps.
 GAVE_UP = 2.0
+#: Shorter spans tried in one step, each a tenth of the one before.
+MAX_NARROWINGS = 40
 #: Rounding of a gap or an acceleration, relative to the sizes of its terms.
 ROUNDING = 4.0 * 2.220446049250313e-16
 
@@ -48,13 +50,19 @@ def impact(
 
 
 @compiled
-def stays(side: float, a: float, j: float) -> bool:
+def stays(side: float, a: float, j: float, snap: float, crackle: float) -> bool:
     """Whether masses in contact with no relative velocity stay together.
 
-    They do while the wall pushes the free mass inwards, -side x'' > 0; at zero the sign of the
-    third derivative decides.
+    They do while the wall pushes the free mass inwards, -side x'' > 0; at zero the first derivative
+    after it that is not zero decides.
     """
-    return side * a < 0.0 or (a == 0.0 and side * j <= 0.0)
+    if a == 0.0:
+        a = j
+    if a == 0.0:
+        a = snap
+    if a == 0.0:
+        a = crackle
+    return side * a <= 0.0
 
 
 @compiled
@@ -221,11 +229,13 @@ def find_impact(
                 latest = tau + span
                 step = min(_cubic_root(distance, slope, bend, third), span)
             else:
+                step = _certified_step(distance, slope, bend, bound2, bound3, span)
                 away = 2.0 * clearance - distance
-                step = min(
-                    _certified_step(distance, slope, bend, bound2, bound3, span),
-                    _certified_step(away, -slope, -bend, bound2, bound3, span),
-                )
+                if _certified_step(away, -slope, -bend, bound2, bound3, span) < step:
+                    behind = _step_from_behind(osc, x, v, a, j, away, -slope, -bend, span)
+                    if behind < step:
+                        step = behind
+                        facing = -facing
         if tau + step == tau:
             # The contact is nearer than time can resolve.
             return tau, facing * side, dx, v, rate, steps
@@ -274,7 +284,7 @@ def find_release(
         snap, crackle = higher_derivatives(osc, a, j, sin1, cos1)
         scale = osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x)
         root = _first_root(thrust, -side * j, -side * snap)
-        if thrust <= ROUNDING * scale and side * j >= 0.0:
+        if thrust <= ROUNDING * scale and not stays(side, 0.0, j, snap, crackle):
             late = root if root < math.inf else 0.0
             dx += late * (v + 0.5 * a * late)
             return tau + late, 1.0, dx, v + a * late, steps
@@ -286,6 +296,8 @@ def find_release(
         # Each derivative multiplies rounding by the damping: the first one alone may reach further.
         _, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
         step = max(step, min(span, thrust / steepest))
+        if thrust == 0.0 and j == 0.0 and snap == 0.0:
+            step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin1, longest)
         if tau + step == tau:
             return tau, 1.0, dx, v, steps
         tau += step
@@ -314,6 +326,43 @@ def _certified_step(value, slope, curvature, bound2, bound3, span):
 
 
 @compiled
+def _step_from_behind(osc, x, v, a, j, away, slope, bend, span):
+    """Certified step for the wall that the free mass moves away from.
+
+    Just after a lift-off gap, rate and curvature are tiny, and bounds over a long span say
+    nothing; over a shorter one they are sharper.
+    """
+    step = 0.0
+    for _ in range(MAX_NARROWINGS):
+        bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, span)
+        step = max(step, _certified_step(away, slope, bend, bound2, bound3, span))
+        if step >= 0.1 * span:
+            break
+        span *= 0.1
+    return step
+
+
+@compiled
+def _lift_off_step(osc, side, j, snap, crackle, sin, longest):
+    """Time for which side x'' surely stays positive from zero, by its first non-zero derivative.
+
+    The motion then starts as j tau^3 / 6 (or snap tau^4 / 24, or crackle tau^5 / 120) and a bound
+    on the derivative after that says how far.
+    """
+    force2 = osc[2] * osc[3] * osc[3]
+    bound4, bound5 = derivative_bounds(osc, force2, 0.0, j, snap, crackle, longest)
+    if j != 0.0:
+        step = 4.0 * side * j / bound4
+    elif snap != 0.0:
+        step = 5.0 * side * snap / bound5
+    else:
+        sixth = force2 * osc[3] * osc[3] * sin - 2.0 * osc[0] * crackle - osc[1] * snap
+        _, bound6 = derivative_bounds(osc, force2 * osc[3], j, snap, crackle, sixth, longest)
+        step = 4.0 * side * crackle / bound6
+    return min(longest, step)
+
+
+@compiled
 def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
     """Time for which a gap that starts from zero surely stays open.
 
@@ -323,9 +372,7 @@ def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
     curvature = side * a
     if rate == 0.0 and curvature == 0.0:
         snap, crackle = higher_derivatives(osc, a, j, sin, cos)
-        force2 = osc[2] * osc[3] * osc[3]
-        bound4, _ = derivative_bounds(osc, force2, a, j, snap, crackle, longest)
-        return min(longest, 4.0 * side * j / bound4)
+        return _lift_off_step(osc, side, j, snap, crackle, sin, longest)
     span = longest
     if curvature < 0.0:
         span = min(span, -2.0 * rate / curvature)

@@ -21,7 +21,7 @@ from damper.contact import (
     tail_bounce,
     tail_duration,
 )
-from damper.flow import Oscillator, acceleration, increments, oscillator
+from damper.flow import Oscillator, acceleration, higher_derivatives, increments, oscillator
 from damper.parameters import Parameters, State
 
 # Columns of a log row: one segment, described at its start.
@@ -249,7 +249,8 @@ def place(
         if rate == 0.0:
             angle = free[3] * time + phase
             a, j = acceleration(free, x, v, math.sin(angle), math.cos(angle))
-            if stays(side, a, j):
+            snap, crackle = higher_derivatives(free, a, j, math.sin(angle), math.cos(angle))
+            if stays(side, a, j, snap, crackle):
                 mode = STICKING
                 cause = STICK
     state[PERIOD] = periods
@@ -420,7 +421,8 @@ def run(
             a, j = acceleration(free, x, v, sin0, cos0)
             known = True
             if rate == 0.0:
-                mode = TAIL if stays(side, a, j) else FLIGHT
+                snap, crackle = higher_derivatives(free, a, j, sin0, cos0)
+                mode = TAIL if stays(side, a, j, snap, crackle) else FLIGHT
             else:
                 _, error = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
                 if error <= tolerance:

@@ -154,6 +154,11 @@ def test_order_and_repetition_of_modules_do_not_matter(copy: Copy) -> None:
     assert len({copy.digest("simulate.py", modules) for modules in orders}) == 1
 
 
+def test_misspelt_module_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"damper\.observers\.burst"):
+        code_digest(SCRIPTS / "simulate.py", ["damper.observers.burst"])
+
+
 def test_newlines_are_normalised(copy: Copy) -> None:
     modules = tuple(f"damper.observers.{name}" for name in OBSERVERS)
     for script in CONCERNS:

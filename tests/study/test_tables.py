@@ -12,7 +12,13 @@ from damper import simulate
 from damper.lanes import run_lanes
 from damper.study import intervals as intervals_module
 from damper.study.intervals import Interval
-from damper.study.tables import chatter_intervals, threshold_name, to_csv, to_markdown
+from damper.study.tables import (
+    chatter_intervals,
+    places,
+    threshold_name,
+    to_csv,
+    to_markdown,
+)
 
 FIXED = {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "phase": 0.0}
 GRID = [round(0.3 + 0.02 * k, 2) for k in range(31)]
@@ -61,10 +67,18 @@ def chatter(point: dict[str, float], threshold: Any = 0.03) -> int:
     return int(arrays["chatter"][0])
 
 
+def where_of(found: list[Interval]) -> list[dict[str, float]]:
+    """Places of a table in which each has an interval."""
+    return [
+        item.where for k, item in enumerate(found) if item.where not in [i.where for i in found[:k]]
+    ]
+
+
 def markdown(found: list[Interval], **changes: Any) -> str:
     settings: dict[str, Any] = {
         "title": "A study",
         "along": "restitution",
+        "where": where_of(found),
         "resolution": RESOLUTION,
         "observer": OBSERVER,
         "fixed": FIXED,
@@ -203,7 +217,7 @@ def test_without_compared_thresholds_and_other_axes(table: list[Interval]) -> No
     main = [item for item in table if item.where["mass_ratio"] == 0.25 and item.threshold == "3 %"]
     edges = [(item.chatter, item.lower, item.upper, item.narrow, item.cut) for item in main]
     assert [(i.chatter, i.lower, i.upper, i.narrow, i.cut) for i in found] == edges
-    rows = list(csv.DictReader(io.StringIO(to_csv(found, "restitution"))))
+    rows = list(csv.DictReader(io.StringIO(to_csv(found, "restitution", where_of(found)))))
     assert next(iter(rows[0])) == "threshold"
     (rows_of_md,) = md_tables(markdown(found, observer=observer))
     assert rows_of_md[0] == ["complete", "any"]
@@ -244,7 +258,7 @@ def test_along_another_axis() -> None:
 
 
 def test_csv_has_a_line_per_interval(table: list[Interval]) -> None:
-    text = to_csv(table, "restitution")
+    text = to_csv(table, "restitution", where_of(table))
     assert text.endswith("\n")
     assert "\r" not in text
     rows = list(csv.DictReader(io.StringIO(text)))
@@ -269,8 +283,8 @@ def test_csv_has_a_line_per_interval(table: list[Interval]) -> None:
 
 
 def test_csv_without_intervals_is_a_head() -> None:
-    (line,) = to_csv([], "restitution").splitlines()
-    assert line.endswith("threshold,chatter,restitution_lower,restitution_upper,narrow,cut")
+    (line,) = to_csv([], "restitution", [{}]).splitlines()
+    assert line == "threshold,chatter,restitution_lower,restitution_upper,narrow,cut"
 
 
 # --- Markdown
@@ -369,7 +383,7 @@ def test_speed_and_fractions_are_not_one_scale() -> None:
 
 def test_numbers_of_the_real_table_recomputed(table: list[Interval]) -> None:
     """From the CSV text, by a loop over its rows."""
-    rows = list(csv.DictReader(io.StringIO(to_csv(table, "restitution"))))
+    rows = list(csv.DictReader(io.StringIO(to_csv(table, "restitution", where_of(table)))))
     text = markdown(table)
     main, moves = md_tables(text)
     assert [row[0] for row in main[1:]] == ["0.25", "0.001"]
@@ -418,7 +432,9 @@ def test_place_without_any_chatter_has_a_row() -> None:
     observer = {"threshold": 0.03}
     cube = make_cube(observer, mass_ratio=0.25, clearance=[0.05, 50.0])
     found = table_of(cube, observer)
-    (rows,) = md_tables(markdown(found, observer=observer))
+    where = places(cube, "restitution")
+    assert where == [{"clearance": 0.05}, {"clearance": 50.0}]
+    (rows,) = md_tables(markdown(found, where=where, observer=observer))
     assert [row[0] for row in rows[1:]] == ["0.05", "50"]
     assert rows[2][1:] == ["none", "none"]
 
@@ -429,8 +445,16 @@ def test_study_without_any_chatter_has_its_columns() -> None:
     cube = make_cube(observer, clearance=50.0)
     found = table_of(cube, observer)
     assert found == []
-    (line,) = to_csv(found, "restitution").splitlines()
+    (line,) = to_csv(found, "restitution", places(cube, "restitution")).splitlines()
     assert line.split(",")[0] == "mass_ratio"
+    (rows,) = md_tables(markdown(found, where=places(cube, "restitution"), observer=observer))
+    assert rows[1:] == [["0.25", "none", "none"], ["0.001", "none", "none"]]
+
+
+def test_places_are_the_product_of_the_other_axes(cube: xr.Dataset) -> None:
+    assert places(cube, "restitution") == [{"mass_ratio": 0.25}, {"mass_ratio": 0.001}]
+    along_mass = places(cube, "mass_ratio")
+    assert along_mass == [{"restitution": r} for r in GRID]
 
 
 def test_text_says_what_was_done(table: list[Interval]) -> None:

@@ -1,0 +1,37 @@
+"""Lift-off and resting contact at their most degenerate: several derivatives vanish at once."""
+
+import numpy as np
+import pytest
+
+import damper
+from damper import Parameters, State
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_contact_with_zero_acceleration_and_jerk(side):
+    """x'' = x''' = 0 exactly; the fifth derivative decides (mp: right wall sticks, left wall flies)."""
+    p = Parameters(0.1, 0.0, 0.5, 0.25, 0.6)
+    found = damper.events(p, State(0.0, 0.5, 0.25 * side, 0.5), until=10.0, max_events=1000)
+    assert len(found) < 20  # is 1001, all at t = 0
+    early = found[found["time"] < 0.5]
+    assert set(early["side"]) <= {side}  # it also jumps between walls that are .5 apart, at t = 0
+
+
+SCENES = [
+    (Parameters(0.12076685907929043, 0.5, 3.0, 0.5, 0.5, 0.29778700216203324), 1.1504456856),
+    (Parameters(0.11700547121569109, 0.5, 3.0, 0.5, 0.5, -0.5545448101646397), 1.97753043912051),
+]
+
+
+@pytest.mark.parametrize("k", range(-40, 41))
+def test_release_where_the_push_only_touches_zero(k):
+    """The push has a double zero within a few ulps of x0: stick, release (or not), never a far wall."""
+    p, x0 = SCENES[1]
+    x = x0 + k * np.spacing(x0)
+    found = damper.events(p, State(x, 0.0, x + p.clearance, 0.0), until=3.0, max_events=3000)
+    assert 3 not in found["kind"]  # the search gives up
+    release = found["time"][found["kind"] == 2]
+    far = found["time"][(found["kind"] == 0) & (found["side"] == -1)]
+    assert (
+        not len(far) or far[0] > release[0] + 0.1
+    )  # the far wall is 1.0 away: 1e-8 later is a jump
