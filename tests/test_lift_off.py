@@ -9,7 +9,7 @@ from damper import Parameters, State
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_contact_with_zero_acceleration_and_jerk(side):
-    """x'' = x''' = 0 exactly; the fifth derivative decides (mp: right wall sticks, left wall flies)."""
+    """x'' = x''' = x'''' = 0 exactly; the fifth derivative decides: right sticks, left flies."""
     p = Parameters(0.1, 0.0, 0.5, 0.25, 0.6)
     found = damper.events(p, State(0.0, 0.5, 0.25 * side, 0.5), until=10.0, max_events=1000)
     assert len(found) < 20  # is 1001, all at t = 0
@@ -25,7 +25,7 @@ SCENES = [
 
 @pytest.mark.parametrize("k", range(-40, 41))
 def test_release_where_the_push_only_touches_zero(k):
-    """The push has a double zero within a few ulps of x0: stick, release (or not), never a far wall."""
+    """The push has a double zero within a few ulps of x0: release or not, never a far wall."""
     p, x0 = SCENES[1]
     x = x0 + k * np.spacing(x0)
     found = damper.events(p, State(x, 0.0, x + p.clearance, 0.0), until=3.0, max_events=3000)
