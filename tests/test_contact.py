@@ -14,8 +14,8 @@ from reference.accumulation import accumulation_time
 from damper.contact import (
     HORIZON,
     _certified_step,
-    _cubic_root,
     _first_root,
+    _near_root,
     find_impact,
     find_release,
     impact,
@@ -150,16 +150,22 @@ def test_certified_step_takes_the_form_that_does_not_cancel() -> None:
         assert abs(opening / ((root - rate) / bound) - 1) < 4 * EPS
 
 
-def test_cubic_root_leaves_only_the_fourth_derivative() -> None:
-    """The error is that of the quartic term, h^4 / 24 of it; no root of the parabola gives 0."""
-    for curvature, third in ((0.7, 0.9), (-0.5, 1.3), (1.1, -0.8)):
+def test_near_root_leaves_only_the_fifth_derivative() -> None:
+    """The error is that of the quintic term, h^5 / 120 of it; no root of the parabola gives 0."""
+    for curvature, third, fourth in ((0.7, 0.9, 1.2), (-0.5, 1.3, -0.6), (1.1, -0.8, 0.4)):
         for h in (1e-2, 1e-3):
             with mp.workdps(40):
-                c, j = mpf(curvature) / 2, mpf(third) / 6
-                exact = mp.findroot(lambda t: h - t + c * t**2 + j * t**3 + t**4 / 24, h)  # noqa: B023
-                error = _cubic_root(h, -1.0, curvature, third) - exact
-                assert float(error / h**4) == pytest.approx(-1 / 24, rel=0.05)
-    assert _cubic_root(1.0, -1.0, 2.0, 0.0) == 0.0
+                c, j, s = mpf(curvature) / 2, mpf(third) / 6, mpf(fourth) / 24
+
+                def quintic(t, h=h, c=c, j=j, s=s):
+                    return h - t + c * t**2 + j * t**3 + s * t**4 + t**5 / 120
+
+                error = _near_root(h, -1.0, curvature, third, fourth) - mp.findroot(quintic, h)
+                if h == 1e-2:  # a double has no more digits at 1e-3
+                    assert float(error / h**5) == pytest.approx(-1 / 120, rel=0.1)
+                else:
+                    assert abs(error) < 2e-17
+    assert _near_root(1.0, -1.0, 2.0, 0.0, 0.0) == 0.0
 
 
 # --- search for impacts

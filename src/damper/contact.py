@@ -180,6 +180,7 @@ def find_impact(
     rate = rate0
     dx = 0.0
     scale = gap0
+    sin1 = sin0
     leaving = gap0 == 0.0 and rate0 >= 0.0
     confirmed = False
     facing = 1.0
@@ -202,11 +203,13 @@ def find_impact(
             bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, step)
             step = _certified_step(2.0 * clearance, -rate, -side * a, bound2, bound3, step)
         elif confirmed or (distance <= rounding and slope <= 0.0):
-            step = _cubic_root(distance, slope, bend, third)
-            if not confirmed or _resolves(osc, a, j, step, tau, rounding):
-                dx += step * (v + step * (0.5 * a + step * j / 6.0))
-                v += step * (a + 0.5 * step * j)
-                rate += side * step * (a + 0.5 * step * j)
+            snap = _snap(osc, a, j, sin1)
+            step = _near_root(distance, slope, bend, third, facing * side * snap)
+            if not confirmed or _resolves(osc, j, snap, step, tau, rounding):
+                dv = step * (a + step * (0.5 * j + step * snap / 6.0))
+                dx += step * (v + step * (0.5 * a + step * (j / 6.0 + step * snap / 24.0)))
+                v += dv
+                rate += side * dv
                 return tau + step, facing * side, dx, v, rate, steps
             if distance > 0.0:
                 earliest = tau
@@ -227,7 +230,8 @@ def find_impact(
                 confirmed = True
                 earliest = tau
                 latest = tau + span
-                step = min(_cubic_root(distance, slope, bend, third), span)
+                snap = _snap(osc, a, j, sin1)
+                step = min(_near_root(distance, slope, bend, third, facing * side * snap), span)
             else:
                 step = _certified_step(distance, slope, bend, bound2, bound3, span)
                 away = 2.0 * clearance - distance
@@ -387,29 +391,37 @@ def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
 
 
 @compiled
-def _cubic_root(value, slope, curvature, third):
-    """Signed root near zero of a function falling through zero, to fourth order.
+def _near_root(value, slope, curvature, third, fourth):
+    """Signed root near zero of a function falling through zero, to fifth order.
 
-    The near root of its parabola, corrected once for the third derivative. Zero where the
+    The near root of its parabola, then one Newton step on the Taylor polynomial. Zero where the
     parabola has no root, which is a touch within rounding.
     """
     discriminant = slope * slope - 2.0 * curvature * value
     if discriminant <= 0.0:
         return 0.0
     speed = math.sqrt(discriminant)
-    root = 2.0 * value / (speed - slope)
-    change = 0.5 * third * root * root
+    t = 2.0 * value / (speed - slope)
+    # The parabola is zero at t and falls there at the rate `speed`.
+    change = t * t * (0.5 * third + t * fourth / 6.0)
     if abs(change) < 0.5 * speed:
-        root += change * root / (3.0 * (speed - change))
-    return root
+        t += t * t * t * (third / 6.0 + t * fourth / 24.0) / (speed - change)
+    return t
 
 
 @compiled
-def _resolves(osc, a, j, step, tau, rounding):
-    """Whether third-order Taylor terms carry the state over `step` within rounding."""
-    force2 = osc[2] * osc[3] * osc[3]
-    bound4 = force2 + osc[11] * (math.sqrt(osc[1] * a * a + j * j) + force2 * abs(step))
-    return bound4 * abs(step * step * step) * tau <= 6.0 * rounding
+def _snap(osc, a, j, sin):
+    """Fourth derivative of the displacement."""
+    return -osc[2] * osc[3] * osc[3] * sin - 2.0 * osc[0] * j - osc[1] * a
+
+
+@compiled
+def _resolves(osc, j, snap, step, tau, rounding):
+    """Whether fourth-order Taylor terms carry the state over `step` within rounding."""
+    force3 = osc[2] * osc[3] * osc[3] * osc[3]
+    bound5 = force3 + osc[11] * (math.sqrt(osc[1] * j * j + snap * snap) + force3 * abs(step))
+    square = step * step
+    return bound5 * square * square * tau <= 24.0 * rounding
 
 
 @compiled
