@@ -303,9 +303,10 @@ def test_mirror_symmetry(scene: tuple, state: tuple) -> None:
     assert here["kind"].tolist() == there["kind"].tolist()
     assert here["side"].tolist() == (-there["side"]).tolist()
     for name, sign in (("time", 1), ("approach_speed", 1), ("x", -1), ("v", -1)):
-        # phase + pi is rounded: chaos carries 2e-16 to about 1e-11 in twenty impacts.
-        assert np.abs(here[name] - sign * there[name])[:6].max() < 2e-14
-        assert np.abs(here[name] - sign * there[name])[:16].max() < 1e-11
+        # phase + pi is rounded, and chaos carries that on tenfold in every three impacts.
+        difference = np.abs(here[name] - sign * there[name])
+        assert difference[:6].max() < 2e-14
+        assert (difference < 2e-15 * 10.0 ** (np.arange(len(difference)) / 3.0)).all()
 
 
 @pytest.mark.parametrize(("scene", "state"), SYMMETRIC_SCENES)
