@@ -199,8 +199,7 @@ def find_impact(
         if leaving:
             # In contact at the start: the root at zero is divided out.
             leaving = False
-            step = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
-            bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, step)
+            step, bound2, bound3 = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
             step = _certified_step(2.0 * clearance, -rate, -side * a, bound2, bound3, step)
         elif confirmed or (distance <= rounding and slope <= 0.0):
             snap = _snap(osc, a, j, sin1)
@@ -371,23 +370,25 @@ def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
     """Time for which a gap that starts from zero surely stays open.
 
     With rebound speed `rate` the parabola is that of gap / time. At lift-off rate and curvature
-    are zero too, and the gap starts as side j tau^3 / 6.
+    are zero too, and the gap starts as side j tau^3 / 6. Also returns bounds on the second and
+    third derivative that hold so far.
     """
     curvature = side * a
-    if rate == 0.0 and curvature == 0.0:
-        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
-        return _lift_off_step(osc, side, j, snap, crackle, sin, longest)
     span = longest
     if curvature < 0.0:
         span = min(span, -2.0 * rate / curvature)
     bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, span)
-    step = 2.0 * rate / bound2
-    root = math.sqrt(0.25 * curvature * curvature + 2.0 / 3.0 * bound3 * rate)
-    if curvature < 0.0:
-        step = max(step, 2.0 * rate / (root - 0.5 * curvature))
+    if rate == 0.0 and curvature == 0.0:
+        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+        step = _lift_off_step(osc, side, j, snap, crackle, sin, longest)
     else:
-        step = max(step, 3.0 * (root + 0.5 * curvature) / bound3)
-    return min(step, span)
+        step = 2.0 * rate / bound2
+        root = math.sqrt(0.25 * curvature * curvature + 2.0 / 3.0 * bound3 * rate)
+        if curvature < 0.0:
+            step = max(step, 2.0 * rate / (root - 0.5 * curvature))
+        else:
+            step = max(step, 3.0 * (root + 0.5 * curvature) / bound3)
+    return min(step, span), bound2, bound3
 
 
 @compiled
