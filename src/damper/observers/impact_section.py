@@ -3,12 +3,12 @@
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import CAUSE, GAP, IMPACT, RATE, SIDE, Trajectory, V, X
-from damper.observers.base import Observer, Window, since
-from damper.observers.sections import free_state, section_variables
+from damper.engine import CAUSE, GAP, IMPACT, RATE, SIDE, V, X
+from damper.observers.base import since
+from damper.observers.sections import Section, free_state
 
 
-class ImpactSection(Observer):
+class ImpactSection(Section):
     """Primary's displacement and velocity just after the impacts on one wall.
 
     Parameters
@@ -30,22 +30,13 @@ class ImpactSection(Observer):
             raise ValueError(f"wall = {wall!r}: must be 'right' or 'left'")
         if samples < 1:
             raise ValueError(f"samples = {samples!r}: must be at least 1")
+        super().__init__(f"just after an impact on the {wall} wall", free_mass)
         self.side = 1.0 if wall == "right" else -1.0
         self.samples = samples
-        self.columns = 4 if free_mass else 2
-        self.variables = section_variables(f"just after an impact on the {wall} wall", free_mass)
 
     def size(self, dim: str, window_length: int) -> int:
         """As many samples as were asked for."""
         return self.samples
-
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        self._model = trajectory.model
-        self._outputs = [array[lane] for array in self.arrays.values()]
-        self._samples = np.empty((self.samples, self.columns))
-        self._window = window
-        self._taken = 0
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -58,11 +49,6 @@ class ImpactSection(Observer):
             self._samples,
             self._taken,
         )
-
-    def finish(self, finished: bool) -> None:
-        """Write the samples taken."""
-        for column, output in enumerate(self._outputs):
-            output[: self._taken] = self._samples[: self._taken, column]
 
 
 @compiled

@@ -1,21 +1,45 @@
 """What the two kinds of section share."""
 
+import numpy as np
+
 from damper.compiled import compiled
+from damper.engine import Trajectory
+from damper.observers.base import Observer, Window
 from damper.variables import LENGTH, SPEED, Variable
 
 
-def section_variables(where: str, free_mass: bool) -> tuple[Variable, ...]:
-    """Describe the variables of a section, which are the same for every kind of section."""
-    variables = (
-        Variable("displacement", f"primary displacement {where}", LENGTH, ("sample",)),
-        Variable("velocity", f"primary velocity {where}", SPEED, ("sample",)),
-    )
-    if free_mass:
-        variables += (
-            Variable("free_displacement", f"free mass displacement {where}", LENGTH, ("sample",)),
-            Variable("free_velocity", f"free mass velocity {where}", SPEED, ("sample",)),
-        )
-    return variables
+class Section(Observer):
+    """Base of the sections: samples of the primary's, and perhaps the free mass's, motion.
+
+    Parameters
+    ----------
+    where : str
+        Where the section lies, in words.
+    free_mass : bool
+        Whether to record the free mass as well.
+    """
+
+    def __init__(self, where: str, free_mass: bool) -> None:
+        bodies = {"": "primary", "free_": "free mass"} if free_mass else {"": "primary"}
+        self.variables = [
+            Variable(f"{prefix}{quantity}", f"{body} {quantity} {where}", units, ("sample",))
+            for prefix, body in bodies.items()
+            for quantity, units in (("displacement", LENGTH), ("velocity", SPEED))
+        ]
+
+    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a lane."""
+        self._model = trajectory.model
+        self._window = window
+        self._outputs = [array[lane] for array in self.arrays.values()]
+        # One row per sample, for the compiled pass.
+        self._samples = np.empty((len(self._outputs[0]), len(self._outputs)))
+        self._taken = 0
+
+    def finish(self, finished: bool) -> None:
+        """Write the samples taken; those after an early stop stay NaN."""
+        for column, output in enumerate(self._outputs):
+            output[: self._taken] = self._samples[: self._taken, column]
 
 
 @compiled

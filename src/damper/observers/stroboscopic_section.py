@@ -3,12 +3,12 @@
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import DURATION, SIDE, Trajectory, motion
-from damper.observers.base import Observer, Window, since
-from damper.observers.sections import free_state, section_variables
+from damper.engine import DURATION, SIDE, motion
+from damper.observers.base import since
+from damper.observers.sections import Section, free_state
 
 
-class StroboscopicSection(Observer):
+class StroboscopicSection(Section):
     """Primary's displacement and velocity once per forcing period.
 
     Parameters
@@ -27,22 +27,12 @@ class StroboscopicSection(Observer):
     def __init__(self, at: float = 0.0, free_mass: bool = False) -> None:
         if not 0.0 <= at < 1.0:
             raise ValueError(f"at = {at!r}: must be a fraction of the period with 0 <= at < 1")
+        super().__init__("once per forcing period", free_mass)
         self.at = at
-        self.columns = 4 if free_mass else 2
-        self.variables = section_variables("once per forcing period", free_mass)
 
     def size(self, dim: str, window_length: int) -> int:
         """One sample per recorded period."""
         return window_length
-
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        self._model = trajectory.model
-        self._outputs = [array[lane] for array in self.arrays.values()]
-        self._samples = np.empty((window.length, self.columns))
-        self._window = window
-        self._at = self.at * trajectory.period
-        self._taken = 0
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -50,15 +40,10 @@ class StroboscopicSection(Observer):
             self._model,
             log,
             self._window.period,
-            self._window.time + self._at,
+            self._window.time + self.at * self._model[4],
             self._samples,
             self._taken,
         )
-
-    def finish(self, finished: bool) -> None:
-        """Write the samples taken; those after an early stop stay NaN."""
-        for column, output in enumerate(self._outputs):
-            output[: self._taken] = self._samples[: self._taken, column]
 
 
 @compiled
