@@ -29,7 +29,7 @@ from damper.parameters import Parameters, State
 PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, DURATION = range(12)
 COLUMNS = 12
 #: Constants of one run; see `prepare`.
-Model = tuple[float | Oscillator, ...]
+Model = tuple[float, float, float, float, float, float, Oscillator, Oscillator]
 
 #: How the masses move in a segment. A tail is the closed rest of a complete burst.
 FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
