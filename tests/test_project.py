@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from damper.study.config import load_study
+
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src/damper"
 MODULES = sorted(
@@ -120,3 +122,18 @@ def test_readme_python_examples_run(tmp_path):
     script.write_text(example + "\nassert round(float(stick['time']), 4) == 44.2497\n")
     done = subprocess.run([sys.executable, script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_example_study_in_the_documents_is_a_study(tmp_path):
+    (block,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/studies.md").read_text(), re.DOTALL)
+    path = tmp_path / "example.yaml"
+    path.write_text(block)
+    assert load_study(path).fan_axes == ("frequency_ratio",)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "config/studies").glob("*.yaml")), ids=lambda p: p.stem
+)
+def test_every_study_that_comes_with_the_project_loads(path):
+    study = load_study(path)
+    assert 1 <= len(study.slices()) <= 100
