@@ -34,7 +34,7 @@ ENGINE = {"accuracy": CONFIG.engine.accuracy, "max_events": CONFIG.engine.max_ev
 
 def one_of(names):
     """Return a regular expression for just these names, so that a wrong target is refused at once."""
-    return "|".join(re.escape(name) for name in names) or "(?!)"
+    return "|".join(re.escape(name) for name in sorted(names)) or "(?!)"
 
 
 wildcard_constraints:
