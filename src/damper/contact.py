@@ -12,7 +12,9 @@ from damper.compiled import compiled
 from damper.flow import (
     Oscillator,
     acceleration,
+    advance,
     derivative_bounds,
+    fourth_derivative,
     higher_derivatives,
     increments,
 )
@@ -202,7 +204,7 @@ def find_impact(
             step, bound2, bound3 = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
             step = _certified_step(2.0 * clearance, -rate, -side * a, bound2, bound3, step)
         elif confirmed or (distance <= rounding and slope <= 0.0):
-            snap = _snap(osc, a, j, sin1)
+            snap = fourth_derivative(osc, a, j, sin1)
             step = _near_root(distance, slope, bend, third, facing * side * snap)
             if not confirmed or _resolves(osc, j, snap, step, tau, rounding):
                 dv = step * (a + step * (0.5 * j + step * snap / 6.0))
@@ -229,7 +231,7 @@ def find_impact(
                 confirmed = True
                 earliest = tau
                 latest = tau + span
-                snap = _snap(osc, a, j, sin1)
+                snap = fourth_derivative(osc, a, j, sin1)
                 step = min(_near_root(distance, slope, bend, third, facing * side * snap), span)
             else:
                 step = _certified_step(distance, slope, bend, bound2, bound3, span)
@@ -276,12 +278,12 @@ def find_release(
     dx = 0.0
     sin1 = sin0
     cos1 = cos0
+    if side == 0.0:
+        dx, v = advance(osc, x0, v0, sin0, cos0, HORIZON)
+        return HORIZON, 0.0, dx, v, 1
     a, j = acceleration(osc, x, v, sin1, cos1)
     a0 = a
     j0 = j
-    if side == 0.0:
-        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, HORIZON)
-        return HORIZON, 0.0, dx + v0 * HORIZON, v0 + dv, 1
     for steps in range(MAX_STEPS):
         thrust = -side * a
         snap, crackle = higher_derivatives(osc, a, j, sin1, cos1)
@@ -408,12 +410,6 @@ def _near_root(value, slope, curvature, third, fourth):
     if abs(change) < 0.5 * speed:
         t += t * t * t * (third / 6.0 + t * fourth / 24.0) / (speed - change)
     return t
-
-
-@compiled
-def _snap(osc, a, j, sin):
-    """Fourth derivative of the displacement."""
-    return -osc[2] * osc[3] * osc[3] * sin - 2.0 * osc[0] * j - osc[1] * a
 
 
 @compiled

@@ -21,7 +21,14 @@ from damper.contact import (
     tail_bounce,
     tail_duration,
 )
-from damper.flow import Oscillator, acceleration, higher_derivatives, increments, oscillator
+from damper.flow import (
+    Oscillator,
+    acceleration,
+    advance,
+    higher_derivatives,
+    increments,
+    oscillator,
+)
 from damper.parameters import Parameters, State
 
 # Columns of a log row: one segment, described at its start.
@@ -348,10 +355,7 @@ def run(
         else:
             duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
             common = v - side * mass_ratio / (1.0 + mass_ratio) * rate
-            a, j = acceleration(stuck, x, common, sin0, cos0)
-            dx, dv, _, _ = increments(stuck, x, common, a, j, sin0, cos0, duration)
-            dx += common * duration
-            end_v = common + dv
+            dx, end_v = advance(stuck, x, common, sin0, cos0, duration)
             steps = 1
         evaluations += steps
 
@@ -477,7 +481,5 @@ def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
         a, j = acceleration(free, x, v, sin0, cos0)
         duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
         gap, bounce = tail_bounce(restitution, duration, rate, tau)
-    v -= share * rate
-    a, j = acceleration(stuck, x, v, sin0, cos0)
-    dx, dv, _, _ = increments(stuck, x, v, a, j, sin0, cos0, tau)
-    return x + (v * tau + dx) + share * gap, v + dv + share * bounce, gap, bounce
+    dx, v = advance(stuck, x, v - share * rate, sin0, cos0, tau)
+    return x + dx + share * gap, v + share * bounce, gap, bounce

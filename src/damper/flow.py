@@ -195,6 +195,28 @@ def acceleration(osc: Oscillator, x: float, v: float, sin: float, cos: float) ->
 
 
 @compiled
+def advance(
+    osc: Oscillator, x: float, v: float, sin: float, cos: float, tau: float
+) -> tuple[float, ...]:
+    """Exact motion over a time `tau` from displacement and velocity alone.
+
+    Returns
+    -------
+    dx, v : float
+        Change of the displacement, and the velocity at `tau`.
+    """
+    a, j = acceleration(osc, x, v, sin, cos)
+    dx, dv, _, _ = increments(osc, x, v, a, j, sin, cos, tau)
+    return v * tau + dx, v + dv
+
+
+@compiled
+def fourth_derivative(osc: Oscillator, a: float, j: float, sin: float) -> float:
+    """Fourth derivative of the displacement, by differentiating the equation of motion."""
+    return -osc[2] * osc[3] * osc[3] * sin - 2.0 * osc[0] * j - osc[1] * a
+
+
+@compiled
 def higher_derivatives(
     osc: Oscillator, a: float, j: float, sin: float, cos: float
 ) -> tuple[float, ...]:
@@ -205,11 +227,9 @@ def higher_derivatives(
     snap, crackle : float
         x'''' and x'''''.
     """
-    beta = osc[0]
-    kappa = osc[1]
-    scale = osc[2] * osc[3] * osc[3]
-    snap = -scale * sin - 2.0 * beta * j - kappa * a
-    return snap, -scale * osc[3] * cos - 2.0 * beta * snap - kappa * j
+    snap = fourth_derivative(osc, a, j, sin)
+    force3 = osc[2] * osc[3] * osc[3] * osc[3]
+    return snap, -force3 * cos - 2.0 * osc[0] * snap - osc[1] * j
 
 
 @compiled
