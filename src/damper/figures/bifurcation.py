@@ -16,6 +16,7 @@ from damper.figures.style import (
     axis_label,
     value_text,
 )
+from damper.study.runs import runs
 
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 
@@ -100,7 +101,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
     edges = np.concatenate([grid[:1], middle, grid[-1:]])
     chatter = panel.chatter.values
     for kind, (_, colour) in _CHATTER.items():
-        for first, last in _runs(chatter == kind):
+        for first, last in runs(chatter == kind):
             for ax in row:
                 ax.axvspan(edges[first], edges[last + 1], color=colour, alpha=0.18, lw=0, zorder=0)
                 ax.plot(
@@ -112,12 +113,6 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
                     solid_capstyle="butt",
                     clip_on=False,
                 )
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """First and last index of every run of True."""
-    steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    return [(int(a), int(b) - 1) for a, b in steps.reshape(-1, 2)]
 
 
 def _head(

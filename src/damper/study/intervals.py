@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from damper.lanes import run_lanes
+from damper.study.runs import runs
 
 #: Name -> what `chatter` must be.
 PREDICATES: dict[str, Callable[[int], bool]] = {
@@ -108,14 +109,7 @@ def intervals(
         Narrower than two grid steps; reaching the end of the grid.
     """
     inside = [holds(int(value)) for value in chatter]
-    first = 0
-    while first < len(inside):
-        if not inside[first]:
-            first += 1
-            continue
-        last = first
-        while last + 1 < len(inside) and inside[last + 1]:
-            last += 1
+    for first, last in runs(inside):
         lower, upper = values[first], values[last]
         if first > 0:
             lower = _edge(lower, values[first - 1], holds, chatter_at, resolution)
@@ -124,7 +118,6 @@ def intervals(
         before, after = max(first - 1, 0), min(last + 1, len(inside) - 1)
         step = (values[after] - values[before]) / max(after - before, 1)
         yield lower, upper, upper - lower < 2.0 * step, first == 0 or last + 1 == len(inside)
-        first = last + 1
 
 
 def _edge(
