@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from damper.engine import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
-from damper.lanes import product, run_lanes
 from damper.parameters import PARAMETER_NAMES, State
-from damper.study.cube import REFERENCES, dataset
+from damper.study.cube import REFERENCES, gather
+from damper.study.slices import simulate_slice
 
 
 def simulate(
@@ -94,14 +94,15 @@ def simulate(
                 f"not an array of shape {values.shape}"
             )
         axes[name] = values.tolist()
-    arrays, made = run_lanes(
-        product(axes, fixed),
-        observers,
+    part = simulate_slice(
+        fixed,
+        axes,
         transient=transient,
         periods=periods,
-        state=state,
+        observers=observers,
         accuracy=accuracy,
         max_events=max_events,
+        state=state,
     )
     attributes = {
         "title": "Impact damper simulation",
@@ -111,6 +112,4 @@ def simulate(
         "accuracy": accuracy,
         "max_events": int(max_events),
     }
-    coordinates = {name: values for o in made for name, values in o.coordinates().items()}
-    variables = [variable for observer in made for variable in observer.variables]
-    return dataset(axes, fixed, arrays, variables, coordinates, attributes)
+    return gather([part], axes, (), fixed, attributes)

@@ -5,13 +5,14 @@ descriptions that gathering needs as one JSON text.
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from damper.parameters import State
 from damper.variables import Variable
 
 _DESCRIPTION = "__description__"
@@ -32,9 +33,10 @@ def simulate_slice(
     *,
     transient: int,
     periods: int,
-    observers: Mapping[str, Mapping[str, Any]],
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     accuracy: float,
     max_events: int,
+    state: State | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Slice:
     """Simulate one slice.
@@ -45,7 +47,7 @@ def simulate_slice(
         Fixed parameters, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    transient, periods, observers, accuracy, max_events, progress
+    transient, periods, observers, accuracy, max_events, state, progress
         As for `damper.lanes.run_lanes`.
 
     Returns
@@ -62,6 +64,7 @@ def simulate_slice(
         periods=periods,
         accuracy=accuracy,
         max_events=max_events,
+        state=state,
         progress=progress,
     )
     return Slice(
