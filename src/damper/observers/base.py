@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,8 +41,10 @@ class Observer:
         return {}
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        raise NotImplementedError
+        """Start on a lane; observers add what they need for it."""
+        self._lane = lane
+        self._model = trajectory.model
+        self._window = window
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -54,6 +56,11 @@ class Observer:
         Where the run stopped early, `finished` is False: averages and counts stay missing, while
         samples and records keep what came before the stop.
         """
+
+    def _put(self, values: Mapping[str, Any]) -> None:
+        """Write the lane's values of some variables."""
+        for name, value in values.items():
+            self.arrays[name][self._lane] = value
 
 
 def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:

@@ -170,9 +170,7 @@ class Bursts(Observer):
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
-        self._lane = lane
-        self._model = trajectory.model
-        self._window = window
+        super().begin(lane, trajectory, window)
         self._totals = np.zeros(11)
         self._totals[_OPEN_RECORD] = -1.0
         self._totals[_WALL] = _UNKNOWN
@@ -197,8 +195,8 @@ class Bursts(Observer):
 
     def finish(self, finished: bool) -> None:
         """Write the lane's results."""
-        for column, variable in enumerate(_RECORDS if self.records else ()):
-            self.arrays[variable.name][self._lane] = self._listed[:, column]
+        if self.records:
+            self._put({v.name: self._listed[:, k] for k, v in enumerate(_RECORDS)})
         if not finished:
             return
         if self._totals[_WALL] not in (_NONE, _EARLIER, _UNKNOWN):
@@ -214,8 +212,7 @@ class Bursts(Observer):
         if len(self.compared):
             put["visible_impacts_by_threshold"] = self._visible[1, 1:]
             put["chatter_by_threshold"] = self._chatter[1:]
-        for name, value in put.items():
-            self.arrays[name][self._lane] = value
+        self._put(put)
 
 
 @compiled

@@ -55,9 +55,7 @@ class Impacts(Observer):
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
-        self._lane = lane
-        self._model = trajectory.model
-        self._window = window
+        super().begin(lane, trajectory, window)
         self._totals = np.zeros(5)
 
     def observe(self, log: np.ndarray) -> None:
@@ -76,8 +74,7 @@ class Impacts(Observer):
             put["mean_approach_speed"] = total / visible
         if impacts:
             put["max_approach_speed"] = largest
-        for name, value in put.items():
-            self.arrays[name][self._lane] = value
+        self._put(put)
 
 
 @compiled

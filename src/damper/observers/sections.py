@@ -29,8 +29,7 @@ class Section(Observer):
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
-        self._model = trajectory.model
-        self._window = window
+        super().begin(lane, trajectory, window)
         self._outputs = [array[lane] for array in self.arrays.values()]
         # One row per sample, for the compiled pass.
         self._samples = np.empty((len(self._outputs[0]), len(self._outputs)))
