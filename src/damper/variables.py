@@ -5,6 +5,7 @@ from dataclasses import dataclass
 LENGTH = "F0/K"
 SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
+ENERGY = "F0^2/K"
 
 
 @dataclass(frozen=True)
@@ -35,4 +36,5 @@ OWN_DIMENSIONS = {
     "sample": ("sample on the section", "1"),
     "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
     "burst": ("burst in the record", "1"),
+    "instant": ("sample or event of the trajectory", "1"),
 }
