@@ -36,7 +36,7 @@ LIMIT = 1000
 SECTIONS = ("stroboscopic_section", "impact_section")
 SUBSETS = [
     subset
-    for n in range(len(OBSERVERS) + 1)
+    for n in (0, 1, 2, len(OBSERVERS) - 1)
     for subset in itertools.combinations(OBSERVERS, n)
     if not set(SECTIONS) <= set(subset)
 ]
@@ -45,6 +45,8 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},
+    "response": {},
+    "trajectory": {"samples_per_period": 7, "events": 40},
 }
 
 
@@ -212,14 +214,14 @@ def test_progress_counts_lanes() -> None:
         ({"accuracy": 0.0}, "accuracy = 0.0"),
         ({"max_events": 0}, "max_events = 0"),
         ({"max_events": 1.5}, "max_events = 1.5"),
-        ({"parameters": [POINT, {**POINT, "restitution": 1.2}]}, "restitution = 1.2"),
-        ({"parameters": [POINT, {**POINT, "mass_ratio": 0.0}]}, "mass_ratio = 0.0"),
+        ({"points": [POINT, {**POINT, "restitution": 1.2}]}, "restitution = 1.2"),
+        ({"points": [POINT, {**POINT, "mass_ratio": 0.0}]}, "mass_ratio = 0.0"),
         ({"observers": ["impacts", "sound"]}, "unknown observer 'sound'.*bursts"),
         ({"observers": SECTIONS}, "both write 'displacement'"),
         ({"observers": {"impacts": {"threshold": 7}}}, "threshold = 7"),
         (
             {
-                "parameters": [{**POINT, "clearance": 1.0}, {**POINT, "clearance": 0.1}],
+                "points": [{**POINT, "clearance": 1.0}, {**POINT, "clearance": 0.1}],
                 "state": State(0.0, 0.0, 0.5, 0.0),
             },
             "outside the box",
@@ -229,7 +231,7 @@ def test_progress_counts_lanes() -> None:
 )
 def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: str) -> None:
     done: list[int] = []
-    arguments = {"parameters": [POINT, POINT], "observers": ["impacts"]}
+    arguments = {"points": [POINT, POINT], "observers": ["impacts"]}
     arguments |= {"transient": 1, "periods": 1, "progress": done.append, **change}
     with pytest.raises(ValueError, match=message):
         run_lanes(**arguments)

@@ -66,14 +66,17 @@ def test_public_functions_have_docstrings_and_types(module):
 
 
 LAYERS = {
+    "quantities": 1,
     "parameters": 1,
     "variables": 1,
     "compiled": 1,
     "flow": 2,
+    "linear": 2,
     "contact": 3,
     "engine": 4,
     "event_list": 4,
     "observers": 5,
+    "points": 6,
     "lanes": 6,
     "study": 7,
     "simulation": 7,

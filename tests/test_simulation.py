@@ -177,7 +177,7 @@ def test_value_out_of_range_is_named(name: str, value: float) -> None:
         simulate(**{**POINT, name: [0.5, value]}, **SHORT)
 
 
-@pytest.mark.parametrize("value", ["0.5", None, True, [True, False], ["a", "b"], {0.5}], ids=repr)
+@pytest.mark.parametrize("value", ["0.5", True, [True, False], ["a", "b"], {0.5}], ids=repr)
 def test_value_that_is_no_number_is_refused(value: Any) -> None:
     with pytest.raises(TypeError, match="restitution = "):
         simulate(**{**POINT, "restitution": value}, **SHORT)

@@ -2,13 +2,15 @@
 
 Layers, each importing only those above it:
 
-1. `parameters`: `Parameters` and `State`, ranges and names. No numerics.
-2. `flow`: exact linear flow of a forced oscillator, its derivatives and their bounds.
+1. `quantities`: names, ranges, meanings. `parameters`: `Parameters`, `State`, SI units. No
+   numerics.
+2. `flow`: exact linear flow of a forced oscillator, its derivatives and their bounds. `linear`:
+   the primary's steady response without the damper.
 3. `contact`: restitution law, certified search for impacts, burst tail, sticking, release.
 4. `engine`: the event loop of one trajectory; its product is the segment log. `event_list` turns
    the log into the array that `events` returns.
 5. `observers`: one file each, each a pass over the segment log.
-6. `lanes`: many parameter sets through engine and observers.
+6. `points`, `lanes`: many points of a study through engine and observers.
 7. `study`: YAML -> slices -> cubes -> tables; xarray is imported here (and by `simulate`).
 8. `figures`: cubes -> plots; matplotlib is imported here only.
 
@@ -24,12 +26,13 @@ __version__ = "0.1.0"
 #: Name -> the module that holds it.
 HOME = {
     "Parameters": "damper.parameters",
+    "SIParameters": "damper.parameters",
     "State": "damper.parameters",
     "events": "damper.event_list",
     "simulate": "damper.simulation",
 }
 
-__all__ = ["Parameters", "State", "__version__", "events", "simulate"]
+__all__ = ["Parameters", "SIParameters", "State", "__version__", "events", "simulate"]
 
 
 def __getattr__(name: str) -> Any:

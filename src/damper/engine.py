@@ -103,6 +103,8 @@ class Trajectory:
         self._state = np.empty(COLUMNS)
         self._counts = np.zeros(2, dtype=np.int64)
         self._max_events = int(max_events)
+        #: SI size of the unit of speed, for observers with absolute thresholds.
+        self.speed_unit = 1.0
         self.status = FINISHED
         place(self.model, self._state, *self.start, state.x, state.v, state.y, state.u)
 
@@ -135,6 +137,18 @@ class Trajectory:
         bit-identical however it is split.
         """
         self._run(periods, time, _NO_LOG)
+
+    def state_at(self, periods: float, time: float = 0.0) -> State:
+        """State at a moment inside the present segment, such as the one it was run to.
+
+        The time of the state is the local one, in [0, period): whole periods are left out.
+        """
+        row = self._state
+        elapsed = (periods - row[PERIOD]) * self.period + (time - row[TIME])
+        x, v, gap, rate = motion(self.model, row, max(float(elapsed), 0.0))
+        side = float(row[SIDE])
+        clearance = self.model[1]
+        return State(x, v, x + side * (clearance - gap), v - side * rate, time)
 
     def segments(
         self, periods: float, time: float = 0.0, buffer: np.ndarray | None = None

@@ -2,11 +2,14 @@
 
 Lengths are scaled by F0/K and times by sqrt(M/K), so the primary obeys
 ``x'' + 2 zeta x' + x = sin(omega t + phase)`` and the free mass flies between two walls that
-move with it, ``|y - x| <= clearance``.
+move with it, ``|y - x| <= clearance``. `SIParameters` is the same in kg, m and s.
 """
 
 import math
 from dataclasses import dataclass, fields
+
+from damper.quantities import PARAMETER_NAMES, SI_NAMES, check_quantity, real
+from damper.variables import ENERGY, LENGTH, SPEED, TIME
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,131 @@ class Parameters:
 
     def __post_init__(self) -> None:
         for name in PARAMETER_NAMES:
-            object.__setattr__(self, name, check_parameter(name, getattr(self, name)))
+            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
 
     @property
     def period(self) -> float:
         """Forcing period 2 pi / frequency_ratio, in units of sqrt(M/K)."""
         return 2.0 * math.pi / self.frequency_ratio
+
+
+@dataclass(frozen=True)
+class SIParameters:
+    """The same damper in SI units; `damper.events` and `damper.simulate` answer in SI units then.
+
+    Parameters
+    ----------
+    primary_mass : float
+        M in kg; > 0.
+    damping : float
+        C in N s/m; >= 0.
+    stiffness : float
+        K in N/m; > 0.
+    force_amplitude : float
+        F0 in N; > 0, because lengths are scaled by F0/K inside.
+    forcing_frequency : float
+        Omega in rad/s (not Hz); > 0.
+    free_mass : float
+        m in kg; > 0.
+    gap : float
+        The free mass's *whole* travel from wall to wall in m, without its own size; >= 0. The
+        dimensionless clearance is half of it, times K / F0.
+    restitution, phase : float
+        As in `Parameters`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `Parameters`; also when the ratios leave the range of floating-point numbers.
+
+    Examples
+    --------
+    >>> p = SIParameters(primary_mass=2.0, damping=4.0, stiffness=200.0, force_amplitude=10.0,
+    ...                  forcing_frequency=11.0, free_mass=0.2, gap=0.02, restitution=0.6)
+    >>> p.dimensionless.clearance, p.dimensionless.damping_ratio
+    (0.2, 0.1)
+    >>> p.units.length, p.units.time
+    (0.05, 0.1)
+    """
+
+    primary_mass: float
+    damping: float
+    stiffness: float
+    force_amplitude: float
+    forcing_frequency: float
+    free_mass: float
+    gap: float
+    restitution: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in SI_NAMES:
+            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
+        try:
+            sizes = (self.units.length, self.units.time, self.dimensionless.clearance)
+            sound = all(math.isfinite(size) for size in sizes) and min(sizes[:2]) > 0.0
+        except (ValueError, ArithmeticError):
+            sound = False
+        if not sound:
+            raise ValueError(
+                f"{self!r}: these values cannot be scaled: F0/K, sqrt(M/K), m/M, "
+                "C/(2 sqrt(K M)) or Omega sqrt(M/K) is not a number of ordinary size"
+            )
+
+    @property
+    def dimensionless(self) -> Parameters:
+        """The scaled parameters."""
+        return Parameters(
+            mass_ratio=self.free_mass / self.primary_mass,
+            damping_ratio=0.5
+            * self.damping
+            / math.sqrt(self.stiffness)
+            / math.sqrt(self.primary_mass),
+            frequency_ratio=self.forcing_frequency * self.units.time,
+            clearance=0.5 * self.gap * self.stiffness / self.force_amplitude,
+            restitution=self.restitution,
+            phase=self.phase,
+        )
+
+    @property
+    def units(self) -> "Units":
+        """Sizes of the dimensionless units of this damper."""
+        length = self.force_amplitude / self.stiffness
+        return Units(
+            length, math.sqrt(self.primary_mass / self.stiffness), self.force_amplitude * length
+        )
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / forcing_frequency in s."""
+        return 2.0 * math.pi / self.forcing_frequency
+
+
+@dataclass(frozen=True)
+class Units:
+    """Sizes of the dimensionless units of one damper: F0/K in m, sqrt(M/K) in s, F0^2/K in J."""
+
+    length: float
+    time: float
+    energy: float
+
+    @property
+    def speed(self) -> float:
+        """Size of the unit of speed in m/s."""
+        return self.length / self.time
+
+    def size(self, unit: str) -> float:
+        """SI size of one of the units of `damper.variables`; 1 for anything else."""
+        return {
+            LENGTH: self.length,
+            SPEED: self.speed,
+            TIME: self.time,
+            ENERGY: self.energy,
+        }.get(unit, 1.0)
+
+
+#: Units of a dimensionless run.
+NO_UNITS = Units(1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -76,6 +198,8 @@ class State:
         Displacement and velocity of the free mass, in the same frame (not relative).
     time : float, default 0
         Time at which the state holds, in units of sqrt(M/K).
+
+    With `SIParameters` these are in m, m/s and s.
 
     Raises
     ------
@@ -93,67 +217,19 @@ class State:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = _real(field.name, getattr(self, field.name))
+            value = real(field.name, getattr(self, field.name))
             if not math.isfinite(value):
                 raise ValueError(f"{field.name} = {value!r}: must be a finite number")
             object.__setattr__(self, field.name, value)
 
-
-@dataclass(frozen=True)
-class Quantity:
-    """Name, meaning and range of one parameter: the single source for checks and labels."""
-
-    name: str
-    symbol: str
-    long_name: str
-    allowed: str
-    units: str = "1"
-    default: float | None = None
-
-
-#: Every parameter in the order of `Parameters`; symbols are matplotlib mathtext.
-QUANTITIES = (
-    Quantity("mass_ratio", r"$\mu$", "mass ratio m/M", "mass_ratio > 0"),
-    Quantity("damping_ratio", r"$\zeta$", "damping ratio of the primary", "damping_ratio >= 0"),
-    Quantity("frequency_ratio", r"$\omega$", "frequency ratio", "frequency_ratio > 0"),
-    Quantity("clearance", r"$d$", "clearance to each wall", "clearance >= 0", "F0/K"),
-    Quantity("restitution", r"$r$", "coefficient of restitution", "0 <= restitution <= 1"),
-    Quantity("phase", r"$\varphi$", "forcing phase", "any phase in radians", "rad", 0.0),
-)
-PARAMETER_NAMES = tuple(quantity.name for quantity in QUANTITIES)
-
-_ALLOWED = {
-    "mass_ratio": lambda value: value > 0.0,
-    "damping_ratio": lambda value: value >= 0.0,
-    "frequency_ratio": lambda value: value > 0.0,
-    "clearance": lambda value: value >= 0.0,
-    "restitution": lambda value: 0.0 <= value <= 1.0,
-    "phase": lambda value: True,
-}
-
-
-def check_parameter(name: str, value: float) -> float:
-    """Return `value` as a float if parameter `name` may have it.
-
-    Raises
-    ------
-    ValueError
-        Not finite or out of range; the message names field, value and range.
-    TypeError
-        Not a real number.
-    """
-    number = _real(name, value)
-    if not math.isfinite(number) or not _ALLOWED[name](number):
-        allowed = next(quantity.allowed for quantity in QUANTITIES if quantity.name == name)
-        raise ValueError(f"{name} = {value!r}: must be a finite number with {allowed}")
-    return number
-
-
-def _real(name: str, value: float) -> float:
-    # bool is an int to Python, but restitution=True is a slip, not a number.
-    if isinstance(value, bool | str | bytes):
-        raise TypeError(f"{name} = {value!r}: must be a real number")
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"{name} = {value!r}: must be a real number") from None
+    def over(self, units: Units) -> "State":
+        """Return the state in dimensionless units, given in SI units."""
+        if units is NO_UNITS:
+            return self
+        return State(
+            self.x / units.length,
+            self.v / units.speed,
+            self.y / units.length,
+            self.u / units.speed,
+            self.time / units.time,
+        )

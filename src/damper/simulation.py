@@ -7,19 +7,36 @@ import numpy as np
 import xarray as xr
 
 from damper.engine import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
-from damper.parameters import PARAMETER_NAMES, State
+from damper.parameters import State
+from damper.points import check_names
+from damper.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, is_si
+from damper.study.branches import DIRECTIONS
 from damper.study.cube import REFERENCES, gather
 from damper.study.slices import simulate_slice
+
+#: What a parameter may be: a number, or a sequence that makes a dimension.
+Values = float | Sequence[float]
 
 
 def simulate(
     *,
-    mass_ratio: float | Sequence[float],
-    damping_ratio: float | Sequence[float],
-    frequency_ratio: float | Sequence[float],
-    clearance: float | Sequence[float],
-    restitution: float | Sequence[float],
-    phase: float | Sequence[float] = 0.0,
+    mass_ratio: Values | None = None,
+    damping_ratio: Values | None = None,
+    frequency_ratio: Values | None = None,
+    clearance: Values | None = None,
+    primary_mass: Values | None = None,
+    damping: Values | None = None,
+    stiffness: Values | None = None,
+    force_amplitude: Values | None = None,
+    forcing_frequency: Values | None = None,
+    free_mass: Values | None = None,
+    gap: Values | None = None,
+    restitution: Values | None = None,
+    phase: Values = 0.0,
+    initial_displacement: Values | None = None,
+    initial_velocity: Values | None = None,
+    initial_position: Values | None = None,
+    initial_relative_velocity: Values | None = None,
     transient: int = 200,
     periods: int = 50,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = (
@@ -27,27 +44,49 @@ def simulate(
         "impacts",
         "bursts",
     ),
+    follow: Mapping[str, str] | None = None,
+    initial: str | Mapping[str, Any] = "rest",
     state: State | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
 ) -> xr.Dataset:
-    """Simulate every combination of the given parameter values.
+    """Simulate every combination of the given values.
+
+    A sequence makes a dimension of its name, in the order of the list below; a number makes a
+    scalar coordinate.
 
     Parameters
     ----------
-    mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase : float or 1-D
-        The parameters of `damper.Parameters`. A sequence makes a dimension of that name, in the
-        order of this list; a number makes a scalar coordinate.
+    mass_ratio, damping_ratio, frequency_ratio, clearance : float or 1-D
+        The parameters of `damper.Parameters`.
+    primary_mass, damping, stiffness, force_amplitude, forcing_frequency, free_mass, gap
+        The parameters of `damper.SIParameters`, in place of the four ratios; the dataset is in m, s
+        and J then.
+    restitution, phase : float or 1-D
+        Of both.
+    initial_displacement, initial_velocity : float or 1-D, optional
+        Of the primary; 0 when not given.
+    initial_position : float or 1-D, optional
+        Of the free mass between the walls: -1 left wall, 0 centre, 1 right wall.
+    initial_relative_velocity : float or 1-D, optional
+        Of the free mass relative to the primary.
     transient, periods : int
         Forcing periods to discard, then to record.
     observers : iterable of str, or mapping of str to settings
-        What to measure: ``stroboscopic_section`` or ``impact_section``, ``impacts``, ``bursts``;
-        see `damper.observers`. What is not asked for costs nothing.
+        What to measure: ``stroboscopic_section`` or ``impact_section``, ``impacts``, ``bursts``,
+        ``response``, ``trajectory``; see `damper.observers`. What is not asked for costs nothing.
 
     Other Parameters
     ----------------
+    follow : mapping of str to str, optional
+        Continuation: an axis -> "up", "down" or "both". Each of its points starts from its
+        neighbour's end, and the dataset has a dimension ``direction``.
+    initial : {"rest", "steady"} or mapping
+        Where the primary starts: at rest or on its steady linear response. A mapping gives random
+        states along a dimension ``draw``:
+        ``{"draws": 20, "seed": 1, "initial_position": [-1, 1]}``.
     state : State, optional
-        Start of every run; from rest with y = 0 when not given.
+        Start of every run, in place of all that.
     accuracy : float, default 1e-12
         Largest error of an accumulation time, in units of sqrt(M/K).
     max_events : int, default 1_000_000
@@ -56,8 +95,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimensions are the given sequences plus those of the observers (``sample``, ...). Lengths
-        in units of F0/K, times in sqrt(M/K).
+        Dimensions are the given sequences, ``direction`` and ``draw`` if asked for, and those of
+        the observers (``sample``, ...). Lengths in units of F0/K, times in sqrt(M/K), or SI.
 
     Raises
     ------
@@ -74,12 +113,12 @@ def simulate(
     >>> cube.displacement.dims
     ('restitution', 'sample')
     """
-    given = dict(
-        zip(
-            PARAMETER_NAMES,
-            (mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase),
-            strict=True,
-        )
+    everything = locals()
+    given = {name: everything[name] for name in everything if name in ALL}
+    given = {name: value for name, value in given.items() if value is not None}
+    check_names(
+        (name for name in given if name not in INITIAL_NAMES),
+        SI_NAMES if is_si(given) else PARAMETER_NAMES,
     )
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
@@ -102,6 +141,8 @@ def simulate(
         observers=observers,
         accuracy=accuracy,
         max_events=max_events,
+        initial=_checked_initial(initial, given, state),
+        follow=_checked_follow(follow, axes),
         state=state,
     )
     attributes = {
@@ -113,3 +154,35 @@ def simulate(
         "max_events": int(max_events),
     }
     return gather([part], axes, (), fixed, attributes)
+
+
+def _checked_initial(
+    initial: str | Mapping[str, Any], given: Mapping[str, Any], state: State | None
+) -> dict[str, Any]:
+    """Check where runs start by the rules of the study language."""
+    names = [name for name in INITIAL_NAMES if name in given]
+    if state is not None and (names or initial != "rest"):
+        raise ValueError("state stands alone: no initial quantities and no initial beside it")
+    if initial == "rest":
+        return {}
+    from damper.study.settings import Initial  # pydantic with it
+
+    data = dict(initial) if isinstance(initial, Mapping) else initial
+    settings = Initial.checked("initial", data).settings()
+    for name in names:
+        if name in settings:
+            raise ValueError(f"{name} is given, and random in initial as well: one of the two")
+    return settings
+
+
+def _checked_follow(follow: Mapping[str, str] | None, axes: Mapping[str, Any]) -> dict[str, str]:
+    follow = dict(follow or {})
+    if len(follow) > 1:
+        raise ValueError(f"follow = {follow!r}: one axis at most, a run has one neighbour")
+    for name, way in follow.items():
+        if name not in axes or name in INITIAL_NAMES:
+            allowed = ", ".join(axis for axis in axes if axis not in INITIAL_NAMES) or "none here"
+            raise ValueError(f"follow: {name!r} is not a sequence of a parameter: {allowed}")
+        if way not in DIRECTIONS:
+            raise ValueError(f"follow = {follow!r}: must be one of {', '.join(DIRECTIONS)}")
+    return follow

@@ -6,6 +6,8 @@ LENGTH = "F0/K"
 SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
+#: What these units are called where the damper is given in SI units.
+SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
 
 
 @dataclass(frozen=True)
@@ -31,10 +33,12 @@ STATUS = Variable(
     comment="0 finished; 1 max_events reached; 2 a search for an event gave up",
 )
 
-#: Dimensions that observers add: long name and units.
+#: Dimensions beside the axes: long name and units.
 OWN_DIMENSIONS = {
     "sample": ("sample on the section", "1"),
     "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
     "burst": ("burst in the record", "1"),
+    "direction": ("direction in which the followed axis is run through", ""),
+    "draw": ("random initial state", "1"),
     "instant": ("sample or event of the trajectory", "1"),
 }

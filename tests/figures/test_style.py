@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from damper.figures import FIGURES, draw
 from damper.figures import style as module
 from damper.figures.style import LONG_NAMES, SYMBOLS, axis_label, save, style, value_text
-from damper.parameters import PARAMETER_NAMES
+from damper.quantities import ALL
 
 
 def figure() -> Figure:
@@ -81,12 +81,12 @@ def test_resolution_of_png(tmp_path: Path) -> None:
 
 
 def test_labels_name_every_parameter() -> None:
-    assert set(SYMBOLS) == set(LONG_NAMES) == set(PARAMETER_NAMES)
+    assert set(SYMBOLS) == set(LONG_NAMES) == set(ALL)
     assert axis_label("restitution") == "coefficient of restitution $r$"
     assert value_text("frequency_ratio", 1.5) == r"$\omega$ = 1.5"
     assert value_text("mass_ratio", 0.1 + 0.2) == r"$\mu$ = 0.3"
     assert value_text("mass_ratio", 0.001) == r"$\mu$ = 0.001"
-    assert len({axis_label(name) for name in PARAMETER_NAMES}) == len(PARAMETER_NAMES)
+    assert len({axis_label(name) for name in ALL}) == len(ALL)
 
 
 def test_colours_differ_in_grey() -> None:

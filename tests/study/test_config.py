@@ -219,7 +219,7 @@ MISTAKES = {
         "{start: 0, stop: 1, nmu: 501}",
         "good.yaml:9  axes.restitution.nmu\n"
         "    unknown key 'nmu' (value: 501)\n"
-        "    allowed: values, start, stop, num, step, spacing, fan, assumed, stated\n"
+        "    allowed: values, start, stop, num, step, spacing, fan, follow, assumed, stated\n"
         "    did you mean 'num'?",
     ),
     "unknown top key": ("periods:", "Period:", "Period\n", "did you mean 'periods'?"),

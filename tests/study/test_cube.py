@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from damper import simulate
-from damper.parameters import PARAMETER_NAMES, QUANTITIES
+from damper.quantities import PARAMETER_NAMES, QUANTITIES
 from damper.study.cube import REFERENCES, dataset, gather, write_cube
 from damper.study.slices import Slice, read_slice, simulate_slice, write_slice
 
@@ -139,6 +139,7 @@ def test_units_of_lengths_speeds_and_times(whole: xr.Dataset) -> None:
     }
     times = {
         "burst_onset",
+        "burst_onset_time_in_period",
         "burst_accumulation_time",
         "burst_duration",
         "burst_sticking_time",

@@ -102,7 +102,7 @@ CONCERNS = {
         ["study/tables.py", "study/config.py", "figures/bifurcation.py", "simulation.py"],
     ),
     "figure.py": (
-        ["figures/__init__.py", "figures/style.py", "parameters.py"],
+        ["figures/__init__.py", "figures/style.py", "quantities.py"],
         ["engine.py", "flow.py", "contact.py", "lanes.py", "study/cube.py", "study/tables.py"],
     ),
     "table.py": (

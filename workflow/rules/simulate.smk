@@ -55,6 +55,8 @@ rule simulate:
         transient=lambda wildcards: STUDIES[wildcards.study].transient,
         periods=lambda wildcards: STUDIES[wildcards.study].periods,
         observers=lambda wildcards: STUDIES[wildcards.study].observer_settings(),
+        initial=lambda wildcards: STUDIES[wildcards.study].initial.settings(),
+        follow=lambda wildcards: STUDIES[wildcards.study].follow,
         engine=ENGINE,
         code=lambda wildcards: code_digest(
             SCRIPTS / "simulate.py", observer_modules([STUDIES[wildcards.study]])

@@ -21,6 +21,7 @@ rule table:
         run=lambda wildcards: {
             "transient": STUDIES[wildcards.study].transient,
             "periods": STUDIES[wildcards.study].periods,
+            "primary": STUDIES[wildcards.study].initial.primary,
             **ENGINE,
         },
         code=code_digest(SCRIPTS / "table.py", ["damper.observers.bursts"]),

@@ -6,7 +6,12 @@ from pathlib import Path
 from damper.study.slices import simulate_slice, write_slice
 
 params = snakemake.params
-lanes = prod(len(values) for values in params.axes.values())
+directions = 2 if "both" in params.follow.values() else 1
+lanes = (
+    prod(len(values) for values in params.axes.values())
+    * directions
+    * params.initial.get("draws", 1)
+)
 
 with Path(snakemake.log[0]).open("w", buffering=1) as log:
 
@@ -20,6 +25,8 @@ with Path(snakemake.log[0]).open("w", buffering=1) as log:
         transient=params.transient,
         periods=params.periods,
         observers=params.observers,
+        initial=params.initial,
+        follow=params.follow,
         progress=progress,
         **params.engine,
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from damper.parameters import QUANTITIES
+from damper.quantities import ALL
 
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (
@@ -24,8 +24,8 @@ BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (
 #: Width of one and of two printed columns, in inches.
 COLUMN, PAGE = 3.5, 7.2
 
-SYMBOLS = {quantity.name: quantity.symbol for quantity in QUANTITIES}
-LONG_NAMES = {quantity.name: quantity.long_name for quantity in QUANTITIES}
+SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
+LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()}
 
 _STYLE = {
     "font.size": 8.0,

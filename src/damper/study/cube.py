@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.parameters import QUANTITIES
+from damper.quantities import ALL, is_si
 from damper.study.slices import Slice
-from damper.variables import OWN_DIMENSIONS, STATUS, STATUS_MEANINGS, Variable
+from damper.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 
 REFERENCES = (
     "Paper A: Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110. "
@@ -24,30 +24,38 @@ def dataset(
     variables: Iterable[Variable],
     coordinates: Mapping[str, np.ndarray],
     attributes: Mapping[str, Any],
+    branches: Mapping[str, Sequence[Any]] | None = None,
+    labels: Mapping[str, Sequence[float]] | None = None,
 ) -> xr.Dataset:
     """Build a cube.
 
     Parameters
     ----------
     axes : mapping of str to values
-        Parameter axes in the order of the cube's dimensions.
+        Axes of parameters and initial quantities in the order of the cube's dimensions.
     fixed : mapping of str to float
-        The other parameters; they become scalar coordinates.
+        The other ones; they become scalar coordinates.
     arrays : mapping of str to ndarray
-        Each variable with the lanes (product of the axes, last one fastest) as first axis.
+        Each variable with the lanes (product of the axes and branches, last one fastest) as first
+        axis.
     variables : iterable of Variable
         Descriptions; `status` is added.
     coordinates : mapping
         Values along the observers' own dimensions.
     attributes : mapping
         Global attributes.
+    branches : mapping, optional
+        Coordinates of the dimensions after the axes: ``direction``, ``draw``.
+    labels : mapping, optional
+        Initial quantities along ``draw``.
 
     Returns
     -------
     xarray.Dataset
     """
     axes = {name: np.asarray(values, dtype=float) for name, values in axes.items()}
-    shape = tuple(len(values) for values in axes.values())
+    branches = dict(branches or {})
+    shape = tuple(len(values) for values in (*axes.values(), *branches.values()))
     data = {}
     for variable in (*variables, STATUS):
         array = arrays[variable.name]
@@ -60,23 +68,30 @@ def dataset(
                 "flag_meanings": " ".join(STATUS_MEANINGS),
             }
         data[variable.name] = (
-            (*axes, *variable.dims),
+            (*axes, *branches, *variable.dims),
             array.reshape(shape + array.shape[1:]),
             attrs,
         )
+    si = is_si([*axes, *fixed])
     coords: dict[str, Any] = {}
-    for quantity in QUANTITIES:
-        attrs = {"long_name": quantity.long_name, "units": quantity.units}
-        if quantity.name in axes:
-            coords[quantity.name] = (quantity.name, axes[quantity.name], attrs)
-        elif quantity.name in fixed:
-            coords[quantity.name] = ((), float(fixed[quantity.name]), attrs)
+    for name, quantity in ALL.items():
+        units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
+        attrs = {"long_name": quantity.long_name, "units": units}
+        if name in axes:
+            coords[name] = (name, axes[name], attrs)
+        elif name in fixed:
+            coords[name] = ((), float(fixed[name]), attrs)
+        elif labels and name in labels:
+            coords[name] = ("draw", np.asarray(labels[name]), attrs)
+    coords |= {name: (name, values, {}) for name, values in branches.items()}
     for name, values in coordinates.items():
         coords[name] = (name, values, {})
     cube = xr.Dataset(data, coords, dict(attributes))
     for name, (long_name, units) in OWN_DIMENSIONS.items():
         if name in cube.coords:
-            cube[name].attrs.update(long_name=long_name, units=units)
+            cube[name].attrs["long_name"] = long_name
+            if units:
+                cube[name].attrs["units"] = units
     return cube
 
 
@@ -115,7 +130,17 @@ def gather(
     coordinates = {name: np.array(values) for name, values in parts[0].coordinates.items()}
     # Lanes lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
     order = {name: axes[name] for name in (*fan_axes, *inner)}
-    cube = dataset(order, fixed, arrays, parts[0].variables, coordinates, attributes)
+    first = parts[0]
+    cube = dataset(
+        order,
+        fixed,
+        arrays,
+        first.variables,
+        coordinates,
+        attributes,
+        first.branches,
+        first.labels,
+    )
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
             if name in cube.coords:

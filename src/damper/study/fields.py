@@ -24,9 +24,27 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from damper.parameters import QUANTITIES, check_parameter
+from damper.quantities import ALL, SI_QUANTITIES, check_quantity
 from damper.study.axes import MOST_VALUES
-from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, show, words
+from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, key_path, show, words
+
+#: Symbols that a reader of the papers, or of a textbook, may write for a name.
+SYMBOLS = {
+    "mu": "mass_ratio",
+    "zeta": "damping_ratio",
+    "omega": "frequency_ratio",
+    "d": "clearance",
+    "r": "restitution",
+    "phi": "phase",
+    "M": "primary_mass",
+    "C": "damping",
+    "K": "stiffness",
+    "F0": "force_amplitude",
+    "Omega": "forcing_frequency",
+    "m": "free_mass",
+    "x0": "initial_displacement",
+    "v0": "initial_velocity",
+}
 
 STEM = re.compile(r"[A-Za-z0-9_-]+")
 STEM_WORDS = "letters, digits, _ and -"
@@ -43,6 +61,19 @@ class Strict(BaseModel):
     def entry(cls, name: str, data: Any) -> Self:
         """Return the checked entry `name` of a `Section`."""
         return cls.model_validate(data, context=name)
+
+    @classmethod
+    def checked(cls, name: str, data: Any) -> Self:
+        """Return what a caller in Python gives for `name`, or raise ValueError in plain words."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            told = [
+                f"{key_path((name, *loc))}: {fault['message']}"
+                + (f": must be {fault['allowed']}" if fault["allowed"] else "")
+                for loc, fault in faults_of(error)
+            ]
+            raise ValueError("; ".join(told)) from None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Any, faults: Faults) -> None:
@@ -115,7 +146,12 @@ class Number(Kind):
         return number
 
 
-_IN_RANGE = {None: "number"} | {q.name: f"number, {q.allowed}" for q in QUANTITIES}
+_IN_RANGE = {None: "number"} | {
+    name: f"number in {q.units}, {q.allowed}"
+    if q in SI_QUANTITIES and q.units != "1"
+    else f"number, {q.allowed}"
+    for name, q in ALL.items()
+}
 
 
 class Coordinate(Kind):
@@ -127,9 +163,31 @@ class Coordinate(Kind):
         allowed = _IN_RANGE[context]
         number = _finite(value, allowed)
         try:
-            return number if context is None else check_parameter(context, number)
+            return number if context is None else check_quantity(context, number)
         except ValueError:
             raise wrong("out of range", value, allowed) from None
+
+
+class Range(Kind):
+    """Lowest and highest value of a quantity."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.words = f"[low, high], {ALL[name].allowed}"
+
+    def check(self, value: Any, context: Any) -> tuple[float, float]:
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise wrong("not two numbers", value, self.words)
+        faults = Faults()
+        ends = []
+        for i, end in enumerate(value):
+            with faults.of(i):
+                ends.append(Coordinate().check(end, self.name))
+        faults.settle()
+        low, high = ends
+        if not low < high:
+            raise wrong("low must be less than high", value, self.words)
+        return low, high
 
 
 def _finite(value: Any, allowed: str, whole: bool = False) -> float:
@@ -321,6 +379,9 @@ def as_mapping(value: Any, allowed: str) -> dict[Any, Any]:
 
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return the one of `names` that `name` was probably meant to be, or nothing."""
+    names = list(names)
+    if SYMBOLS.get(name) in names:
+        return SYMBOLS[name]
     folded = {right.casefold(): right for right in names}
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
     return folded[close[0]] if close else ""

@@ -10,20 +10,19 @@ from typing import Annotated, Any
 
 from pydantic import PrivateAttr
 
-from damper.parameters import PARAMETER_NAMES, QUANTITIES
+from damper.linear import steady_gain
+from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.axes import axis_values, coordinate_name
 from damper.study.fields import Faults, ListOf, Number, Section, Strict, Text, as_mapping, nearest
+from damper.study.products import FIGURES, TABLES, Offer, Product, product
 from damper.study.settings import (
-    FIGURES,
     OBSERVERS,
     SECTIONS,
-    TABLES,
     Axis,
     Fixed,
+    Initial,
     OptionalText,
-    Product,
     observer,
-    product,
 )
 from damper.study.yaml_file import as_part, dump_yaml, words
 
@@ -39,10 +38,9 @@ class Study(Strict):
     title: Annotated[str, Text()]
     source: Annotated[str, Text()]
     description: OptionalText = None
-    parameters: Annotated[dict[str, Fixed], Section(Fixed.entry, "parameter", PARAMETER_NAMES)] = (
-        _NONE
-    )
-    axes: Annotated[dict[str, Axis], Section(Axis.entry, "axis", PARAMETER_NAMES)] = _NONE
+    parameters: Annotated[dict[str, Fixed], Section(Fixed.entry, "parameter", ALL)] = _NONE
+    axes: Annotated[dict[str, Axis], Section(Axis.entry, "axis", ALL)] = _NONE
+    initial: Initial = Initial()
     transient: Annotated[int, Number(ge=0, whole=True)]
     periods: Annotated[int, Number(ge=1, whole=True)]
     observers: Annotated[dict[str, Strict], Section(observer, "observer", OBSERVERS)]
@@ -63,9 +61,13 @@ class Study(Strict):
     @property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is not an axis, the phase included."""
-        defaults = {q.name: q.default for q in QUANTITIES if q.default is not None}
-        values = defaults | {name: fixed.value for name, fixed in self.parameters.items()}
-        return {name: values[name] for name in PARAMETER_NAMES if name not in self.axes}
+        values = {"phase": 0.0} | {name: fixed.value for name, fixed in self.parameters.items()}
+        return {name: values[name] for name in ALL if name in values and name not in self.axes}
+
+    @property
+    def follow(self) -> dict[str, str]:
+        """The axis that continuation follows, if any -> up, down or both."""
+        return {name: axis.follow for name, axis in self.axes.items() if axis.follow}
 
     @property
     def assumed(self) -> dict[str, str]:
@@ -116,7 +118,7 @@ class Study(Strict):
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for section, order in (("parameters", PARAMETER_NAMES), ("observers", OBSERVERS)):
+        for section, order in (("parameters", ALL), ("observers", OBSERVERS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)
 
@@ -141,22 +143,38 @@ class Study(Strict):
             _relate_observers(observers, faults)
         if not isinstance(axes, dict):
             return
+        sound = _sound_axes(axes) if model is None else model.axes
         if isinstance(parameters, dict):
             _give_once(parameters, axes, faults)
-        sound = _sound_axes(axes) if model is None else model.axes
+            _relate_initial(raw["initial"], parameters, axes, faults)
+        if model is not None:
+            model._check_steady(faults)
+        _follow_one(sound, faults)
         values = {name: axis and axis_values(axis) for name, axis in sound.items()}
         _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
         if not isinstance(observers, dict):
             return
+        offer = Offer(values, observers, _branch_names(sound, raw["initial"]))
         for section, registry in (("figures", FIGURES), ("tables", TABLES)):
             entries = raw[section]
             for stem, settings in entries.items() if isinstance(entries, dict) else ():
                 kind = settings.get("kind") if isinstance(settings, dict) else None
                 if isinstance(kind, str) and kind in registry:
                     found = Faults()
-                    registry[kind].fit(settings, values, observers, found)
+                    registry[kind].fit(settings, offer, found)
                     with faults.of(section, as_part(stem)):
                         found.settle()
+
+    def _check_steady(self, faults: Faults) -> None:
+        """Refuse a start on a steady response that does not exist."""
+        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
+        if self.initial.primary != "steady" or is_si(given):
+            return
+        if 0.0 in given["damping_ratio"] and 1.0 in given["frequency_ratio"]:
+            try:
+                steady_gain(0.0, 1.0)
+            except ValueError as error:
+                faults.add(("initial", "primary"), str(error), "rest")
 
 
 def _relate_observers(observers: dict[str, Any], faults: Faults) -> None:
@@ -169,21 +187,62 @@ def _relate_observers(observers: dict[str, Any], faults: Faults) -> None:
 
 
 def _give_once(parameters: dict[str, Any], axes: dict[str, Any], faults: Faults) -> None:
-    strangers = [n for n in (*parameters, *axes) if isinstance(n, str) and n not in PARAMETER_NAMES]
-    meant = {nearest(name, PARAMETER_NAMES) for name in strangers}
-    for quantity in QUANTITIES:
-        name = quantity.name
-        if name in parameters and name in axes:
+    given = [name for name in (*parameters, *axes) if isinstance(name, str)]
+    for name in parameters:
+        if name in axes and name in ALL:
             message = f"'{name}' is given twice: under parameters and under axes"
             faults.add(("axes", name), message, "one of the two")
-        given = name in parameters or name in axes or quantity.default is not None
-        if not given and name not in meant:
-            allowed = f"{quantity.allowed}, under parameters or as an axis"
+    meant = {nearest(name, ALL) for name in given if name not in ALL}
+    try:
+        si = is_si([*given, *meant])
+    except ValueError as error:
+        faults.add(("parameters",), str(error))
+        return
+    for quantity in SI_QUANTITIES if si else QUANTITIES:
+        name = quantity.name
+        if name not in given and name not in meant and quantity.default is None:
+            units = f" in {quantity.units}" if si and quantity.units != "1" else ""
+            allowed = f"{quantity.allowed}{units}, under parameters or as an axis"
             faults.add(("parameters", name), f"'{name}' is not given", allowed)
 
 
+def _relate_initial(
+    initial: Any, parameters: dict[str, Any], axes: dict[str, Any], faults: Faults
+) -> None:
+    steady = initial == "steady" or (isinstance(initial, dict) and "steady" in initial.values())
+    for name in INITIAL_NAMES:
+        places = [
+            place
+            for place, entries in (("parameters", parameters), ("axes", axes), ("initial", initial))
+            if isinstance(entries, dict) and entries.get(name) is not None
+        ]
+        if "initial" in places and len(places) > 1:
+            message = f"'{name}' is random here and given under {places[0]} as well"
+            faults.add(("initial", name), message, "one of the two")
+        if steady and places and name in ("initial_displacement", "initial_velocity"):
+            message = f"'{name}' is given, but the primary starts on its steady response"
+            faults.add((places[0], name), message, "one of the two")
+
+
+def _follow_one(axes: Mapping[str, Axis | None], faults: Faults) -> None:
+    followed = [name for name, axis in axes.items() if axis and axis.follow]
+    for name in followed[1:]:
+        message = f"'{followed[0]}' is followed already: a run has one neighbour to start from"
+        faults.add(("axes", name, "follow"), message, "follow on one axis")
+    for name in followed[:1]:
+        if name in INITIAL_NAMES:
+            message = f"'{name}' sets where a run starts, so it cannot be followed"
+            faults.add(("axes", name, "follow"), message, "follow on an axis of a parameter")
+
+
+def _branch_names(axes: Mapping[str, Axis | None], initial: Any) -> tuple[str, ...]:
+    direction = any(axis and axis.follow for axis in axes.values())
+    draw = isinstance(initial, dict) and initial.get("draws") is not None
+    return ("direction",) * direction + ("draw",) * draw
+
+
 def _sound_axes(axes: dict[str, Any]) -> dict[str, Axis | None]:
-    sound: dict[str, Axis | None] = {name: None for name in axes if name in PARAMETER_NAMES}
+    sound: dict[str, Axis | None] = {name: None for name in axes if name in ALL}
     for name in sound:
         with Faults().of():
             sound[name] = Axis.entry(name, axes[name])

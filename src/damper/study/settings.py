@@ -1,29 +1,26 @@
-"""The entries of a study: parameters, axes, observers, figures and tables.
+"""The entries of a study: parameters, axes, initial states, observers.
 
-To add an observer, a figure or a table, write its class of settings and enter it in its registry.
+To add an observer, write its class of settings and enter it in the registry.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
 from typing import Annotated, Any
 
-from damper.study.axes import MOST_VALUES, WAYS, axis_values, coordinate_name
+from damper.quantities import INITIAL_NAMES
+from damper.study.axes import MOST_VALUES, WAYS, axis_values
+from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
-    STEM,
-    STEM_WORDS,
     Choice,
     Coordinate,
     Faults,
     Flag,
     ListOf,
     Number,
+    Range,
     Strict,
     Text,
-    as_mapping,
-    fault,
 )
-from damper.study.yaml_file import show, words
 
 OptionalText = Annotated[str | None, Text()]
 
@@ -51,12 +48,19 @@ class Axis(Strict):
     step: Annotated[float | None, Number(gt=0)] = None
     spacing: Annotated[str, Choice("linear", "log")] = "linear"
     fan: Annotated[bool, Flag()] = False
+    follow: Annotated[str | None, Choice(*DIRECTIONS)] = None
     assumed: OptionalText = None
     stated: OptionalText = None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Axis | None, faults: Faults) -> None:
         _one_origin(model, faults)
+        if model is not None and model.fan and model.follow is not None:
+            message = (
+                f"fan and follow ({model.follow}) are both given: on a followed axis each point "
+                "starts from its neighbour's end, so the axis cannot be cut into jobs"
+            )
+            faults.add(("fan",), message, "take away fan here and fan another axis, or none")
         try:
             if model is not None:
                 axis_values(model)
@@ -67,6 +71,47 @@ class Axis(Strict):
 def _one_origin(model: Fixed | Axis | Threshold | None, faults: Faults) -> None:
     if model is not None and model.assumed is not None and model.stated is not None:
         faults.add((), "assumed and stated are both given", "one of the two")
+
+
+class Initial(Strict):
+    """Where runs start, beside the initial quantities among the parameters and axes."""
+
+    shorthand = "primary"
+    primary: Annotated[str, Choice("rest", "steady")] = "rest"
+    draws: Annotated[int | None, Number(ge=1, le=100_000, whole=True)] = None
+    seed: Annotated[int | None, Number(ge=0, whole=True)] = None
+    initial_displacement: Annotated[tuple[float, float] | None, Range("initial_displacement")] = (
+        None
+    )
+    initial_velocity: Annotated[tuple[float, float] | None, Range("initial_velocity")] = None
+    initial_position: Annotated[tuple[float, float] | None, Range("initial_position")] = None
+    initial_relative_velocity: Annotated[
+        tuple[float, float] | None, Range("initial_relative_velocity")
+    ] = None
+
+    def settings(self) -> dict[str, Any]:
+        """Return what is given as plain values."""
+        return {name: value for name, value in self if value is not None}
+
+    @property
+    def random(self) -> tuple[str, ...]:
+        """Names of the quantities that are drawn."""
+        return tuple(name for name in INITIAL_NAMES if getattr(self, name) is not None)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Initial | None, faults: Faults) -> None:
+        if model is None:
+            return
+        if model.draws is not None:
+            if model.seed is None:
+                faults.add(("seed",), "'seed' is missing: draws are random", "integer >= 0")
+            if not model.random:
+                message = "draws are asked for, but no quantity has a range to draw from"
+                faults.add((), message, ", ".join(f"{n}: [low, high]" for n in INITIAL_NAMES))
+        elif model.seed is not None or model.random:
+            given = model.random[0] if model.random else "seed"
+            message = f"'{given}' is for random initial states, but 'draws' is missing"
+            faults.add(("draws",), message, "integer >= 1")
 
 
 # Observers.
@@ -119,11 +164,26 @@ class Bursts(Strict):
     records: Annotated[int, Number(ge=0, whole=True)] = 0
 
 
+class Response(Strict):
+    """How strongly the primary moves, and where the energy goes."""
+
+
+class Trajectory(Strict):
+    """The motion in time over a stretch of the record."""
+
+    samples_per_period: Annotated[int, Number(ge=1, le=1_000_000, whole=True)] = 100
+    start: Annotated[float, Number(ge=0)] = 0.0
+    length: Annotated[float | None, Number(gt=0)] = None
+    events: Annotated[int, Number(ge=0, le=10_000_000, whole=True)] = 1000
+
+
 OBSERVERS: dict[str, type[Strict]] = {
     "stroboscopic_section": StroboscopicSection,
     "impact_section": ImpactSection,
     "impacts": Impacts,
     "bursts": Bursts,
+    "response": Response,
+    "trajectory": Trajectory,
 }
 SECTIONS = ("stroboscopic_section", "impact_section")
 
@@ -131,118 +191,3 @@ SECTIONS = ("stroboscopic_section", "impact_section")
 def observer(name: str, data: Any) -> Strict:
     """Return the checked settings of an observer; nothing at all are the defaults."""
     return OBSERVERS[name].entry(name, {} if data is None else data)
-
-
-# Figures and tables.
-
-AxisValues = Mapping[str, tuple[float, ...] | None]
-"""The values of every axis; an axis in error has none."""
-
-
-class Product(Strict):
-    """A figure or a table: its kind, and what it needs of the study."""
-
-    kind: Annotated[str, Text()]
-
-    @classmethod
-    def fit(
-        cls, settings: dict[str, Any], axes: AxisValues, observers: Collection[str], faults: Faults
-    ) -> None:
-        """Note what `settings`, as written, ask of the study in vain."""
-        raise NotImplementedError
-
-    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
-        """Return the file stems with the coordinates at which each is made."""
-        return {stem: {}}
-
-
-class Bifurcation(Product):
-    """The section over one axis, with a row of panels for each value of a second one."""
-
-    along: Annotated[str, Text()]
-    each: OptionalText = None
-    rows: OptionalText = None
-    caption: OptionalText = None
-
-    @classmethod
-    def fit(
-        cls, settings: dict[str, Any], axes: AxisValues, observers: Collection[str], faults: Faults
-    ) -> None:
-        if not any(section in observers for section in SECTIONS):
-            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
-        used: dict[str, str] = {}
-        for role in ("along", "each", "rows"):
-            name = settings.get(role)
-            if not isinstance(name, str):
-                continue
-            if name not in axes:
-                faults.unknown((role,), "axis", name, axes)
-            if name in used:
-                faults.add((role,), f"'{name}' is {used[name]} already", "three distinct axes")
-            used[name] = role
-        # Where a role is missing or misspelt, this would make a second error of the first.
-        if faults.lines or "along" not in settings or settings.keys() - cls.model_fields.keys():
-            return
-        free = " or ".join(role for role in ("each", "rows") if role not in settings)
-        for name, values in axes.items():
-            if name not in used and values is not None and len(values) > 1:
-                message = f"axis '{name}' has {len(values)} values but no place in the figure"
-                faults.add((), message, f"name it as {free}" if free else "")
-
-    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
-        if self.each is None:
-            return {stem: {}}
-        values = axes[self.each]
-        return {f"{stem}_{coordinate_name(self.each, v)}": {self.each: v} for v in values}
-
-
-class Intervals(Product):
-    """The intervals of one axis in which bursts are chatter."""
-
-    along: Annotated[str, Text()]
-    resolution: Annotated[float, Number(gt=0)] = 1e-3
-
-    @classmethod
-    def fit(
-        cls, settings: dict[str, Any], axes: AxisValues, observers: Collection[str], faults: Faults
-    ) -> None:
-        if "bursts" not in observers:
-            faults.add((), "needs bursts among the observers", "bursts")
-        name = settings.get("along")
-        if not isinstance(name, str):
-            return
-        if name not in axes:
-            faults.unknown(("along",), "axis", name, axes)
-        values = axes.get(name)
-        if values is not None and len(values) < 3:
-            message = f"axis '{name}' has too few values ({len(values)})"
-            faults.add(("along",), message, "an axis with at least 3 values")
-
-
-FIGURES: dict[str, type[Product]] = {"bifurcation": Bifurcation}
-TABLES: dict[str, type[Product]] = {"intervals": Intervals}
-
-
-def product(registry: Mapping[str, type[Product]]) -> Callable[[str, Any], Product]:
-    """Return what checks the settings of a figure or a table."""
-
-    def entry(stem: str, data: Any) -> Product:
-        faults = Faults()
-        if not STEM.fullmatch(stem):
-            faults.add((), f"{show(stem)} cannot be the name of a file", STEM_WORDS)
-        with faults.of():
-            made = _kind_of(data, registry).entry(stem, data)
-        faults.settle()
-        return made
-
-    return entry
-
-
-def _kind_of(data: Any, registry: Mapping[str, type[Product]]) -> type[Product]:
-    data, faults = as_mapping(data, "kind and its settings"), Faults()
-    with faults.of("kind"):
-        if "kind" not in data:
-            raise fault("'kind' is missing", words(registry))
-        kind = Choice(*registry).check(data["kind"], None)
-    faults.settle()
-    return registry[kind]

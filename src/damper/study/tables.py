@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damper.lanes import product
-from damper.parameters import QUANTITIES
+from damper.quantities import ALL
 from damper.study.intervals import PREDICATES, ChatterAt, Interval, intervals
 
 
@@ -45,9 +45,9 @@ def chatter_intervals(
     thresholds = [observer["threshold"], *observer.get("compare_thresholds", ())]
     names = [threshold_name(value) for value in thresholds]
     scalars = {
-        quantity.name: float(cube[quantity.name])
-        for quantity in QUANTITIES
-        if quantity.name not in cube.chatter.dims
+        name: float(cube[name])
+        for name in ALL
+        if name in cube.coords and name not in cube.chatter.dims
     }
     order = np.argsort(cube[along].values)
     values = cube[along].values[order].tolist()

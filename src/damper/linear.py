@@ -1,0 +1,52 @@
+"""The primary alone: its steady response to the force, without a damper."""
+
+import cmath
+import math
+
+from damper.parameters import Parameters
+
+
+def steady_gain(damping_ratio: float, frequency_ratio: float) -> complex:
+    """Complex amplitude of the steady response to exp(i frequency_ratio t).
+
+    1 / (1 - omega^2 + 2 i zeta omega), with the digits that 1 - omega^2 would lose near resonance.
+
+    Raises
+    ------
+    ValueError
+        Undamped and at resonance: the response grows for ever.
+    """
+    stiffness = complex(
+        (1.0 - frequency_ratio) * (1.0 + frequency_ratio), 2.0 * damping_ratio * frequency_ratio
+    )
+    if stiffness == 0.0:
+        raise ValueError(
+            "damping_ratio = 0 with frequency_ratio = 1: there is no steady linear response"
+        )
+    return 1.0 / stiffness
+
+
+def steady_amplitude(damping_ratio: float, frequency_ratio: float) -> float:
+    """Amplitude of the steady response in units of F0/K; infinite where it grows for ever."""
+    try:
+        return abs(steady_gain(damping_ratio, frequency_ratio))
+    except ValueError:
+        return math.inf
+
+
+def steady_state(parameters: Parameters) -> tuple[float, float]:
+    """Displacement and velocity of the steady response at time 0.
+
+    Raises
+    ------
+    ValueError
+        As `steady_gain`.
+
+    Examples
+    --------
+    >>> steady_state(Parameters(0.1, 0.0, 0.5, 1.0, 0.6))  # sin(t/2) / (1 - 1/4)
+    (0.0, 0.6666666666666666)
+    """
+    gain = steady_gain(parameters.damping_ratio, parameters.frequency_ratio)
+    turning = gain * cmath.exp(1j * parameters.phase)
+    return turning.imag, parameters.frequency_ratio * turning.real

@@ -1,0 +1,108 @@
+"""A point of a study: one mapping of names to values -> parameters, units and initial state."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from damper.linear import steady_state
+from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
+from damper.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, check_quantity, is_si
+
+#: Where the primary may start.
+PRIMARY_STARTS = ("rest", "steady")
+
+
+class Point(NamedTuple):
+    """Dimensionless parameters of a lane, the sizes of its units, and how it starts."""
+
+    parameters: Parameters
+    units: Units
+    initial: Mapping[str, float]
+    """Initial quantities that are given, dimensionless."""
+    primary: str
+
+    def start(self) -> State | None:
+        """Return the initial state; None is rest with the free mass at the centre.
+
+        The free mass is placed between the walls and moves relative to the primary, so every
+        combination of initial quantities lies in the box.
+        """
+        if self.primary == "rest" and not self.initial:
+            return None
+        x, v = steady_state(self.parameters) if self.primary == "steady" else (0.0, 0.0)
+        x = self.initial.get("initial_displacement", x)
+        v = self.initial.get("initial_velocity", v)
+        place = self.initial.get("initial_position", 0.0)
+        y = x + place * self.parameters.clearance
+        return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
+
+    def carried_over(self, before: "Point", end: State) -> State:
+        """Return the end of a neighbour's run as the start of this one."""
+        length = before.units.length / self.units.length
+        speed = before.units.speed / self.units.speed
+        walls = before.parameters.clearance
+        place = (end.y - end.x) / walls if walls > 0.0 else 0.0
+        x, v = length * end.x, speed * end.v
+        y = x + max(-1.0, min(place, 1.0)) * self.parameters.clearance
+        # The local time again is a part of the forcing period, whatever its length now is.
+        part = end.time / before.parameters.period
+        return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.period)
+
+
+def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
+    """Check and scale one point.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        All parameters of one system of units, and initial quantities that are not zero.
+    primary : {"rest", "steady"}
+        Where the primary starts.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For unknown, missing or mixed names and for values out of range.
+    """
+    if primary not in PRIMARY_STARTS:
+        raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
+    parameters, units = _scaled({k: v for k, v in values.items() if k not in INITIAL_NAMES})
+    initial = {
+        name: check_quantity(name, values[name]) / _initial_size(name, units)
+        for name in INITIAL_NAMES
+        if name in values
+    }
+    if primary == "steady":
+        for name in ("initial_displacement", "initial_velocity"):
+            if name in initial:
+                raise ValueError(
+                    f"{name} is given, but the primary starts on its steady response: "
+                    "one of the two must go"
+                )
+        steady_state(parameters)
+    return Point(parameters, units, initial, primary)
+
+
+def _scaled(values: Mapping[str, float]) -> tuple[Parameters, Units]:
+    kind, names = (SIParameters, SI_NAMES) if is_si(values) else (Parameters, PARAMETER_NAMES)
+    check_names(values, names)
+    given = kind(**values)
+    if isinstance(given, Parameters):
+        return given, NO_UNITS
+    return given.dimensionless, given.units
+
+
+def check_names(given: Iterable[str], names: Iterable[str]) -> None:
+    """Raise TypeError unless `given` are among `names` and only phase is missing."""
+    given = list(given)
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        raise TypeError(f"unknown parameter {unknown[0]!r}: must be one of {', '.join(names)}")
+    missing = [name for name in names if name not in given and name != "phase"]
+    if missing:
+        raise TypeError(f"missing parameters: {', '.join(missing)}")
+
+
+def _initial_size(name: str, units: Units) -> float:
+    if name == "initial_displacement":
+        return units.length
+    return 1.0 if name == "initial_position" else units.speed
