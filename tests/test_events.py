@@ -318,8 +318,9 @@ def test_a_start_whole_periods_later_changes_nothing(
     shift = periods * damper.Parameters(*scene).period
     here = events(scene, state, until=25.0)[:20]
     there = events(scene, (*state, shift), until=shift + 25.0)[:20]
-    for name in ("kind", "side", "approach_speed", "x", "v"):
+    for name in ("kind", "side", "approach_speed", "x", "v", "time_in_period"):
         assert np.array_equal(here[name], there[name])
+    assert np.array_equal(here["period"] + periods, there["period"])
     assert np.abs(here["time"] - (there["time"] - shift)).max() <= 4 * np.spacing(abs(shift) + 25)
 
 
@@ -344,7 +345,10 @@ def test_a_whole_turn_of_phase_changes_next_to_nothing() -> None:
 def test_rows_are_in_order_and_within_the_run() -> None:
     found = events(CHATTER, until=200.0)
     assert found.dtype == EVENT
-    assert found.dtype.names == ("time", "kind", "side", "approach_speed", "x", "v")
+    assert found.dtype.names == (
+        *("time", "kind", "side", "approach_speed", "x", "v"),
+        *("period", "time_in_period"),
+    )
     assert np.all(np.diff(found["time"]) >= 0)
     assert 0 <= found["time"][0] <= found["time"][-1] <= 200.0
     assert set(np.abs(found["side"])) == {1}

@@ -19,7 +19,7 @@ from damper.engine import (
     X,
     motion,
 )
-from damper.parameters import Parameters, State
+from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 
 EVENT = np.dtype(
     [
@@ -29,12 +29,22 @@ EVENT = np.dtype(
         ("approach_speed", "f8"),
         ("x", "f8"),
         ("v", "f8"),
+        ("period", "i8"),
+        ("time_in_period", "f8"),
     ]
 )
+#: Field -> the unit that it is in.
+_SIZES = {
+    "time": "time",
+    "approach_speed": "speed",
+    "x": "length",
+    "v": "speed",
+    "time_in_period": "time",
+}
 
 
 def events(
-    parameters: Parameters,
+    parameters: Parameters | SIParameters,
     state: State | None = None,
     *,
     until: float,
@@ -45,7 +55,8 @@ def events(
 
     Parameters
     ----------
-    parameters : Parameters
+    parameters : Parameters or SIParameters
+        With SIParameters, times are in s, lengths in m and speeds in m/s throughout.
     state : State, optional
         Where it starts; from rest with y = 0 at time 0 when not given.
     until : float
@@ -64,8 +75,11 @@ def events(
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
         if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
         (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
-        primary's displacement and velocity just after. A completed burst is its individually
-        resolved impacts and then one stick row at the accumulation time.
+        primary's displacement and velocity just after; `period` whole forcing periods P from
+        time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
+        any number of periods, while `time` is the rounded sum period * P + time_in_period. A
+        completed burst is its individually resolved impacts and then one stick row at the
+        accumulation time.
 
     Raises
     ------
@@ -82,12 +96,19 @@ def events(
     >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
     0 -1 2.158603189
     """
+    if isinstance(parameters, SIParameters):
+        units, parameters = parameters.units, parameters.dimensionless
+        state = state and state.over(units)
+    else:
+        units = NO_UNITS
     trajectory = Trajectory(parameters, state, accuracy, max_events)
     start = 0.0 if state is None else state.time
-    if not (np.isfinite(until) and until >= start):
-        raise ValueError(f"until = {until!r}: must be a finite time >= {start!r}, the start")
+    if not (np.isfinite(until) and until / units.time >= start):
+        raise ValueError(
+            f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
+        )
     pieces = []
-    for log in trajectory.segments(*trajectory.whole_periods(until)):
+    for log in trajectory.segments(*trajectory.whole_periods(until / units.time)):
         rows = log[log[:, CAUSE] != NOTHING]
         piece = np.empty(len(rows), dtype=EVENT)
         piece["time"] = rows[:, PERIOD] * trajectory.period + rows[:, TIME]
@@ -96,11 +117,20 @@ def events(
         piece["approach_speed"] = rows[:, SPEED]
         piece["x"] = rows[:, X]
         piece["v"] = rows[:, V]
+        piece["period"] = rows[:, PERIOD]
+        piece["time_in_period"] = rows[:, TIME]
         pieces.append(piece)
         if len(log):
             last = log[-1].copy()
     if trajectory.status != FINISHED:
         x, v, _, _ = motion(trajectory.model, last, last[DURATION])
-        time = last[PERIOD] * trajectory.period + last[TIME] + last[DURATION]
-        pieces.append(np.array([(time, STOPPED, 0, 0.0, x, v)], dtype=EVENT))
-    return np.concatenate(pieces)
+        whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
+        periods = last[PERIOD] + whole
+        time = periods * trajectory.period + rest
+        row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
+        pieces.append(np.array([row], dtype=EVENT))
+    rows = np.concatenate(pieces)
+    if units is not NO_UNITS:
+        for name, size in _SIZES.items():
+            rows[name] *= getattr(units, size)
+    return rows

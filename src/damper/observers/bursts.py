@@ -16,12 +16,14 @@ from damper.engine import (
     FIRST,
     IMPACT,
     MODE,
+    PERIOD,
     RELEASE,
     SIDE,
     SPEED,
     STICK,
     STICKING,
     TAIL,
+    TIME,
     Trajectory,
     X,
 )
@@ -40,25 +42,35 @@ from damper.variables import TIME as TIME_UNIT
 #: Visible impacts that make a burst chatter (both papers).
 CHATTER_IMPACTS = 5
 
-# The burst under way, and the lane's totals.
+_TOTALS = 13
+# The burst under way, and the lane's totals. A moment is held as its log row holds it, as whole
+# periods and a local time, so that the differences of two are sharp however late they are.
 (
     _WALL,
     _EARLIER_WALL,
     _FIRST_SPEED,
-    _ONSET,
-    _LAST,
+    _ONSET_PERIOD,
+    _ONSET_TIME,
+    _LAST_PERIOD,
+    _LAST_TIME,
     _BURSTS,
     _COMPLETE,
     _STICKING,
     _LISTED,
     _OPEN_RECORD,
     _OPEN_STICKING,
-) = range(11)
+) = range(_TOTALS)
 # No burst under way; one that began before the window; nothing read yet.
 _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
 _RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
+    Variable("burst_onset_period", "whole forcing periods in the time of the first impact", "1"),
+    Variable(
+        "burst_onset_time_in_period",
+        "rest of the time of the first impact, sharp in long records",
+        TIME_UNIT,
+    ),
     Variable("burst_wall", "wall of the burst: -1 left, +1 right", "1"),
     Variable("burst_first_speed", "approach speed of the first impact", SPEED_UNIT),
     Variable("burst_visible_impacts", "visible impacts of the burst", "1"),
@@ -74,9 +86,19 @@ _RECORDS = (
         "burst_sticking_time", "time from sticking to release, if within the record", TIME_UNIT
     ),
 )
-_R_ONSET, _R_WALL, _R_FIRST, _R_VISIBLE, _R_COMPLETE, _R_TIME, _R_X, _R_DURATION, _R_STICKING = (
-    range(9)
-)
+(
+    _R_ONSET,
+    _R_ONSET_PERIOD,
+    _R_ONSET_TIME,
+    _R_WALL,
+    _R_FIRST,
+    _R_VISIBLE,
+    _R_COMPLETE,
+    _R_TIME,
+    _R_X,
+    _R_DURATION,
+    _R_STICKING,
+) = range(len(_RECORDS))
 
 
 class Bursts(Observer):
@@ -171,7 +193,8 @@ class Bursts(Observer):
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
         super().begin(lane, trajectory, window)
-        self._totals = np.zeros(11)
+        self._totals = np.zeros(_TOTALS)
+        self._limits = self._speeds / trajectory.speed_unit
         self._totals[_OPEN_RECORD] = -1.0
         self._totals[_WALL] = _UNKNOWN
         self._visible = np.zeros((2, len(self._fractions)), dtype=np.int64)
@@ -186,7 +209,7 @@ class Bursts(Observer):
             self._window.period,
             self._window.time,
             self._fractions,
-            self._speeds,
+            self._limits,
             self._totals,
             self._visible,
             self._chatter,
@@ -233,7 +256,7 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
             inside = float(row[DURATION]) + min(start, 0.0)
             totals[_STICKING] += max(inside, 0.0)
             if cause == STICK and totals[_WALL] != _NONE:
-                _close(row, start, 2, totals, visible, chatter, listed)
+                _close(model, row, periods, time, 2, totals, visible, chatter, listed)
             totals[_OPEN_STICKING] += inside
         elif cause == RELEASE:
             if totals[_OPEN_RECORD] >= 0.0:
@@ -243,13 +266,15 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
             approach = float(row[SPEED])
             if wall != totals[_WALL]:
                 if totals[_WALL] != _NONE:
-                    _close(row, start, 1, totals, visible, chatter, listed)
+                    _close(model, row, periods, time, 1, totals, visible, chatter, listed)
                 totals[_WALL] = wall
                 totals[_FIRST_SPEED] = approach
-                totals[_ONSET] = start
+                totals[_ONSET_PERIOD] = row[PERIOD]
+                totals[_ONSET_TIME] = row[TIME]
                 for k in range(len(fractions)):
                     visible[0, k] = 0
-            totals[_LAST] = start
+            totals[_LAST_PERIOD] = row[PERIOD]
+            totals[_LAST_TIME] = row[TIME]
             for k in range(len(fractions)):
                 limit = max(fractions[k] * row[FIRST], speeds[k])
                 if approach >= limit:
@@ -259,7 +284,7 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
 
 
 @compiled
-def _close(row, start, outcome, totals, visible, chatter, listed):
+def _close(model, row, periods, time, outcome, totals, visible, chatter, listed):
     """End the burst under way: outcome 2 complete, at the start of `row`; 1 incomplete."""
     totals[_BURSTS] += 1.0
     if outcome == 2:
@@ -267,21 +292,40 @@ def _close(row, start, outcome, totals, visible, chatter, listed):
     number = int(totals[_LISTED])
     if number < len(listed):
         entry = listed[number]
-        entry[_R_ONSET] = totals[_ONSET]
+        onset_period = float(totals[_ONSET_PERIOD])
+        onset_time = float(totals[_ONSET_TIME])
+        whole, rest = _elapsed(model[4], onset_period - periods, onset_time - time)
+        entry[_R_ONSET] = whole * model[4] + rest
+        entry[_R_ONSET_PERIOD] = whole
+        entry[_R_ONSET_TIME] = rest
         entry[_R_WALL] = totals[_WALL]
         entry[_R_FIRST] = totals[_FIRST_SPEED]
         entry[_R_VISIBLE] = visible[0, 0]
         entry[_R_COMPLETE] = outcome - 1
-        entry[_R_DURATION] = totals[_LAST] - totals[_ONSET]
         if outcome == 2:
-            entry[_R_TIME] = start
+            entry[_R_TIME] = since(row, model[4], periods, time)
             entry[_R_X] = row[X]
-            entry[_R_DURATION] = start - totals[_ONSET]
+            entry[_R_DURATION] = since(row, model[4], onset_period, onset_time)
             totals[_OPEN_RECORD] = number
             totals[_OPEN_STICKING] = 0.0
+        else:
+            whole = float(totals[_LAST_PERIOD]) - onset_period
+            entry[_R_DURATION] = whole * model[4] + (float(totals[_LAST_TIME]) - onset_time)
         totals[_LISTED] += 1.0
     _judge(visible, chatter, outcome)
     totals[_WALL] = _NONE
+
+
+@compiled
+def _elapsed(period_length, whole, rest):
+    """Carry a negative rest, so that 0 <= rest < period_length."""
+    if rest < 0.0:
+        rest += period_length
+        whole -= 1.0
+        if rest >= period_length:
+            rest = 0.0
+            whole += 1.0
+    return whole, rest
 
 
 @compiled

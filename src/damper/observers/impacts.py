@@ -29,7 +29,7 @@ class Impacts(Observer):
     ----------
     threshold : float or mapping, default 0.03
         An impact is visible when its approach speed is at least this fraction of the first one
-        of its burst, or at least ``{"speed": ...}``.
+        of its burst, or at least ``{"speed": ...}``, in m/s for points in SI units.
 
     Raises
     ------
@@ -57,11 +57,13 @@ class Impacts(Observer):
         """Start on a lane."""
         super().begin(lane, trajectory, window)
         self._totals = np.zeros(5)
+        fraction, speed = self.threshold
+        self._visible = (fraction, speed / trajectory.speed_unit)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         _count(
-            self._model, log, self._window.period, self._window.time, *self.threshold, self._totals
+            self._model, log, self._window.period, self._window.time, *self._visible, self._totals
         )
 
     def finish(self, finished: bool) -> None:
