@@ -11,14 +11,15 @@ import xarray as xr
 from damper import simulate
 from damper.lanes import run_lanes
 from damper.study import intervals as intervals_module
-from damper.study.intervals import Interval
-from damper.study.tables import (
+from damper.study.interval_table import (
     chatter_intervals,
     places,
     threshold_name,
     to_csv,
     to_markdown,
 )
+from damper.study.intervals import Interval
+from damper.study.tables import About
 
 FIXED = {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "phase": 0.0}
 GRID = [round(0.3 + 0.02 * k, 2) for k in range(31)]
@@ -76,13 +77,11 @@ def where_of(found: list[Interval]) -> list[dict[str, float]]:
 
 def markdown(found: list[Interval], **changes: Any) -> str:
     settings: dict[str, Any] = {
-        "title": "A study",
+        "about": About("A study", FIXED),
         "along": "restitution",
         "where": where_of(found),
         "resolution": RESOLUTION,
         "observer": OBSERVER,
-        "fixed": FIXED,
-        "assumed": {},
     }
     return to_markdown(found, **{**settings, **changes})
 
@@ -460,8 +459,7 @@ def test_places_are_the_product_of_the_other_axes(cube: xr.Dataset) -> None:
 def test_text_says_what_was_done(table: list[Interval]) -> None:
     text = markdown(
         table,
-        title="My title",
-        assumed={"damping_ratio": "lost in the text"},
+        about=About("My title", FIXED, assumed={"damping_ratio": "lost in the text"}),
         resolution=0.0025,
         stopped=3,
     )

@@ -1,5 +1,27 @@
 """Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
 
+from damper.study.tables import TABLES
+
+
+def _table_settings(wildcards):
+    return STUDIES[wildcards.study].tables[wildcards.table].model_dump()
+
+
+def _about_table(wildcards):
+    study = STUDIES[wildcards.study]
+    return {
+        "title": study.title,
+        "fixed": study.fixed,
+        "observers": {"bursts": study.observer_settings()["bursts"]},
+        "assumed": study.assumed,
+        "run": {
+            "transient": study.transient,
+            "periods": study.periods,
+            "primary": study.initial.primary,
+            **ENGINE,
+        },
+    }
+
 
 rule table:
     input:
@@ -13,19 +35,13 @@ rule table:
     benchmark:
         "logs/benchmarks/{study}/tables/{table}.tsv"
     params:
-        settings=lambda wildcards: STUDIES[wildcards.study].tables[wildcards.table].model_dump(),
-        title=lambda wildcards: STUDIES[wildcards.study].title,
-        observer=lambda wildcards: STUDIES[wildcards.study].observer_settings()["bursts"],
-        assumed=lambda wildcards: STUDIES[wildcards.study].assumed,
-        fixed=lambda wildcards: STUDIES[wildcards.study].fixed,
-        run=lambda wildcards: {
-            "transient": STUDIES[wildcards.study].transient,
-            "periods": STUDIES[wildcards.study].periods,
-            "primary": STUDIES[wildcards.study].initial.primary,
-            **ENGINE,
-        },
-        code=code_digest(SCRIPTS / "table.py", ["damper.observers.bursts"]),
+        settings=_table_settings,
+        about=_about_table,
+        code=lambda wildcards: code_digest(
+            SCRIPTS / "table.py",
+            [TABLES[_table_settings(wildcards)["kind"]], "damper.observers.bursts"],
+        ),
     message:
-        "Bisect and write {wildcards.study}: {wildcards.table}"
+        "Write {wildcards.study}: {wildcards.table}"
     script:
         "../scripts/table.py"

@@ -1,39 +1,15 @@
-"""Bisect the edges of chatter intervals and write them as CSV and Markdown."""
+"""Write one table of a cube as CSV and Markdown."""
 
 from pathlib import Path
 
 import xarray as xr
 
-from damper.study.tables import chatter_intervals, places, to_csv, to_markdown
+from damper.study.tables import About, make
 
-params = snakemake.params
-along = params.settings["along"]
-resolution = params.settings["resolution"]
+settings = dict(snakemake.params.settings)
 
 with xr.open_dataset(snakemake.input.cube) as cube:
-    found = chatter_intervals(
-        cube,
-        along=along,
-        resolution=resolution,
-        observer=params.observer,
-        settings=params.run,
-    )
-    where = places(cube, along)
-    stopped = int((cube.status != 0).sum())
+    texts = make(settings.pop("kind"), cube, settings, About(**snakemake.params.about))
 
-Path(snakemake.output.csv).write_text(to_csv(found, along, where), encoding="utf-8", newline="\n")
-Path(snakemake.output.md).write_text(
-    to_markdown(
-        found,
-        title=params.title,
-        along=along,
-        where=where,
-        resolution=resolution,
-        observer=params.observer,
-        fixed=params.fixed,
-        assumed=params.assumed,
-        stopped=stopped,
-    ),
-    encoding="utf-8",
-    newline="\n",
-)
+for path, text in zip((snakemake.output.csv, snakemake.output.md), texts, strict=True):
+    Path(path).write_text(text, encoding="utf-8", newline="\n")

@@ -1,7 +1,8 @@
 """What a setting may be, and how it is told that it is not.
 
 Settings are checked by the kinds below (`Number`, `Choice`, ...) rather than by pydantic's own
-types: a kind can say in words what it allows, and every message does.
+types: a kind can say in words what it allows, and every message does. For editors it says the same
+as a JSON schema (`schema`), and for the reference in the words of a table (`sort`, `limits`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import difflib
 import math
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, ClassVar, Self
 
@@ -22,10 +23,12 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from damper.quantities import ALL, SI_QUANTITIES, check_quantity
 from damper.study.axes import MOST_VALUES
+from damper.study.schema import Draft, Schema, about, limits_of, quantity_schema
 from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, key_path, show, words
 
 #: Symbols that a reader of the papers, or of a textbook, may write for a name.
@@ -56,6 +59,8 @@ class Strict(BaseModel):
     model_config = ConfigDict(frozen=True)
     shorthand: ClassVar[str] = ""
     """The setting that may be written alone, in place of the mapping."""
+    rules: ClassVar[Schema] = {}
+    """What a JSON schema can say of the rules in `relate`."""
 
     @classmethod
     def entry(cls, name: str, data: Any) -> Self:
@@ -78,6 +83,19 @@ class Strict(BaseModel):
     @classmethod
     def relate(cls, data: dict[str, Any], model: Any, faults: Faults) -> None:
         """Check what no setting can check alone; `model` is None after any other fault."""
+
+    @classmethod
+    def schema(cls, draft: Draft, name: str | None = None) -> Schema:
+        """Return the JSON schema of what may be written for `name`."""
+        fields = {key: field_schema(cls, key, draft, name) for key in cls.model_fields}
+        made: Schema = {"type": "object", "properties": fields, "additionalProperties": False}
+        if not draft.partial:
+            required = [key for key, field in cls.model_fields.items() if field.is_required()]
+            made |= {"required": required} if required else {}
+            made |= {"allOf": [draft.once(_label(cls, "rules"), cls.rules)]} if cls.rules else {}
+        if cls.shorthand:
+            made = {"anyOf": [_without_remarks(fields[cls.shorthand]), made]}
+        return {"description": about(ALL[name]) if name in ALL else first_line(cls)} | made
 
     @model_validator(mode="wrap")
     @classmethod
@@ -114,10 +132,21 @@ class Kind:
     """What a setting may be; stands in the annotation of a field."""
 
     words: str
+    sort: str = ""
+    """The type, for the reference."""
+    limits: str = ""
+    """What is allowed beyond the type, for the reference."""
+    units: str = ""
+    of_name: bool = False
+    """Whether the name under which the setting stands decides what is allowed."""
 
     def check(self, value: Any, context: Any) -> Any:
         """Return the value to keep, or raise a `fault`."""
         raise NotImplementedError
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        """Return the JSON schema of what `check` lets pass under `name`, or of more than that."""
+        return {}
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         def check(value: Any, info: ValidationInfo) -> Any:
@@ -127,16 +156,26 @@ class Kind:
 
 
 _SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+_BOUNDS = {
+    "gt": "exclusiveMinimum",
+    "ge": "minimum",
+    "lt": "exclusiveMaximum",
+    "le": "maximum",
+}
 
 
 class Number(Kind):
     """A finite number within bounds (gt, ge, lt, le): never a boolean, nor one in quotes."""
 
-    def __init__(self, *, whole: bool = False, note: str = "", **bounds: float) -> None:
-        self.whole = whole
+    def __init__(
+        self, *, whole: bool = False, note: str = "", units: str = "", **bounds: float
+    ) -> None:
+        self.whole, self.units = whole, units
         self.bounds = [(getattr(operator, name), bound) for name, bound in bounds.items()]
-        limits = " and ".join(f"{_SIGNS[name]} {bound}" for name, bound in bounds.items())
-        self.words = " ".join(w for w in ("integer" if whole else "number", limits, note) if w)
+        self.sort = "integer" if whole else "number"
+        self.limits = " and ".join(f"{_SIGNS[name]} {bound}" for name, bound in bounds.items())
+        self.words = " ".join(w for w in (self.sort, self.limits, note) if w)
+        self._schema = {"type": self.sort} | {_BOUNDS[name]: end for name, end in bounds.items()}
 
     def check(self, value: Any, context: Any) -> float:
         number = _finite(value, self.words, self.whole)
@@ -144,6 +183,9 @@ class Number(Kind):
             shown = value if isinstance(value, str) else show(value)
             raise fault(f"out of range (value: {shown})", self.words)
         return number
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        return dict(self._schema)
 
 
 _IN_RANGE = {None: "number"} | {
@@ -158,6 +200,10 @@ class Coordinate(Kind):
     """A value of the parameter that the context names."""
 
     words = "number in the range of the parameter"
+    sort = "number"
+    limits = "the parameter's range"
+    units = "the parameter's"
+    of_name = True
 
     def check(self, value: Any, context: Any) -> float:
         allowed = _IN_RANGE[context]
@@ -167,13 +213,19 @@ class Coordinate(Kind):
         except ValueError:
             raise wrong("out of range", value, allowed) from None
 
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        return {"type": "number"} if name is None else quantity_schema(draft, ALL[name])
+
 
 class Range(Kind):
     """Lowest and highest value of a quantity."""
 
+    sort = "[low, high]"
+
     def __init__(self, name: str) -> None:
         self.name = name
         self.words = f"[low, high], {ALL[name].allowed}"
+        self.units, self.limits = ALL[name].units, f"low < high; each {limits_of(ALL[name])}"
 
     def check(self, value: Any, context: Any) -> tuple[float, float]:
         if not isinstance(value, list | tuple) or len(value) != 2:
@@ -188,6 +240,11 @@ class Range(Kind):
         if not low < high:
             raise wrong("low must be less than high", value, self.words)
         return low, high
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        items = quantity_schema(draft, ALL[self.name])
+        pair = {"minItems": 2, "maxItems": 2, "uniqueItems": True}
+        return {"type": "array", "items": items} | pair
 
 
 def _finite(value: Any, allowed: str, whole: bool = False) -> float:
@@ -216,6 +273,7 @@ class Text(Kind):
     """Text that is not blank."""
 
     words = "text"
+    sort = "text"
 
     def check(self, value: Any, context: Any) -> str:
         if not isinstance(value, str):
@@ -229,13 +287,19 @@ class Text(Kind):
             raise wrong("not text in UTF-8", value, self.words) from None
         return str(value)
 
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        return {"type": "string", "pattern": r"\S"}
+
 
 class Choice(Kind):
     """One of a few words."""
 
+    sort = "one of"
+
     def __init__(self, *names: str) -> None:
         self.names = names
         self.words = words(names)
+        self.limits = ", ".join(f"`{name}`" for name in names)
 
     def check(self, value: Any, context: Any) -> str:
         if not isinstance(value, str) or value not in self.names:
@@ -243,16 +307,24 @@ class Choice(Kind):
             raise fault(f"not one of the choices (value: {show(value)})", self.words, near)
         return str(value)
 
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        return {"enum": list(self.names)}
+
 
 class Flag(Kind):
     """True or false."""
 
     words = "true, false"
+    sort = "flag"
+    limits = "`true`, `false`"
 
     def check(self, value: Any, context: Any) -> bool:
         if not isinstance(value, bool):
             raise wrong("not true or false", value, self.words)
         return value
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        return {"type": "boolean"}
 
 
 class ListOf(Kind):
@@ -261,6 +333,10 @@ class ListOf(Kind):
     def __init__(self, kind: Kind, least: int = 0) -> None:
         self.kind, self.least = kind, least
         self.words = f"list of {kind.words}"
+        self.sort = f"list of {kind.sort}"
+        count = f"at least {least}, " * bool(least)
+        self.limits = f"{count}distinct" + f"; each {kind.limits}" * bool(kind.limits)
+        self.units, self.of_name = kind.units, kind.of_name
 
     def check(self, value: Any, context: Any) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple):
@@ -280,14 +356,45 @@ class ListOf(Kind):
         faults.settle()
         return tuple(kept)
 
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        least = {"minItems": self.least} if self.least else {}
+        most = {"maxItems": MOST_VALUES, "uniqueItems": True}
+        return {"type": "array", "items": self.kind.schema(draft, name)} | least | most
+
 
 class Section(Kind):
-    """A mapping from names to entries; nothing at all is an empty one."""
+    """A mapping from names to entries; nothing at all is an empty one.
+
+    Parameters
+    ----------
+    entry : callable
+        Checks the entry of a name.
+    what : str
+        What the names are names of.
+    names : iterable of str, optional
+        All names there are; by default whatever can be the name of a file.
+    of : type of Strict, or mapping of str to one
+        The class of all entries; of each name; or, where `names` is open, of each ``kind``.
+    bare : bool
+        Whether an entry may be nothing at all.
+    partial : bool
+        Whether an entry may be a part of what `of` asks for.
+    """
+
+    sort = "mapping"
 
     def __init__(
-        self, entry: Callable[[str, Any], Any], what: str, names: Iterable[str] | None = None
+        self,
+        entry: Callable[[str, Any], Any],
+        what: str,
+        names: Iterable[str] | None = None,
+        *,
+        of: type[Strict] | Mapping[str, type[Strict]],
+        bare: bool = False,
+        partial: bool = False,
     ) -> None:
         self.entry, self.what, self.names = entry, what, names
+        self.of, self.bare, self.partial = of, bare, partial
         self.words = f"mapping from {what} to its settings"
 
     def check(self, value: Any, context: Any) -> dict[str, Any]:
@@ -309,6 +416,91 @@ class Section(Kind):
                 kept[name] = self.entry(name, data)
         faults.settle()
         return kept
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        draft = draft.of_parts() if self.partial else draft
+        made: Schema = {"type": ["object", "null"]}
+        if self.names is None:
+            made["propertyNames"] = {"pattern": f"^{STEM.pattern}$"}
+            made["additionalProperties"] = self._entry_schema(draft, None)
+        else:
+            made["properties"] = {key: self._entry_schema(draft, key) for key in self.names}
+            made["additionalProperties"] = False
+        return made
+
+    def _entry_schema(self, draft: Draft, name: str | None) -> Schema:
+        if not isinstance(self.of, Mapping):
+            made = self.of.schema(draft, name)
+        elif name is not None:
+            made = self.of[name].schema(draft, name)
+        else:
+            made = {"anyOf": [_of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
+        return _or_nothing(made) if self.bare else made
+
+
+def _of_kind(kind: str, made: Schema) -> Schema:
+    chosen = made["properties"]["kind"] | {"const": kind}
+    return made | {"properties": made["properties"] | {"kind": chosen}}
+
+
+def _or_nothing(made: Schema) -> Schema:
+    return made | {"type": [made["type"], "null"]}
+
+
+# JSON schemas.
+
+
+def kind_of(field: FieldInfo) -> Kind | type[Strict]:
+    """Return what says what a field may be: a kind, or the class of a mapping."""
+    kinds = [kind for kind in field.metadata if isinstance(kind, Kind)]
+    found = kinds[-1] if kinds else field.annotation
+    assert isinstance(found, Kind) or issubclass(found, Strict)
+    return found
+
+
+def field_schema(cls: type[Strict], key: str, draft: Draft, name: str | None) -> Schema:
+    """Return the JSON schema of one field, with its description and default."""
+    field = cls.model_fields[key]
+    kind = kind_of(field)
+    made = kind.schema(draft, name)
+    text = _described(field, name)
+    made = made | ({"description": text} if text else {})
+    if not draft.partial and default_of(field) is not None:
+        made["default"] = default_of(field)
+    own = isinstance(kind, Kind) and kind.of_name
+    return made if own else draft.once(_label(cls, key), made)
+
+
+def _label(cls: type[Strict], part: str) -> str:
+    # With its module, for an observer and a figure may have one name.
+    return f"{cls.__module__.rpartition('.')[2]}.{cls.__name__}.{part}"
+
+
+def _described(field: FieldInfo, name: str | None) -> str:
+    kind = kind_of(field)
+    units = getattr(kind, "units", "")
+    if name in ALL and getattr(kind, "of_name", False):
+        units = ALL[name].units
+    known = units not in ("", "1")
+    return " ".join(w for w in (field.description, f"[{units}]" if known else "") if w)
+
+
+def default_of(field: FieldInfo) -> Any:
+    """Return the default of a field as a file would give it; None if there is none."""
+    if field.is_required() or field.default is None:
+        return None
+    if isinstance(field.default, BaseModel):
+        return field.default.model_dump(mode="json", exclude_none=True)
+    return list(field.default) if isinstance(field.default, tuple) else field.default
+
+
+def first_line(cls: type) -> str:
+    """Return the first line of a docstring."""
+    return (cls.__doc__ or "").strip().split("\n")[0]
+
+
+def _without_remarks(made: Schema) -> Schema:
+    return {key: value for key, value in made.items() if key not in ("description", "default")}
 
 
 class Faults:

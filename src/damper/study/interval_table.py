@@ -12,6 +12,31 @@ import xarray as xr
 from damper.lanes import product
 from damper.quantities import ALL
 from damper.study.intervals import PREDICATES, ChatterAt, Interval, intervals
+from damper.study.tables import About, fixed_values, markdown_table, remarks
+
+
+def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
+    """Bisect the edges of all intervals and write them; see `damper.study.tables.make`."""
+    along = settings["along"]
+    observer = about.observers["bursts"]
+    found = chatter_intervals(
+        cube,
+        along=along,
+        resolution=settings["resolution"],
+        observer=observer,
+        settings=about.run,
+    )
+    where = places(cube, along)
+    text = to_markdown(
+        found,
+        about,
+        along=along,
+        where=where,
+        resolution=settings["resolution"],
+        observer=observer,
+        stopped=int((cube.status != 0).sum()),
+    )
+    return to_csv(found, along, where), text
 
 
 def chatter_intervals(
@@ -111,14 +136,12 @@ def to_csv(found: Sequence[Interval], along: str, where: Sequence[Mapping[str, f
 
 def to_markdown(
     found: Sequence[Interval],
+    about: About,
     *,
-    title: str,
     along: str,
     where: Sequence[Mapping[str, float]],
     resolution: float,
     observer: Mapping[str, Any],
-    fixed: Mapping[str, float],
-    assumed: Mapping[str, str],
     stopped: int = 0,
 ) -> str:
     """Write the table a person reads: main threshold, then how intervals move with it.
@@ -135,7 +158,7 @@ def to_markdown(
         groups[tuple(item.where.items()), item.chatter, item.threshold].append(item)
 
     lines = [
-        f"# {title}: chatter intervals in {along.replace('_', ' ')}",
+        f"# {about.title}: chatter intervals in {along.replace('_', ' ')}",
         "",
         f"Chatter: at least five visible impacts in one burst (threshold {main}). "
         "Complete: such a burst ends in sticking. Any: complete or not.",
@@ -147,11 +170,11 @@ def to_markdown(
         lines.append(
             f"{stopped} points stopped early (`status` in the cube): without chatter here."
         )
-    values = ", ".join(f"{name} = {value:g}" for name, value in fixed.items())
-    lines += ["", f"Fixed: {values}."]
     lines += [
         "",
-        *_table(
+        fixed_values(about),
+        "",
+        *markdown_table(
             [*heads, *PREDICATES],
             [[*labels[at], *(_cell(groups[at, p, main]) for p in PREDICATES)] for at in rows_at],
         ),
@@ -171,7 +194,7 @@ def to_markdown(
             "Lowest to highest value with chatter, narrow intervals left out. "
             "Gaps between several intervals do not show.",
             "",
-            *_table(
+            *markdown_table(
                 [*heads, *(f"{predicate}, {name}" for predicate, name in columns)],
                 [
                     [*labels[at], *(_span(hulls[at, *column]) for column in columns)]
@@ -181,9 +204,7 @@ def to_markdown(
             "",
             *_moves(rows_at, compared, hulls),
         ]
-    if assumed:
-        lines += ["", "## Assumed", "", "These values are not stated in the source's text:", ""]
-        lines += [f"- {name.replace('_', ' ')}: {reason}" for name, reason in assumed.items()]
+    lines += remarks(about)
     return "\n".join(lines) + "\n"
 
 
@@ -238,11 +259,3 @@ def _moves(
             text += "no row has intervals at both"
         lines.append(text + (f"; in {gone} rows they vanish." if gone else "."))
     return lines
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [
-        "| " + " | ".join(heads) + " |",
-        "|" + "---|" * len(heads),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]

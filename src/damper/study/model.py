@@ -6,25 +6,35 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from pydantic import PrivateAttr
+from pydantic import Field, PrivateAttr
 
 from damper.linear import steady_gain
 from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.axes import axis_values, coordinate_name
-from damper.study.fields import Faults, ListOf, Number, Section, Strict, Text, as_mapping, nearest
+from damper.study.fields import (
+    Faults,
+    ListOf,
+    Number,
+    Section,
+    Strict,
+    Text,
+    as_mapping,
+    nearest,
+)
 from damper.study.products import FIGURES, TABLES, Offer, Product, product
+from damper.study.schema import Schema
 from damper.study.settings import (
     OBSERVERS,
     SECTIONS,
     Axis,
     Fixed,
     Initial,
-    OptionalText,
     observer,
 )
 from damper.study.yaml_file import as_part, dump_yaml, words
+from damper.variables import TIME
 
 MOST_SLICES = 1000
 """One slice is one job; beyond this the workflow spends its time on bookkeeping."""
@@ -35,17 +45,76 @@ _NONE: dict[str, Any] = {}
 class Study(Strict):
     """One study: fixed parameters, axes, what to measure, what to draw."""
 
-    title: Annotated[str, Text()]
-    source: Annotated[str, Text()]
-    description: OptionalText = None
-    parameters: Annotated[dict[str, Fixed], Section(Fixed.entry, "parameter", ALL)] = _NONE
-    axes: Annotated[dict[str, Axis], Section(Axis.entry, "axis", ALL)] = _NONE
-    initial: Initial = Initial()
-    transient: Annotated[int, Number(ge=0, whole=True)]
-    periods: Annotated[int, Number(ge=1, whole=True)]
-    observers: Annotated[dict[str, Strict], Section(observer, "observer", OBSERVERS)]
-    figures: Annotated[dict[str, Product], Section(product(FIGURES), "figure")] = _NONE
-    tables: Annotated[dict[str, Product], Section(product(TABLES), "table")] = _NONE
+    rules: ClassVar[Schema] = {
+        "allOf": [
+            {
+                "properties": {
+                    "observers": {
+                        "type": "object",
+                        "minProperties": 1,
+                        "not": {"required": list(SECTIONS)},
+                    }
+                }
+            }
+        ]
+    }
+    title: Annotated[str, Text(), Field(description="What the study is about, for people.")]
+    source: Annotated[
+        str, Text(), Field(description="Where its values come from, such as a paper.")
+    ]
+    description: Annotated[
+        str | None, Text(), Field(description="What it shows, in as many words as it takes.")
+    ] = None
+    parameters: Annotated[
+        dict[str, Fixed],
+        Section(Fixed.entry, "parameter", ALL, of=Fixed),
+        Field(
+            description="Quantities that are the same throughout. Every parameter without a "
+            "default must stand here or under axes: all dimensionless ones, or all SI ones."
+        ),
+    ] = _NONE
+    axes: Annotated[
+        dict[str, Axis],
+        Section(Axis.entry, "axis", ALL, of=Axis),
+        Field(
+            description="Quantities that run through values; their order is that of the cube's "
+            "dimensions. Without axes the study is one point."
+        ),
+    ] = _NONE
+    initial: Annotated[
+        Initial,
+        Field(
+            description="Where runs start, beside the initial quantities under parameters and axes."
+        ),
+    ] = Initial()
+    transient: Annotated[
+        int,
+        Number(ge=0, whole=True, units="forcing periods"),
+        Field(description="How long each run goes on before it is recorded."),
+    ]
+    periods: Annotated[
+        int,
+        Number(ge=1, whole=True, units="forcing periods"),
+        Field(description="How long the record is."),
+    ]
+    observers: Annotated[
+        dict[str, Strict],
+        Section(observer, "observer", OBSERVERS, of=OBSERVERS, bare=True),
+        Field(
+            description="What to measure, at least one; an observer without settings takes its "
+            "defaults. No two may write one variable."
+        ),
+    ]
+    figures: Annotated[
+        dict[str, Product],
+        Section(product(FIGURES), "figure", of=FIGURES),
+        Field(description="What to draw: name of the file -> kind and its settings."),
+    ] = _NONE
+    tables: Annotated[
+        dict[str, Product],
+        Section(product(TABLES), "table", of=TABLES),
+        Field(description="What to tabulate: name of the file -> kind and its settings."),
+    ] = _NONE
     _name: str = PrivateAttr("")
 
     @property
@@ -262,8 +331,19 @@ def _limit_slices(fanned: dict[str, int], faults: Faults) -> None:
 class Engine(Strict):
     """Settings of the event-driven engine."""
 
-    accuracy: Annotated[float, Number(ge=1e-15, le=1e-3)] = 1e-12
-    max_events: Annotated[int, Number(ge=1, whole=True)] = 1_000_000
+    accuracy: Annotated[
+        float,
+        Number(ge=1e-15, le=1e-3, units=TIME),
+        Field(
+            description="Largest error of the time at which a complete burst ends; all else is "
+            "exact to rounding. Dimensionless, also for a study in SI units."
+        ),
+    ] = 1e-12
+    max_events: Annotated[
+        int,
+        Number(ge=1, whole=True),
+        Field(description="Events after which a run stops; `status` in the cube says so."),
+    ] = 1_000_000
 
 
 def _override(name: str, data: Any) -> dict[Any, Any]:
@@ -273,10 +353,28 @@ def _override(name: str, data: Any) -> dict[Any, Any]:
 class Settings(Strict):
     """The configuration as written; which studies there are is known to the file system."""
 
-    studies: Annotated[tuple[str, ...], ListOf(Text(), least=1)]
-    engine: Engine = Engine()
-    results: Annotated[str, Text()] = "results"
-    overrides: Annotated[dict[str, Any], Section(_override, "study")] = _NONE
+    studies: Annotated[
+        tuple[str, ...],
+        ListOf(Text(), least=1),
+        Field(
+            description="The studies to make: names of files in config/studies without .yaml, or "
+            "paths that end in .yaml."
+        ),
+    ]
+    engine: Annotated[
+        Engine, Field(description="How exact the simulation is, and when it gives up.")
+    ] = Engine()
+    results: Annotated[str, Text(), Field(description="Folder for everything that is made.")] = (
+        "results"
+    )
+    overrides: Annotated[
+        dict[str, Any],
+        Section(_override, "study", of=Study, bare=True, partial=True),
+        Field(
+            description="Name of a study -> part of a study that is merged over its file. What it "
+            "says about the values of an axis replaces the way in which the file gives them."
+        ),
+    ] = _NONE
 
 
 @dataclass(frozen=True)

@@ -6,23 +6,69 @@ To add a figure or a table, write its class of settings and enter it in its regi
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
 
+from pydantic import Field
+from pydantic_core import PydanticCustomError
+
+from damper.quantities import ALL
 from damper.study.axes import coordinate_name
+from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     STEM,
     STEM_WORDS,
     Choice,
+    Coordinate,
     Faults,
+    Flag,
+    Kind,
+    ListOf,
     Number,
     Strict,
     Text,
     as_mapping,
     fault,
+    nearest,
 )
-from damper.study.settings import SECTIONS, OptionalText
-from damper.study.yaml_file import show, words
+from damper.study.settings import SECTIONS
+from damper.study.yaml_file import as_part, show, words
+
+#: Observer -> what it writes with one value at each point; `status` is in every cube.
+VARIABLES = {
+    "impacts": ("impacts_per_period", "mean_approach_speed", "max_approach_speed"),
+    "bursts": (
+        "chatter",
+        "visible_impacts",
+        "bursts_per_period",
+        "complete_fraction",
+        "sticking_fraction",
+    ),
+    "response": (
+        "rms_displacement",
+        "peak_displacement",
+        "amplitude_ratio",
+        "rms_ratio",
+        "energy_input",
+        "dashpot_loss",
+        "impact_loss",
+        "energy_residual",
+    ),
+    "trajectory": ("trajectory_events_left_out",),
+}
+
+MOST_VARIABLES = 4
+"""Panels of curves that fit one above the other."""
+MOST_LINES = 12
+"""More lines in one panel cannot be told apart."""
+MOST_PANELS = 12
+"""More maps do not fit a page."""
+
+#: Dimensions of the cube beside the axes -> what their values may be.
+_BRANCHES: dict[str, Kind] = {
+    "direction": Choice(*DIRECTIONS["both"]),
+    "draw": Number(ge=0, whole=True),
+}
 
 
 @dataclass(frozen=True)
@@ -34,12 +80,25 @@ class Offer:
     observers: Collection[str]
     branches: tuple[str, ...] = ()
     """Dimensions of the cube beside the axes: direction, draw."""
+    branch_values: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    """The values of branches, where they are known."""
+
+    @property
+    def dimensions(self) -> dict[str, tuple[Any, ...] | None]:
+        """Axes and branches with their values."""
+        return {**self.axes, **{name: self.branch_values.get(name) for name in self.branches}}
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """What the cube has with one value at each point."""
+        written = (VARIABLES.get(name, ()) for name in self.observers)
+        return (*(variable for some in written for variable in some), "status")
 
 
 class Product(Strict):
     """A figure or a table: its kind, and what it needs of the study."""
 
-    kind: Annotated[str, Text()]
+    kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
@@ -51,49 +110,352 @@ class Product(Strict):
         return {stem: {}}
 
 
-class Bifurcation(Product):
-    """The section over one axis, with a row of panels for each value of a second one."""
+class Place(Kind):
+    """Values of some axes and branches."""
 
-    along: Annotated[str, Text()]
-    each: OptionalText = None
-    rows: OptionalText = None
-    caption: OptionalText = None
+    words = "mapping from axes to one of their values each; also direction: up, draw: 0"
+
+    def check(self, value: Any, context: Any) -> dict[str, Any]:
+        faults = Faults()
+        kept: dict[str, Any] = {}
+        for name, data in as_mapping(value, self.words).items():
+            if name not in ALL and name not in _BRANCHES:
+                faults.unknown((as_part(name),), "axis", name, (*ALL, *_BRANCHES), data)
+                continue
+            with faults.of(name):
+                kept[name] = self.value(name, data)
+        faults.settle()
+        return kept
+
+    @staticmethod
+    def value(name: str, data: Any) -> Any:
+        """Return the checked value of one axis or branch."""
+        return _BRANCHES.get(name, Coordinate()).check(data, name)
+
+
+Each = Annotated[
+    str | None, Text(), Field(description="Axis of whose values each makes a file of its own.")
+]
+At = Annotated[
+    dict[str, Any] | None,
+    Place(),
+    Field(
+        description="Value of each axis that has no other place in the figure, exactly as the "
+        "axis lists it; also direction: up or down, and draw: the number of a draw."
+    ),
+]
+Caption = Annotated[
+    str | None,
+    Text(),
+    Field(description="Heading above the line of parameters; the study's title when not given."),
+]
+
+
+@dataclass(frozen=True)
+class Role:
+    """A setting that names an axis: how many values it may have, and whether a branch will do."""
+
+    least: int = 1
+    most: int | None = None
+    branches: bool = False
+
+
+class Figure(Product):
+    """A figure in which every axis with several values has its place."""
+
+    roles: ClassVar[Mapping[str, Role]] = {}
+    overlays: ClassVar[bool] = False
+    """Whether branches without a place are drawn over each other."""
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        """Note what the figure shows and the study does not measure."""
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        if not any(section in offer.observers for section in SECTIONS):
-            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
-        used: dict[str, str] = {}
-        for role in ("along", "each", "rows"):
-            name = settings.get(role)
-            if not isinstance(name, str):
-                continue
-            if name not in offer.axes:
-                faults.unknown((role,), "axis", name, offer.axes)
-            if name in used:
-                faults.add((role,), f"'{name}' is {used[name]} already", "three distinct axes")
-            used[name] = role
+        cls.needs(settings, offer, faults)
+        used = cls._take_roles(settings, offer, faults)
+        used |= _take_values(settings.get("at"), used, offer, faults)
         # Where a role is missing or misspelt, this would make a second error of the first.
-        if faults.lines or "along" not in settings or settings.keys() - cls.model_fields.keys():
+        required = {key for key, info in cls.model_fields.items() if info.is_required()}
+        if faults.lines or required - settings.keys() or settings.keys() - cls.model_fields.keys():
             return
-        free = " or ".join(role for role in ("each", "rows") if role not in settings)
-        for name, values in offer.axes.items():
-            if name not in used and values is not None and len(values) > 1:
-                message = f"axis '{name}' has {len(values)} values but no place in the figure"
-                faults.add((), message, f"name it as {free}" if free else "")
+        for name, values in offer.dimensions.items():
+            if name not in used:
+                cls._without_place(name, values, settings, faults)
 
     def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
-        if self.each is None:
+        each = getattr(self, "each", None)
+        if each is None:
             return {stem: {}}
-        values = axes[self.each]
-        return {f"{stem}_{coordinate_name(self.each, v)}": {self.each: v} for v in values}
+        return {f"{stem}_{coordinate_name(each, value)}": {each: value} for value in axes[each]}
+
+    @classmethod
+    def _take_roles(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> dict[str, str]:
+        """Return axis -> the role that takes it."""
+        used: dict[str, str] = {}
+        for key, role in cls.roles.items():
+            name = settings.get(key)
+            if not isinstance(name, str):
+                continue
+            names = offer.dimensions if role.branches else offer.axes
+            if name not in names:
+                faults.unknown((key,), "axis", name, names)
+            if name in used:
+                faults.add((key,), f"'{name}' is {used[name]} already", "an axis without a place")
+            used[name] = key
+            _count((key,), name, names.get(name), role, faults)
+        return used
+
+    @classmethod
+    def _without_place(
+        cls, name: str, values: tuple[Any, ...] | None, settings: dict[str, Any], faults: Faults
+    ) -> None:
+        branch = name not in ALL
+        free = [
+            key
+            for key, role in cls.roles.items()
+            if settings.get(key) is None and (role.branches or not branch)
+        ]
+        ways = f"name it as {' or '.join(free)}, or give its value" if free else "give its value"
+        if not branch and values is not None and len(values) > 1:
+            message = f"axis '{name}' has {len(values)} values but no place in the figure"
+            faults.add((), message, f"{ways} in at")
+        if branch and not cls.overlays and (values is None or len(values) > 1):
+            example = "{direction: up}" if name == "direction" else "{draw: 0}"
+            message = f"the study has several runs at each point ({name}), the figure shows one"
+            faults.add((), message, f"{ways}: at: {example}")
+
+
+def _take_values(at: Any, used: Mapping[str, str], offer: Offer, faults: Faults) -> dict[str, str]:
+    """Check `at` against the study; return axis -> "at"."""
+    taken = {}
+    for name, data in at.items() if isinstance(at, dict) else ():
+        loc = ("at", as_part(name))
+        if name in used:
+            faults.add(loc, f"'{name}' is {used[name]} already", "an axis without a place")
+        elif name in offer.dimensions:
+            taken[name] = "at"
+            _listed(loc, name, data, offer.dimensions[name], faults)
+        elif name in ALL or name in _BRANCHES:  # what is neither is told by `Place`
+            faults.unknown(loc, "axis", name, offer.dimensions)
+    return taken
+
+
+def _listed(
+    loc: tuple[str, ...], name: str, data: Any, values: tuple[Any, ...] | None, faults: Faults
+) -> None:
+    """Note a value that an axis does not have."""
+    try:
+        value = Place.value(name, data)
+    except PydanticCustomError:
+        return  # told by `Place`
+    if values is None or value in values:
+        return
+    if isinstance(value, str):
+        allowed = words(values)
+    else:
+        close = min(values, key=lambda listed: abs(listed - value))
+        allowed = f"one of its {len(values)} values; the nearest is {show(close)}"
+    faults.add(loc, f"'{name}' has no value {show(value)}", allowed)
+
+
+def _count(
+    loc: tuple[str, ...],
+    name: str,
+    values: tuple[Any, ...] | None,
+    role: Role,
+    faults: Faults,
+) -> None:
+    """Note an axis with too few or too many values for its role."""
+    if values is None:
+        return
+    if len(values) < role.least:
+        message = f"axis '{name}' has too few values ({len(values)})"
+        faults.add(loc, message, f"an axis with at least {role.least} values")
+    if role.most is not None and len(values) > role.most:
+        message = f"axis '{name}' has too many values ({len(values)})"
+        faults.add(loc, message, f"an axis with at most {role.most} values, or one value in at")
+
+
+def _written(loc: tuple[str | int, ...], name: Any, offer: Offer, faults: Faults) -> None:
+    """Note a variable that the cube does not have with one value at each point."""
+    if not isinstance(name, str) or name in offer.variables:
+        return
+    known = words(offer.variables)
+    for observer, variables in VARIABLES.items():
+        if name in variables:
+            message = f"'{name}' is written by the observer {observer}, which the study lacks"
+            faults.add(loc, message, known)
+            return
+    message = f"no observer of the study writes {show(name)} as one value at each point"
+    faults.add(loc, message, known, nearest(name, offer.variables))
+
+
+class Bifurcation(Figure):
+    """The section over one axis, with a row of panels for each value of a second one.
+
+    Both directions of a continuation are drawn, and all random initial states over each other.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(), "each": Role(), "rows": Role()}
+    overlays: ClassVar[bool] = True
+
+    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    each: Each = None
+    rows: Annotated[
+        str | None, Text(), Field(description="Axis of whose values each makes a row of panels.")
+    ] = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if not any(section in offer.observers for section in SECTIONS):
+            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+
+
+class Map(Figure):
+    """One variable in colour over two axes."""
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "x": Role(least=2),
+        "y": Role(least=2),
+        "panels": Role(most=MOST_PANELS, branches=True),
+        "each": Role(),
+    }
+
+    variable: Annotated[
+        str,
+        Text(),
+        Field(
+            description="Variable of the cube, with one value at each point. chatter and status "
+            "are drawn in classes, all else with a colour bar."
+        ),
+    ]
+    x: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    y: Annotated[str, Text(), Field(description="Axis of the ordinate.")]
+    panels: Annotated[
+        str | None,
+        Text(),
+        Field(description="Axis, or direction or draw, of whose values each makes a panel."),
+    ] = None
+    each: Each = None
+    at: At = None
+    best: Annotated[
+        str | None,
+        Choice("min", "max"),
+        Field(
+            description="Mark, for every x, the y at which the variable is least (min) or "
+            "greatest (max); of equals the smallest y."
+        ),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        _written(("variable",), settings.get("variable"), offer, faults)
+
+
+class Curves(Figure):
+    """Variables over one axis, each in a panel of its own, with a line for each value of another.
+
+    Amplitude ratios have a thin line at 1, where the damper changes nothing.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "along": Role(least=2),
+        "lines": Role(most=MOST_LINES, branches=True),
+        "each": Role(),
+        "best": Role(),
+    }
+
+    variables: Annotated[
+        tuple[str, ...],
+        ListOf(Text(), least=1),
+        Field(
+            description="Variables of the cube, each with one value at each point; a panel each, "
+            f"{MOST_VARIABLES} at most."
+        ),
+    ]
+    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    lines: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis, or direction or draw, of whose values each makes a line; "
+            f"{MOST_LINES} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    best: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis that is set, for each line, to the value at which the greatest "
+            "value of the first variable along the abscissa is least."
+        ),
+    ] = None
+    log: Annotated[bool, Flag(), Field(description="Whether ordinates are logarithmic.")] = False
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        names = settings.get("variables")
+        for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
+            _written(("variables", i), name, offer, faults)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Curves | None, faults: Faults) -> None:
+        if model is not None and len(model.variables) > MOST_VARIABLES:
+            message = f"{len(model.variables)} variables are too many for one figure"
+            faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
+
+
+class Trajectory(Figure):
+    """Displacements and velocities of both masses over time, at one point."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
+
+    each: Each = None
+    at: At = None
+    start: Annotated[
+        float,
+        Number(ge=0),
+        Field(
+            description="Where the figure starts, in forcing periods since the start of the "
+            "stretch that the observer samples."
+        ),
+    ] = 0.0
+    stop: Annotated[
+        float | None,
+        Number(gt=0),
+        Field(description="Where it ends, likewise; the end of the stretch when not given."),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "trajectory" not in offer.observers:
+            faults.add((), "needs trajectory among the observers", "trajectory")
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Trajectory | None, faults: Faults) -> None:
+        if model is not None and model.stop is not None and model.stop <= model.start:
+            message = f"start ({show(model.start)}) must be less than stop ({show(model.stop)})"
+            faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
-    along: Annotated[str, Text()]
-    resolution: Annotated[float, Number(gt=0)] = 1e-3
+    along: Annotated[str, Text(), Field(description="Axis on which the intervals lie.")]
+    resolution: Annotated[
+        float,
+        Number(gt=0),
+        Field(description="How closely the ends of the intervals are found, in units of the axis."),
+    ] = 1e-3
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
@@ -110,13 +472,15 @@ class Intervals(Product):
             return
         if name not in offer.axes:
             faults.unknown(("along",), "axis", name, offer.axes)
-        values = offer.axes.get(name)
-        if values is not None and len(values) < 3:
-            message = f"axis '{name}' has too few values ({len(values)})"
-            faults.add(("along",), message, "an axis with at least 3 values")
+        _count(("along",), name, offer.axes.get(name), Role(least=3), faults)
 
 
-FIGURES: dict[str, type[Product]] = {"bifurcation": Bifurcation}
+FIGURES: dict[str, type[Product]] = {
+    "bifurcation": Bifurcation,
+    "map": Map,
+    "curves": Curves,
+    "trajectory": Trajectory,
+}
 TABLES: dict[str, type[Product]] = {"intervals": Intervals}
 
 

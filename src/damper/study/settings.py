@@ -5,7 +5,9 @@ To add an observer, write its class of settings and enter it in the registry.
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
 
 from damper.quantities import INITIAL_NAMES
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
@@ -21,17 +23,31 @@ from damper.study.fields import (
     Strict,
     Text,
 )
+from damper.study.schema import Schema
+from damper.variables import SPEED
 
 OptionalText = Annotated[str | None, Text()]
+Assumed = Annotated[
+    str | None,
+    Text(),
+    Field(description="Why this value, where the source gives none; not with `stated`."),
+]
+Stated = Annotated[
+    str | None,
+    Text(),
+    Field(description="Where the source gives this value; not with `assumed`."),
+]
+_ONE_ORIGIN: Schema = {"not": {"required": ["assumed", "stated"]}}
 
 
 class Fixed(Strict):
     """A parameter that is the same throughout the study."""
 
     shorthand = "value"
-    value: Annotated[float, Coordinate()]
-    assumed: OptionalText = None
-    stated: OptionalText = None
+    rules: ClassVar[Schema] = _ONE_ORIGIN
+    value: Annotated[float, Coordinate(), Field(description="The value.")]
+    assumed: Assumed = None
+    stated: Stated = None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Fixed | None, faults: Faults) -> None:
@@ -41,16 +57,72 @@ class Fixed(Strict):
 class Axis(Strict):
     """A parameter that runs through values; `axis_values` forms them."""
 
-    values: Annotated[tuple[float, ...] | None, ListOf(Coordinate(), least=1)] = None
-    start: Annotated[float | None, Coordinate()] = None
-    stop: Annotated[float | None, Coordinate()] = None
-    num: Annotated[int | None, Number(ge=2, le=MOST_VALUES, whole=True)] = None
-    step: Annotated[float | None, Number(gt=0)] = None
-    spacing: Annotated[str, Choice("linear", "log")] = "linear"
-    fan: Annotated[bool, Flag()] = False
-    follow: Annotated[str | None, Choice(*DIRECTIONS)] = None
-    assumed: OptionalText = None
-    stated: OptionalText = None
+    rules: ClassVar[Schema] = {
+        "oneOf": [
+            {
+                "required": ["values"],
+                "properties": {
+                    **dict.fromkeys(("start", "stop", "num", "step"), False),
+                    "spacing": {"const": "linear"},
+                },
+            },
+            {
+                "required": ["start", "stop", "num"],
+                "properties": {"values": False, "step": False},
+            },
+            {
+                "required": ["start", "stop", "step"],
+                "properties": {"values": False, "num": False, "spacing": {"const": "linear"}},
+            },
+        ],
+        "allOf": [
+            _ONE_ORIGIN,
+            {"not": {"required": ["fan", "follow"], "properties": {"fan": {"const": True}}}},
+            {
+                "if": {"required": ["spacing"], "properties": {"spacing": {"const": "log"}}},
+                "then": {"properties": {"start": {"exclusiveMinimum": 0}}},
+            },
+        ],
+    }
+    values: Annotated[
+        tuple[float, ...] | None,
+        ListOf(Coordinate(), least=1),
+        Field(description="The values one by one, in any order; without start, stop, num, step."),
+    ] = None
+    start: Annotated[
+        float | None, Coordinate(), Field(description="First value; with stop and num or step.")
+    ] = None
+    stop: Annotated[
+        float | None, Coordinate(), Field(description="Last value, included; more than start.")
+    ] = None
+    num: Annotated[
+        int | None,
+        Number(ge=2, le=MOST_VALUES, whole=True),
+        Field(description="How many values, start and stop included; not with step."),
+    ] = None
+    step: Annotated[
+        float | None,
+        Number(gt=0, units=Coordinate.units),
+        Field(description="Distance of the values; must divide the range; not with num."),
+    ] = None
+    spacing: Annotated[
+        str,
+        Choice("linear", "log"),
+        Field(description="Equal distances, or equal ratios (start > 0, with num)."),
+    ] = "linear"
+    fan: Annotated[
+        bool, Flag(), Field(description="Whether each value is a job of its own; not with follow.")
+    ] = False
+    follow: Annotated[
+        str | None,
+        Choice(*DIRECTIONS),
+        Field(
+            description="Continuation: every run starts from its neighbour's end, towards larger "
+            "values, smaller ones, or both in turn; on one axis, not one of an initial quantity."
+        ),
+    ] = None
+    assumed: Assumed = None
+    stated: Stated = None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Axis | None, faults: Faults) -> None:
@@ -77,16 +149,62 @@ class Initial(Strict):
     """Where runs start, beside the initial quantities among the parameters and axes."""
 
     shorthand = "primary"
-    primary: Annotated[str, Choice("rest", "steady")] = "rest"
-    draws: Annotated[int | None, Number(ge=1, le=100_000, whole=True)] = None
-    seed: Annotated[int | None, Number(ge=0, whole=True)] = None
-    initial_displacement: Annotated[tuple[float, float] | None, Range("initial_displacement")] = (
-        None
-    )
-    initial_velocity: Annotated[tuple[float, float] | None, Range("initial_velocity")] = None
-    initial_position: Annotated[tuple[float, float] | None, Range("initial_position")] = None
+    rules: ClassVar[Schema] = {
+        "dependentRequired": {
+            "draws": ["seed"],
+            **{name: ["draws"] for name in ("seed", *INITIAL_NAMES)},
+        },
+        "allOf": [
+            {
+                "if": {"required": ["draws"]},
+                "then": {"anyOf": [{"required": [name]} for name in INITIAL_NAMES]},
+            },
+            {
+                "if": {"required": ["primary"], "properties": {"primary": {"const": "steady"}}},
+                "then": {"properties": {"initial_displacement": False, "initial_velocity": False}},
+            },
+        ],
+    }
+    primary: Annotated[
+        str,
+        Choice("rest", "steady"),
+        Field(
+            description="The primary starts at rest in its middle, or on the steady response it "
+            "would have without the damper."
+        ),
+    ] = "rest"
+    draws: Annotated[
+        int | None,
+        Number(ge=1, le=100_000, whole=True),
+        Field(
+            description="How many random initial states each point has; with a seed and a range "
+            "for at least one quantity."
+        ),
+    ] = None
+    seed: Annotated[
+        int | None,
+        Number(ge=0, whole=True),
+        Field(description="Seed of the draws: the same states at every point, on every machine."),
+    ] = None
+    initial_displacement: Annotated[
+        tuple[float, float] | None,
+        Range("initial_displacement"),
+        Field(description="Range of the primary's displacement, drawn uniformly."),
+    ] = None
+    initial_velocity: Annotated[
+        tuple[float, float] | None,
+        Range("initial_velocity"),
+        Field(description="Range of the primary's velocity, drawn uniformly."),
+    ] = None
+    initial_position: Annotated[
+        tuple[float, float] | None,
+        Range("initial_position"),
+        Field(description="Range of the free mass's place between the walls, drawn uniformly."),
+    ] = None
     initial_relative_velocity: Annotated[
-        tuple[float, float] | None, Range("initial_relative_velocity")
+        tuple[float, float] | None,
+        Range("initial_relative_velocity"),
+        Field(description="Range of the free mass's relative velocity, drawn uniformly."),
     ] = None
 
     def settings(self) -> dict[str, Any]:
@@ -121,12 +239,25 @@ class Threshold(Strict):
     """The approach speed from which an impact is visible: `fraction` of the first, or `speed`."""
 
     shorthand = "fraction"
+    rules: ClassVar[Schema] = {
+        "oneOf": [{"required": ["fraction"]}, {"required": ["speed"]}],
+        **_ONE_ORIGIN,
+    }
     fraction: Annotated[
-        float | None, Number(gt=0, lt=1, note="(of the first approach speed), or {speed: > 0}")
+        float | None,
+        Number(gt=0, lt=1, note="(of the first approach speed), or {speed: > 0}"),
+        Field(description="Part of the burst's first approach speed; not with speed."),
     ] = None
-    speed: Annotated[float | None, Number(gt=0)] = None
-    assumed: OptionalText = None
-    stated: OptionalText = None
+    speed: Annotated[
+        float | None,
+        Number(gt=0, units=SPEED),
+        Field(
+            description="Absolute approach speed, dimensionless also in a study in SI units; not "
+            "with fraction."
+        ),
+    ] = None
+    assumed: Assumed = None
+    stated: Stated = None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Threshold | None, faults: Faults) -> None:
@@ -135,33 +266,61 @@ class Threshold(Strict):
         _one_origin(model, faults)
 
 
+FreeMass = Annotated[bool, Flag(), Field(description="Whether to record the free mass as well.")]
+Visibility = Annotated[
+    Threshold,
+    Field(
+        description="From which approach speed an impact is visible, and so counts: a complete "
+        "burst has infinitely many."
+    ),
+]
+
+
 class StroboscopicSection(Strict):
     """The state once per forcing period."""
 
-    at: Annotated[float, Number(ge=0, lt=1)] = 0.0
-    free_mass: Annotated[bool, Flag()] = False
+    at: Annotated[
+        float,
+        Number(ge=0, lt=1, units="forcing periods"),
+        Field(description="When in each period to look."),
+    ] = 0.0
+    free_mass: FreeMass = False
 
 
 class ImpactSection(Strict):
     """The state just after each impact on one wall."""
 
-    wall: Annotated[str, Choice("left", "right")] = "right"
-    samples: Annotated[int, Number(ge=1, le=100_000, whole=True)] = 100
-    free_mass: Annotated[bool, Flag()] = False
+    wall: Annotated[
+        str, Choice("left", "right"), Field(description="The wall whose impacts are sampled.")
+    ] = "right"
+    samples: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="Most impacts to keep of each run, the first ones of the record."),
+    ] = 100
+    free_mass: FreeMass = False
 
 
 class Impacts(Strict):
     """Counts of visible impacts."""
 
-    threshold: Threshold = Threshold(fraction=0.03)
+    threshold: Visibility = Threshold(fraction=0.03)
 
 
 class Bursts(Strict):
     """Bursts: their number, visible impacts and completion."""
 
-    threshold: Threshold = Threshold(fraction=0.03)
-    compare_thresholds: Annotated[tuple[float, ...], ListOf(Number(gt=0, lt=1))] = ()
-    records: Annotated[int, Number(ge=0, whole=True)] = 0
+    threshold: Visibility = Threshold(fraction=0.03)
+    compare_thresholds: Annotated[
+        tuple[float, ...],
+        ListOf(Number(gt=0, lt=1)),
+        Field(description="More fractions at which to count, along the dimension `threshold`."),
+    ] = ()
+    records: Annotated[
+        int,
+        Number(ge=0, whole=True),
+        Field(description="Bursts of each run to list one by one, the first ones of the record."),
+    ] = 0
 
 
 class Response(Strict):
@@ -171,10 +330,26 @@ class Response(Strict):
 class Trajectory(Strict):
     """The motion in time over a stretch of the record."""
 
-    samples_per_period: Annotated[int, Number(ge=1, le=1_000_000, whole=True)] = 100
-    start: Annotated[float, Number(ge=0)] = 0.0
-    length: Annotated[float | None, Number(gt=0)] = None
-    events: Annotated[int, Number(ge=0, le=10_000_000, whole=True)] = 1000
+    samples_per_period: Annotated[
+        int,
+        Number(ge=1, le=1_000_000, whole=True),
+        Field(description="Equal time steps per forcing period."),
+    ] = 100
+    start: Annotated[
+        float,
+        Number(ge=0, units="forcing periods"),
+        Field(description="Where the stretch begins, counted from the start of the record."),
+    ] = 0.0
+    length: Annotated[
+        float | None,
+        Number(gt=0, units="forcing periods"),
+        Field(description="Length of the stretch; without it, to the end of the record."),
+    ] = None
+    events: Annotated[
+        int,
+        Number(ge=0, le=10_000_000, whole=True),
+        Field(description="Most events to write; those beyond are counted."),
+    ] = 1000
 
 
 OBSERVERS: dict[str, type[Strict]] = {

@@ -1,0 +1,274 @@
+"""Schemas for editors and the reference of all keys, made from the classes that check a study.
+
+``python -m damper.study.reference`` writes config/schema/*.json and docs/reference.md into the
+project; with ``--check`` it writes nothing and fails where they are not in step with the classes.
+
+A schema accepts what the loader accepts, and refuses what can be seen without the rest of the
+file. Left to the loader are: whether every parameter is given, once, and in one system of units;
+whether a step divides its range, low is less than high and values stay distinct and finite; what
+figures and tables need of axes and observers, and `follow` of the other axes; whether two file
+names differ by more than case; the number of slices. A schema takes 100.0 for an integer, and does
+not see that a key stands twice. Text that looks like a number, which the loader takes for one in
+the configuration because Snakemake's reader makes text of 1e-12, is refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable, Mapping
+from inspect import cleandoc
+from pathlib import Path
+from typing import Any
+
+from damper.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
+from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
+from damper.study.model import MOST_SLICES, Settings, Study
+from damper.study.products import FIGURES, TABLES
+from damper.study.schema import Draft, Schema, limits_of
+from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
+from damper.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
+
+ROOT = Path(__file__).parents[3]
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+MADE_BY = "python -m damper.study.reference"
+
+
+def schema_of(cls: type[Strict], title: str) -> Schema:
+    """Return the JSON schema of a file.
+
+    Parameters
+    ----------
+    cls : type of Strict
+        `Study` or `Settings`.
+    title : str
+        What an editor calls it.
+    """
+    draft = Draft()
+    head = {"$schema": DIALECT, "title": title, "$comment": f"Made by `{MADE_BY}`; do not edit."}
+    return draft.finished(head | cls.schema(draft))
+
+
+def files() -> dict[str, str]:
+    """Return the text of every generated file by its path in the project."""
+    schemas = {
+        "config/schema/study.schema.json": schema_of(Study, "damper study"),
+        "config/schema/config.schema.json": schema_of(Settings, "damper configuration"),
+    }
+    texts = {path: json.dumps(schema, indent=1) + "\n" for path, schema in schemas.items()}
+    return texts | {"docs/reference.md": reference()}
+
+
+def out_of_step(root: Path) -> list[str]:
+    """Return the generated files that are not what the classes say."""
+    return [
+        path
+        for path, text in files().items()
+        if not (root / path).is_file() or (root / path).read_text("utf-8") != text
+    ]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the files, or check them; return the exit status."""
+    parser = argparse.ArgumentParser(prog=MADE_BY, description=first_line(sys.modules[__name__]))
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if out of step")
+    parser.add_argument("--root", type=Path, default=ROOT, help="folder of the project")
+    given = parser.parse_args(arguments)
+    stale = out_of_step(given.root)
+    for path in stale:
+        print(f"out of step: {path}" if given.check else f"written: {path}")
+        if not given.check:
+            (given.root / path).parent.mkdir(parents=True, exist_ok=True)
+            (given.root / path).write_text(files()[path], "utf-8", newline="\n")
+    if given.check and stale:
+        print(f"run {MADE_BY}")
+    return int(given.check and bool(stale))
+
+
+# The reference.
+
+_INTRO = f"""\
+# Reference of all keys
+
+Made by `{MADE_BY}` from the classes that check a study
+(`src/damper/study/`): edit those, not this file. How to write a study: [studies.md](studies.md);
+every key in place: [template.yaml](../config/studies/template.yaml). Editors that know the YAML
+language server complete and check these keys as one types, from the schemas in
+[config/schema](../config/schema), which the first line of each file names.
+
+Numbers are YAML 1.2 (`1e-8` is one), finite, and without quotes. In an SI study lengths are in m,
+times in s, speeds in m/s and energies in J; where a table gives two units, the second is that.
+A list holds distinct values. `<name>` stands for a name that the table or the text below it lists.
+"""
+
+
+def reference() -> str:
+    """Return the reference of all keys as Markdown."""
+    parts = [
+        _INTRO,
+        "## Study: config/studies/\\*.yaml",
+        _keys(Study),
+        *_quantities(),
+        "### Parameters: a number, or a mapping",
+        _keys(Fixed, "parameters.<name>."),
+        "### Axes",
+        "Either `values`, or `start` and `stop` with one of `num` and `step`. The fanned axes "
+        f"together make at most {MOST_SLICES} jobs.",
+        _keys(Axis, "axes.<name>."),
+        "### Initial states: one word, or a mapping",
+        _keys(Initial, "initial."),
+        *_observers(),
+        "## Figures",
+        *_products(FIGURES, "figures"),
+        "## Tables",
+        *_products(TABLES, "tables"),
+        "## Configuration: config/config.yaml",
+        _keys(Settings, deep=True),
+        *_cube(),
+    ]
+    return "\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
+def _keys(cls: type[Strict], path: str = "", *, deep: bool = False, **constants: str) -> str:
+    head = ("key", "type", "unit", "default", "allowed", "meaning")
+    return _table(head, _rows(cls, path, deep, constants))
+
+
+def _rows(
+    cls: type[Strict], path: str, deep: bool, constants: Mapping[str, str]
+) -> Iterable[tuple[str, ...]]:
+    for key, field in cls.model_fields.items():
+        kind = kind_of(field)
+        default = "**required**" if field.is_required() else _as_code(default_of(field))
+        units = getattr(kind, "units", "")
+        # Only initial quantities are scaled with the study's units; a bare number never is.
+        units = units if isinstance(kind, Number) else _units(units)
+        limits = f"`{constants[key]}`" if key in constants else getattr(kind, "limits", "")
+        here = (f"`{path}{key}`", _sort(kind), units, default)
+        yield (*here, limits, field.description or "")
+        if deep and not isinstance(kind, Kind):
+            yield from _rows(kind, f"{path}{key}.", deep, {})
+
+
+def _sort(kind: Kind | type[Strict]) -> str:
+    if isinstance(kind, Kind):
+        return kind.sort
+    if not kind.shorthand:
+        return "mapping"
+    alone = kind_of(kind.model_fields[kind.shorthand])
+    return f"`{kind.shorthand}` or mapping" if isinstance(alone, Kind) else "mapping"
+
+
+def _quantities() -> Iterable[str]:
+    yield "### Names under parameters and axes"
+    yield (
+        "Parameters are given all dimensionless or all in SI units; those without a default are "
+        "required, each once, under `parameters` or `axes`. Initial quantities may be added."
+    )
+    head = ("name", "symbol", "unit", "default", "allowed", "meaning")
+    for title, quantities in (
+        ("Dimensionless", QUANTITIES),
+        ("In SI units", SI_QUANTITIES),
+        ("Initial state", INITIAL_QUANTITIES),
+    ):
+        yield f"#### {title}"
+        yield _table(head, map(_quantity, quantities))
+
+
+def _quantity(quantity: Quantity) -> tuple[str, ...]:
+    default = "**required**" if quantity.default is None else _as_code(quantity.default)
+    name, units = f"`{quantity.name}`", _units(quantity.units)
+    return name, quantity.symbol, units, default, limits_of(quantity), quantity.long_name
+
+
+def _observers() -> Iterable[str]:
+    yield "## Observers"
+    yield "Written as `name:` alone, an observer takes its defaults."
+    for name, cls in OBSERVERS.items():
+        yield f"### {name}"
+        yield first_line(cls)
+        if cls.model_fields:
+            yield _keys(cls, f"observers.{name}.", deep=True)
+        yield "Variables of the cube:"
+        head = ("variable", "along", "unit", "meaning", "written with")
+        yield _table(head, (_variable(v, setting) for v, setting in _written(name, cls)))
+
+
+def _variable(variable: Variable, setting: str = "") -> tuple[str, ...]:
+    meaning = f"{variable.long_name}; {variable.comment}".removesuffix("; ")
+    along = ", ".join(f"`{dim}`" for dim in variable.dims)
+    return f"`{variable.name}`", along, _units(variable.units), meaning, setting
+
+
+def _written(name: str, cls: type[Strict]) -> list[tuple[Variable, str]]:
+    """Return every variable that an observer can write, with the setting that asks for it."""
+    # Here, so that a schema can be made where the engine's packages are not installed.
+    from damper.observers import make_observers
+
+    def variables(**settings: Any) -> list[Variable]:
+        return list(make_observers({name: settings})[0].variables)
+
+    found = [(variable, "") for variable in variables()]
+    names = {variable.name for variable, _ in found}
+    for key, value in _telling(cls):
+        for variable in variables(**{key: value}):
+            if variable.name not in names:
+                found.append((variable, f"`{key}`"))
+                names.add(variable.name)
+    return found
+
+
+def _telling(cls: type[Strict]) -> Iterable[tuple[str, Any]]:
+    """Yield settings that may ask for more than the default does."""
+    for key, field in cls.model_fields.items():
+        kind, default = kind_of(field), default_of(field)
+        if isinstance(kind, Flag):
+            yield key, not default
+        elif isinstance(kind, ListOf) and not default:
+            yield key, [0.5]
+        elif isinstance(kind, Number) and default == 0 and kind.whole:
+            yield key, 1
+
+
+def _products(registry: Mapping[str, type[Strict]], section: str) -> Iterable[str]:
+    for kind, cls in registry.items():
+        yield f"### kind: {kind}"
+        yield cleandoc(cls.__doc__ or "")
+        yield _keys(cls, f"{section}.<file>.", kind=kind)
+
+
+def _cube() -> Iterable[str]:
+    yield "## Codes and dimensions of the cube"
+    (chatter,) = (v for v, _ in _written("bursts", OBSERVERS["bursts"]) if v.name == "chatter")
+    yield f"`{STATUS.name}`, {STATUS.long_name}: {STATUS.comment}."
+    yield f"`{chatter.name}`: {chatter.comment}."
+    names = ", ".join(f"{code} `{name}`" for code, name in enumerate(STATUS_MEANINGS))
+    yield (
+        f"`status` is in every cube, with the codes as `flag_meanings`: {names}. Where it is not "
+        "0, averages are missing (NaN) and counts are -1."
+    )
+    dimensions = ((f"`{name}`", _units(u), text) for name, (text, u) in OWN_DIMENSIONS.items())
+    yield _table(("dimension beside the axes", "unit", "meaning"), dimensions)
+
+
+def _units(units: str) -> str:
+    if units in SI_UNITS:
+        return f"{units}, {SI_UNITS[units]}"
+    return "" if units == "1" else units
+
+
+def _as_code(value: Any) -> str:
+    if isinstance(value, float):
+        value = f"{value:g}"
+    return "" if value is None else f"`{json.dumps(value)}`".replace('"', "")
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    cells = ([cell.replace("|", r"\|") for cell in line] for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |".replace("  ", " ") for line in cells)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
