@@ -21,6 +21,8 @@ OBSERVERS = {
     "impact_section": ("damper.observers.impact_section", "ImpactSection"),
     "impacts": ("damper.observers.impacts", "Impacts"),
     "bursts": ("damper.observers.bursts", "Bursts"),
+    "response": ("damper.observers.response", "Response"),
+    "trajectory": ("damper.observers.trajectory", "SampledTrajectory"),
 }
 
 

@@ -1,0 +1,399 @@
+"""Sampled trajectory against the sections, the event list and the log."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_bursts import Scene
+
+from damper import Parameters, State, events
+from damper.engine import (
+    CAUSE,
+    COLUMNS,
+    DURATION,
+    IMPACT,
+    LOG_ROWS,
+    MODE,
+    PERIOD,
+    SIDE,
+    TAIL,
+    TIME,
+    Trajectory,
+    motion,
+)
+from damper.lanes import run_lanes
+from damper.observers.base import Window
+from damper.observers.trajectory import SampledTrajectory
+
+NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
+SCENES = {
+    "generic": (0.1, 0.05, 0.8, 1.0, 0.6, 0.0),
+    "chattering": (0.1, 0.05, 0.2, 0.25, 0.3, 0.0),
+    "slow": (0.1, 0.05, 0.2, 0.25, 0.6, 0.4),
+    "study": (0.1, 0.02, 1.3, 0.05, 0.6, 0.4),
+    "elastic": (0.3, 0.05, 0.9, 0.4, 1.0, 0.4),
+    "plastic": (0.2, 0.1, 0.4, 0.3, 0.0, 0.4),
+    "stuck": (0.5, 0.1, 0.6, 0.0, 0.5, 0.4),
+    "free": (0.1, 0.1, 0.6, 40.0, 0.5, 0.4),
+}
+COLUMN_NAMES = ("time", "displacement", "velocity", "free_displacement", "free_velocity")
+SAMPLE, IMPACT_ROW, STICK, RELEASE = -1, 0, 1, 2
+
+
+def parameters(name: str) -> dict[str, float]:
+    return dict(zip(NAMES, SCENES[name], strict=True))
+
+
+def observed(values: dict[str, float], setting: dict | None = None, **run: object) -> dict:
+    """Arrays of one lane, without the filler; and the number of rows with it."""
+    arrays, _ = run_lanes([values], {"trajectory": setting or {}}, **run)
+    found = {name.removeprefix("trajectory_"): array[0] for name, array in arrays.items()}
+    return used(found)
+
+
+def used(found: dict) -> dict:
+    n = int(np.isfinite(found["time"]).sum())
+    assert np.isnan(found["time"][n:]).all()
+    for name in COLUMN_NAMES:
+        assert np.isnan(found[name][n:]).all()
+        assert np.isfinite(found[name][:n]).all()
+    assert (found["event"][n:] == -1).all()
+    assert (found["mode"][n:] == -1).all()
+    size = len(found["time"])
+    rows = {k: v[:n] if np.ndim(v) else v for k, v in found.items()}
+    return {**rows, "size": size}
+
+
+# --- samples
+
+
+@pytest.mark.parametrize(("start", "transient"), [(0, 0), (2, 3), (0.25, 3), (1.37, 0)])
+@pytest.mark.parametrize("name", SCENES)
+def test_samples_are_those_of_the_stroboscopic_section(
+    name: str, start: float, transient: int
+) -> None:
+    """Bit for bit, at every fraction of the period."""
+    run = {"transient": transient, "periods": 6}
+    found = observed(parameters(name), {"start": start, "length": 2}, **run)
+    samples = {k: found[k][found["event"] == SAMPLE] for k in COLUMN_NAMES}
+    assert len(samples["time"]) == 201
+    for k in range(0, 200, 7):
+        step = round(start * 100) + k
+        section, _ = run_lanes(
+            [parameters(name)],
+            {"stroboscopic_section": {"at": step % 100 / 100, "free_mass": True}},
+            **run,
+        )
+        for column in COLUMN_NAMES[1:]:
+            assert samples[column][k] == section[column][0][step // 100], (column, k)
+    period = 2 * math.pi / parameters(name)["frequency_ratio"]
+    np.testing.assert_allclose(
+        samples["time"], np.arange(201) * period / 100, rtol=0, atol=3e-16 * 8 * period
+    )
+
+
+def test_other_rates_and_the_default_stretch() -> None:
+    values = parameters("generic")
+    found = observed(values, {"samples_per_period": 7}, transient=1, periods=3)
+    samples = found["event"] == SAMPLE
+    assert samples.sum() == 22
+    np.testing.assert_allclose(
+        found["time"][samples], np.arange(22) * 2 * math.pi / 0.8 / 7, atol=1e-14
+    )
+    later = observed(values, {"samples_per_period": 7, "start": 0.3}, transient=1, periods=3)
+    assert (later["event"] == SAMPLE).sum() == 1 + 18  # whole steps within 2.7 periods
+    exact = observed(values, {"samples_per_period": 1}, transient=1, periods=3)
+    assert (exact["event"] == SAMPLE).sum() == 4
+
+
+def test_first_and_last_sample_are_start_and_end_of_the_record() -> None:
+    state = State(0.3, -0.1, 0.32, 0.2, time=-11.3)
+    found = observed(parameters("study"), transient=0, periods=4, state=state)
+    assert found["time"][0] == 0.0
+    first = [found[name][0] for name in COLUMN_NAMES[1:]]
+    assert first == pytest.approx([state.x, state.v, state.y, state.u], abs=1e-14)
+    assert found["time"][-1] == pytest.approx(4 * 2 * math.pi / 1.3, abs=1e-14)
+
+
+def test_samples_stay_sharp_after_a_million_periods() -> None:
+    values = {**parameters("generic"), "clearance": 50.0}
+    found = observed(values, {"start": 0.5, "length": 1}, transient=1_000_000, periods=2)
+    period = 2 * math.pi / 0.8
+    np.testing.assert_allclose(found["time"], np.arange(101) * period / 100, rtol=0, atol=4e-15)
+    amplitude = 1 / complex(1 - 0.8**2, 2 * 0.05 * 0.8)
+    steady = np.imag(amplitude * np.exp(1j * (0.8 * found["time"] + math.pi)))
+    np.testing.assert_allclose(found["displacement"], steady, rtol=0, atol=1e-13)
+
+
+# --- events
+
+
+@pytest.mark.parametrize("transient", [0, 4])
+@pytest.mark.parametrize("name", SCENES)
+def test_event_rows_are_those_of_the_event_list(name: str, transient: int) -> None:
+    scene = Scene(parameters(name), transient, 6)
+    found = observed(scene.parameters, **scene.run())
+    p = Parameters(**scene.parameters)
+    rows = events(p, until=(transient + 6) * p.period)
+    rows = rows[rows["time"] >= scene.start]
+    kinds = found["event"]
+    # Of the two rows of an impact the second shows the state after it.
+    of_impacts = np.flatnonzero(kinds == IMPACT_ROW)
+    assert len(of_impacts) == 2 * (rows["kind"] == 0).sum()
+    before, after = of_impacts[::2], of_impacts[1::2]
+    assert (after == before + 1).all()
+    at = np.sort(np.concatenate([after, np.flatnonzero(kinds > 0)]))
+    np.testing.assert_array_equal(kinds[at], rows["kind"])
+    np.testing.assert_array_equal(found["displacement"][at], rows["x"])
+    np.testing.assert_array_equal(found["velocity"][at], rows["v"])
+    np.testing.assert_allclose(found["time"][at] + scene.start, rows["time"], rtol=1e-15)
+    assert found["events_left_out"] == 0
+    # At the wall, and apart from it at the speeds of the impact law.
+    d, r = p.clearance, p.restitution
+    relative = found["free_displacement"][at] - found["displacement"][at]
+    np.testing.assert_allclose(relative, rows["side"] * d, rtol=0, atol=1e-14)
+    hits = rows[rows["kind"] == 0]
+    speeds = found["free_velocity"] - found["velocity"]
+    bound = 1e-14 * (1 + np.abs(found["velocity"][before]))
+    sides, approach = hits["side"], hits["approach_speed"]
+    assert (np.abs(sides * speeds[before] - approach) <= bound).all()
+    assert (np.abs(sides * speeds[after] + r * approach) <= bound).all()
+    for column in ("time", "displacement", "free_displacement"):
+        np.testing.assert_array_equal(found[column][before], found[column][after])
+    momentum = found["velocity"] + p.mass_ratio * found["free_velocity"]
+    np.testing.assert_allclose(momentum[before], momentum[after], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", ["generic", "study", "elastic", "plastic", "slow"])
+def test_velocity_before_an_impact_is_that_of_the_flight_to_it(name: str) -> None:
+    trajectory = Trajectory(Parameters(**parameters(name)))
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(5)])
+    found = observed(parameters(name), transient=0, periods=5)
+    before = np.flatnonzero(found["event"] == IMPACT_ROW)[::2]
+    flights = [k - 1 for k in range(len(log)) if log[k, CAUSE] == IMPACT]
+    assert len(before) == len(flights) > 5
+    for n, k in zip(before, flights, strict=True):
+        x, v, _, rate = motion(trajectory.model, log[k], log[k, DURATION])
+        u = v - log[k, SIDE] * rate
+        got = [found[name][n] for name in ("displacement", "velocity", "free_velocity")]
+        assert got == pytest.approx([x, v, u], abs=2e-14)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_modes_are_those_of_the_segments(name: str) -> None:
+    found = observed(parameters(name), transient=0, periods=8)
+    sticking = name == "stuck"
+    for event, mode in zip(found["event"], found["mode"], strict=True):
+        sticking = {SAMPLE: sticking, IMPACT_ROW: False, STICK: True, RELEASE: False}[int(event)]
+        assert mode == sticking
+    sticks = ("chattering", "study", "plastic", "stuck")
+    assert (found["mode"] == 1).any() == (name in sticks)
+    y, x = found["free_displacement"], found["displacement"]
+    assert (np.abs(y - x) <= parameters(name)["clearance"] + 1e-12 * (1 + np.abs(x))).all()
+
+
+def test_samples_in_a_tail_follow_its_bounces() -> None:
+    """A tail closed early holds many samples: at the wall or off it, in flight."""
+    p = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
+    state = State(2.0, 0.1, 2.5, 0.09, time=2.0)
+    trajectory = Trajectory(p, state, 1e-3)
+    observer = SampledTrajectory(samples_per_period=20_000, length=0.01)
+    observer.allocate(1, 1)
+    observer.begin(0, trajectory, Window(*trajectory.start, 1))
+    tails = 0
+    for log in trajectory.segments(1, trajectory.start[1]):
+        observer.observe(log)
+        tails += int((log[:, MODE] == TAIL).sum())
+    observer.finish(True)
+    assert tails >= 1
+    found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
+    stick = np.flatnonzero(found["event"] == STICK)[0]
+    gaps = 0.5 - (found["free_displacement"] - found["displacement"])[:stick]
+    assert stick > 20
+    assert (found["mode"][:stick] == 0).all()
+    assert gaps.max() > 1e-5
+    last = gaps[-5:]
+    assert last.max() < 1e-6
+
+
+@settings(max_examples=80)
+@given(
+    mass_ratio=st.sampled_from([1e-3, 0.1, 2.0]),
+    damping_ratio=st.sampled_from([0.0, 0.02, 1.0, 50.0]),
+    frequency_ratio=st.sampled_from([0.05, 0.7, 1.3, 20.0]),
+    clearance=st.sampled_from([0.0, 0.02, 0.4]),
+    restitution=st.floats(0, 1),
+    start=st.sampled_from([0.0, 0.5, 1.0, 1 / 3, math.pi / 3]),
+    length=st.sampled_from([None, 0.5, 0.77, 1.5]),
+    rate=st.integers(1, 40),
+    most=st.sampled_from([0, 3, 1000]),
+)
+def test_rows_are_in_order_and_complete(
+    start: float, length: float | None, rate: int, most: int, **values: float
+) -> None:
+    setting = {"samples_per_period": rate, "start": start, "length": length, "events": most}
+    if round((length or 1.0) * rate) < 1 or start + round((length or 1.0) * rate) / rate > 3:
+        return
+    found = observed(values, setting, transient=2, periods=3)
+    period = 2 * math.pi / values["frequency_ratio"]
+    steps = round(length * rate) if length else math.floor((3 - start) * rate + 1e-9)
+    assert found["size"] == steps + 1 + 2 * most
+    assert (np.diff(found["time"]) >= 0).all()
+    assert (found["event"] == SAMPLE).sum() == steps + 1
+    low, high = (2 + start) * period, (2 + start + steps / rate) * period
+    rows = events(Parameters(**values), until=5 * period)
+    slack = 1e-12 * period
+    surely = ((rows["time"] > low + slack) & (rows["time"] < high - slack)).sum()
+    perhaps = ((rows["time"] > low - slack) & (rows["time"] < high + slack)).sum()
+    kinds = found["event"]
+    written = (kinds == IMPACT_ROW).sum() // 2 + (kinds > 0).sum()
+    assert written <= most
+    assert surely <= written + found["events_left_out"] <= perhaps
+    assert found["events_left_out"] == 0 or written == most
+
+
+def test_events_that_do_not_fit_are_counted() -> None:
+    values = parameters("chattering")
+    whole = observed(values, transient=0, periods=6)
+    all_events = (whole["event"] == 0).sum() // 2 + (whole["event"] > 0).sum()
+    assert all_events > 40
+    few = observed(values, {"events": 10}, transient=0, periods=6)
+    assert few["events_left_out"] == all_events - 10
+    none = observed(values, {"events": 0}, transient=0, periods=6)
+    assert none["events_left_out"] == all_events
+    samples = whole["event"] == SAMPLE
+    for name in COLUMN_NAMES:
+        np.testing.assert_array_equal(none[name], whole[name][samples])
+        first = few["event"] == SAMPLE
+        np.testing.assert_array_equal(few[name][first], whole[name][samples])
+
+
+# --- settings, pieces, stops
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"samples_per_period": 0}, "samples_per_period = 0: must be a whole number >= 1"),
+        ({"samples_per_period": 2.5}, r"samples_per_period = 2\.5"),
+        ({"start": -0.1}, r"start = -0\.1: must be .* >= 0"),
+        ({"start": math.nan}, "start = nan"),
+        ({"length": 0.0}, r"length = 0\.0: must be .* > 0"),
+        ({"length": math.inf}, "length = inf"),
+        ({"events": -1}, "events = -1: must be a whole number >= 0"),
+        ({"start": 3.0}, r"start = 3\.0, length = None: holds no whole .* 3 periods"),
+        ({"start": 2.5, "length": 1}, r"start = 2\.5, length = 1: .* ends 3\.5 .* 3 periods long"),
+        ({"start": 1 + 5e-10, "length": 2}, "the stretch ends 3"),
+        ({"length": 3.01}, r"length = 3\.01: the stretch ends 3\.01"),
+        ({"length": 0.001}, "holds no whole sample step of 1/100"),
+    ],
+)
+def test_bad_settings_are_refused(setting: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        observed(parameters("generic"), setting, transient=0, periods=3)
+
+
+@pytest.mark.parametrize(
+    "setting", [{"length": 3}, {"start": 2.99, "length": 0.01}, {"start": 1 + 5e-12, "length": 2}]
+)
+def test_a_stretch_may_end_with_the_record(setting: dict) -> None:
+    found = observed(parameters("generic"), setting, transient=0, periods=3)
+    samples = (found["event"] == SAMPLE).sum()
+    assert samples == round(100 * setting["length"]) + 1
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_pieces_of_the_log_do_not_matter(name: str) -> None:
+    results = []
+    for rows in (LOG_ROWS, 3, 1):
+        trajectory = Trajectory(Parameters(**parameters(name)))
+        trajectory.skip(2)
+        observer = SampledTrajectory(samples_per_period=9, start=0.4)
+        observer.allocate(1, 4)
+        observer.begin(0, trajectory, Window(2.0, 0.0, 4))
+        for log in trajectory.segments(6, 0.0, np.empty((rows, COLUMNS))):
+            observer.observe(log)
+        observer.finish(True)
+        results.append({key: array.tobytes() for key, array in observer.arrays.items()})
+    assert results[0] == results[1] == results[2]
+
+
+def test_an_early_stop_keeps_what_came_before() -> None:
+    values = parameters("generic")
+    whole = observed(values, transient=0, periods=20)
+    cut = observed(values, transient=0, periods=20, max_events=15)
+    assert cut["status"] == 1
+    n = len(cut["time"])
+    assert 100 < n < len(whole["time"])
+    for name in (*COLUMN_NAMES, "event", "mode"):
+        np.testing.assert_array_equal(cut[name], whole[name][:n])
+    assert cut["events_left_out"] == 0
+    written = (cut["event"] == 0).sum() // 2 + (cut["event"] > 0).sum()
+    assert written == 15
+
+
+def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
+    """An impact at exactly the start counts; the log of the run says where one is."""
+    trajectory = Trajectory(Parameters(**parameters("generic")))
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(30)])
+    row = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIOD] == 10)][0]
+    for shift, expected in ((0, 0), (-2, -1)):
+        observer = SampledTrajectory(samples_per_period=10)
+        observer.allocate(1, 2)
+        window = Window(float(row[PERIOD]) + shift, float(row[TIME]), 2)
+        observer.begin(0, trajectory, window)
+        observer.observe(log)
+        observer.finish(True)
+        kinds = observer.arrays["trajectory_event"][0]
+        times = observer.arrays["trajectory_time"][0]
+        impacts = times[kinds == IMPACT_ROW]
+        assert impacts[expected] == (0.0 if shift == 0 else pytest.approx(2 * trajectory.period))
+
+
+@pytest.mark.parametrize("steps", range(-3, 4))
+@pytest.mark.parametrize("name", ["generic", "study", "plastic", "elastic"])
+def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> None:
+    """A sample within rounding of an impact comes before or after it, in the order of the rows."""
+    trajectory = Trajectory(Parameters(**parameters(name)))
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(40)])
+    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIOD] >= 10) & (log[:, PERIOD] < 30)]:
+        observer = SampledTrajectory(samples_per_period=3, start=1 / 3)
+        observer.allocate(1, 5)
+        time = float(row[TIME]) + steps * math.ulp(row[TIME])
+        observer.begin(0, trajectory, Window(float(row[PERIOD]) - 3, time, 5))
+        observer.observe(log)
+        observer.finish(True)
+        found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
+        assert (np.diff(found["time"]) >= 0).all()
+        assert (found["event"] == SAMPLE).sum() == 15
+
+
+PLAIN = """
+import json
+from damper.compiled import COMPILED
+from damper.lanes import run_lanes
+arrays, _ = run_lanes({lanes}, ["trajectory"], transient=1, periods=2)
+print(json.dumps([COMPILED, {{name: array.tolist() for name, array in arrays.items()}}]))
+"""
+
+
+def test_plain_python_gives_the_same() -> None:
+    lanes = [parameters(name) for name in SCENES]
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", PLAIN.format(lanes=lanes)],
+        env=os.environ | {"DAMPER_COMPILE": "0"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    compiled, plain = json.loads(done.stdout)
+    assert not compiled
+    here, _ = run_lanes(lanes, ["trajectory"], transient=1, periods=2)
+    for name, array in here.items():
+        np.testing.assert_allclose(plain[name], array, rtol=1e-9, atol=1e-11, err_msg=name)
