@@ -149,6 +149,60 @@ def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
         assert there.chatter == direct.chatter == 2
 
 
+def test_reduced_run_makes_every_study_of_the_default_configuration(reduced):
+    studies = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
+    for name in studies:
+        made = reduced / "results/ci" / name
+        assert (made / "cube.nc").is_file(), name
+        assert list((made / "figures").glob("*.png")), name
+        for path in made.glob("figures/*"):
+            assert 1000 < path.stat().st_size < 2_000_000, path
+        with xr.open_dataset(made / "cube.nc") as cube:
+            assert (cube.status == 0).all(), name
+
+
+def test_followed_study_has_both_branches(reduced):
+    with xr.open_dataset(reduced / "results/ci/hysteresis/cube.nc") as cube:
+        assert cube.direction.values.tolist() == ["up", "down"]
+        assert cube.displacement.dims == ("restitution", "frequency_ratio", "direction", "sample")
+        direct = damper.simulate(
+            mass_ratio=0.1,
+            damping_ratio=0.02,
+            clearance=5.0,
+            restitution=0.6,
+            frequency_ratio=cube.frequency_ratio.values,
+            follow={"frequency_ratio": "both"},
+            transient=60,
+            periods=20,
+            observers=["stroboscopic_section"],
+        )
+        np.testing.assert_array_equal(cube.displacement.isel(restitution=0), direct.displacement)
+        up, down = (direct.displacement.sel(direction=way) for way in ("up", "down"))
+        assert (abs(up - down) > 0.1).any(), "no hysteresis in the study that is to show it"
+
+
+def test_study_in_si_units_answers_in_them(reduced):
+    with xr.open_dataset(reduced / "results/ci/machine_frame/cube.nc") as cube:
+        assert cube.peak_displacement.attrs["units"] == "m"
+        assert cube.max_approach_speed.attrs["units"] == "m/s"
+        assert cube.energy_input.attrs["units"] == "J"
+        assert cube.gap.attrs["units"] == "m"
+        # Without a gap the free mass rides along: 200 N on 110 kg, 800 N s/m and 4e6 N/m.
+        rigid = cube.sel(gap=0.0, forcing_frequency=190.0)
+        exact = 200.0 / abs(4e6 - 110.0 * 190.0**2 + 800.0j * 190.0)
+        # Transients have not died out altogether.
+        assert float(rigid.peak_displacement) == pytest.approx(exact, rel=1e-3)
+
+
+def test_performance_table_tests_the_statements(reduced):
+    folder = reduced / "results/ci/performance/tables"
+    text = (folder / "performance.md").read_text()
+    for name in ("A8", "A9", "A10"):
+        assert f"| {name} |" in text
+    assert "not tested" not in text
+    assert len((folder / "performance.csv").read_text().splitlines()) == 3
+
+
 def test_second_run_has_nothing_to_do(reduced):
     assert "Nothing to be done" in snakemake(reduced, "--configfile", "config/ci.yaml")
 
@@ -271,6 +325,18 @@ def test_max_events_is_said_in_the_cube_and_stops_nothing_else(small):
             ["axes.mass_ratio", "'valuse'", "did you mean 'values'"],
         ),
         ({"transient": "many"}, ["transient", "'many'"]),
+        (
+            {"axes": {"mass_ratio": {"values": [0.1, 0.2], "fan": True, "follow": "up"}}},
+            ["axes.mass_ratio.fan", "follow (up)", "take away fan"],
+        ),
+        (
+            {"parameters": {"damping_ratio": 0.1, "clearance": 0.05, "K": 3}},
+            ["parameters.K", "did you mean 'stiffness'"],
+        ),
+        (
+            {"parameters": {"damping_ratio": 0.1, "clearance": 0.05, "stiffness": 3}},
+            ["stiffness (SI units)", "are mixed"],
+        ),
         (
             {"parameters": {"damping_ratio": -0.1, "clearance": 0.05}},
             ["damping_ratio", "-0.1", ">= 0"],
