@@ -193,7 +193,7 @@ _NO_LOG = np.empty((0, COLUMNS))
 def check_state(parameters: Parameters, state: State) -> None:
     """Raise ValueError unless the free mass is between the walls."""
     distance = abs(state.y - state.x)
-    if distance > parameters.clearance + _slack(parameters.clearance, state.x, state.y):
+    if distance > parameters.clearance + slack(parameters.clearance, state.x, state.y):
         raise ValueError(
             f"state: |y - x| = {distance!r} is outside the box: "
             f"must be at most clearance = {parameters.clearance!r}"
@@ -209,7 +209,7 @@ def check_engine_settings(accuracy: float, max_events: int) -> None:
 
 
 @compiled
-def _slack(clearance, x, y):
+def slack(clearance: float, x: float, y: float) -> float:
     """Rounding of the gap of a given state: within it the free mass is at the wall."""
     return ROUNDING * (clearance + abs(x) + abs(y))
 
@@ -265,7 +265,7 @@ def place(
         gap = 0.0
         rate = 0.0
         mode = STICKING
-    elif gap <= _slack(clearance, x, y):
+    elif gap <= slack(clearance, x, y):
         gap = 0.0
         if rate == 0.0:
             angle = free[3] * time + phase

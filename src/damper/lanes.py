@@ -77,6 +77,8 @@ def run_lanes(
         For values out of range, before anything is run.
     """
     lanes = [read_point(values, primary) for values in points]
+    if after is not None and sorted(_order(after, len(lanes))) != list(range(len(lanes))):
+        raise ValueError(f"after: must make chains of all {len(lanes)} lanes, each run once")
     transient = _whole("transient", transient, 0)
     periods = _whole("periods", periods, 1)
     check_engine_settings(accuracy, max_events)
@@ -144,7 +146,7 @@ def _order(after: Sequence[int] | None, count: int) -> Iterator[int]:
         yield from range(count)
         return
     following = {previous: lane for lane, previous in enumerate(after) if previous >= 0}
-    for first in range(count):
+    for first in range(min(count, len(after))):
         if after[first] < 0:
             lane: int | None = first
             while lane is not None:

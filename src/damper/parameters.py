@@ -120,14 +120,17 @@ class SIParameters:
         for name in SI_NAMES:
             object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
         try:
-            sizes = (self.units.length, self.units.time, self.dimensionless.clearance)
-            sound = all(math.isfinite(size) for size in sizes) and min(sizes[:2]) > 0.0
+            units, clearance = self.units, self.dimensionless.clearance
+            sizes = (units.length, units.time, units.speed, units.energy)
+            sound = all(0.0 < size < math.inf for size in sizes) and clearance < math.inf
+            # A gap that vanished by rounding would be another model: stuck for good.
+            sound = sound and (clearance > 0.0) == (self.gap > 0.0)
         except (ValueError, ArithmeticError):
             sound = False
         if not sound:
             raise ValueError(
-                f"{self!r}: these values cannot be scaled: F0/K, sqrt(M/K), m/M, "
-                "C/(2 sqrt(K M)) or Omega sqrt(M/K) is not a number of ordinary size"
+                f"{self!r}: these values cannot be scaled: F0/K, sqrt(M/K), F0^2/K, m/M, "
+                "C/(2 sqrt(K M)), Omega sqrt(M/K) or gap K/F0 is not a number of ordinary size"
             )
 
     @property

@@ -1,8 +1,10 @@
 """A point of a study: one mapping of names to values -> parameters, units and initial state."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from damper.engine import slack
 from damper.linear import steady_state
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
 from damper.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, check_quantity, is_si
@@ -40,9 +42,13 @@ class Point(NamedTuple):
         length = before.units.length / self.units.length
         speed = before.units.speed / self.units.speed
         walls = before.parameters.clearance
-        place = (end.y - end.x) / walls if walls > 0.0 else 0.0
+        apart = end.y - end.x
+        place = apart / walls if walls > 0.0 else 0.0
+        if walls > 0.0 and walls - abs(apart) <= slack(walls, end.x, end.y):
+            # In contact by the engine's own rule, and to stay so however far apart the walls are.
+            place = math.copysign(1.0, apart)
         x, v = length * end.x, speed * end.v
-        y = x + max(-1.0, min(place, 1.0)) * self.parameters.clearance
+        y = x + place * self.parameters.clearance
         # The local time again is a part of the forcing period, whatever its length now is.
         part = end.time / before.parameters.period
         return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.period)

@@ -167,7 +167,10 @@ def _checked_initial(
         return {}
     from damper.study.settings import Initial  # pydantic with it
 
-    data = dict(initial) if isinstance(initial, Mapping) else initial
+    data: Any = initial
+    if isinstance(initial, Mapping):
+        numpy = (np.generic, np.ndarray)
+        data = {k: v.tolist() if isinstance(v, numpy) else v for k, v in initial.items()}
     settings = Initial.checked("initial", data).settings()
     for name in names:
         if name in settings:
@@ -176,6 +179,8 @@ def _checked_initial(
 
 
 def _checked_follow(follow: Mapping[str, str] | None, axes: Mapping[str, Any]) -> dict[str, str]:
+    if not isinstance(follow or {}, Mapping):
+        raise TypeError(f"follow = {follow!r}: must be a mapping of an axis to a direction")
     follow = dict(follow or {})
     if len(follow) > 1:
         raise ValueError(f"follow = {follow!r}: one axis at most, a run has one neighbour")
@@ -183,6 +188,6 @@ def _checked_follow(follow: Mapping[str, str] | None, axes: Mapping[str, Any]) -
         if name not in axes or name in INITIAL_NAMES:
             allowed = ", ".join(axis for axis in axes if axis not in INITIAL_NAMES) or "none here"
             raise ValueError(f"follow: {name!r} is not a sequence of a parameter: {allowed}")
-        if way not in DIRECTIONS:
+        if not isinstance(way, str) or way not in DIRECTIONS:
             raise ValueError(f"follow = {follow!r}: must be one of {', '.join(DIRECTIONS)}")
     return follow

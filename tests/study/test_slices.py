@@ -41,6 +41,7 @@ RUN: dict[str, Any] = {
 def assert_equal(a: Slice, b: Slice) -> None:
     assert a.variables == b.variables
     assert a.coordinates == b.coordinates
+    assert (a.branches, a.labels) == (b.branches, b.labels)
     assert list(a.arrays) == list(b.arrays)
     for name, array in a.arrays.items():
         assert array.dtype == b.arrays[name].dtype
@@ -72,6 +73,19 @@ def test_written_and_read_back(tmp_path: Path) -> None:
     assert isinstance(back.variables, tuple)
     assert all(isinstance(v, Variable) and isinstance(v.dims, tuple) for v in back.variables)
     assert_equal(back, part)
+
+
+def test_branches_are_written_and_read_back(tmp_path: Path) -> None:
+    """Directions, draws and their numbers to the last bit; lanes of every branch."""
+    initial = {"draws": 3, "seed": 5, "initial_velocity": (-0.1, 1 / 3)}
+    part = simulate_slice(FIXED, AXES, **RUN, initial=initial, follow={"restitution": "both"})
+    assert part.branches == {"direction": ["up", "down"], "draw": [0, 1, 2]}
+    assert part.arrays["status"].shape == (3 * 2 * 3,)
+    assert len(part.labels["initial_velocity"]) == 3
+    write_slice(part, tmp_path / "slice.npz")
+    assert_equal(read_slice(tmp_path / "slice.npz"), part)
+    plain = simulate_slice(FIXED, AXES, **RUN)
+    assert (plain.branches, plain.labels) == ({}, {})
 
 
 def test_missing_numbers_and_integer_types_survive(tmp_path: Path) -> None:

@@ -1,0 +1,164 @@
+"""Branches: who follows whom, against a search by brute force, and draws that anyone can repeat."""
+
+import json
+import os
+import random
+import subprocess
+import sys
+from itertools import product as combinations
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from damper.lanes import product
+from damper.study.branches import DIRECTIONS, branches, draws
+
+DRAWS: dict[str, Any] = {
+    "draws": 3,
+    "seed": 7,
+    "initial_velocity": (-2.0, 1.0),
+    "initial_position": (-1.0, 1.0),
+}
+
+
+def neighbour(values: list[float], value: float, direction: str) -> float | None:
+    """The value from whose end a run at `value` starts."""
+    if direction == "up":
+        return max((other for other in values if other < value), default=None)
+    return min((other for other in values if other > value), default=None)
+
+
+NAMES = ("mass_ratio", "clearance", "restitution")
+VALUES = st.lists(st.floats(0.01, 0.99), min_size=1, max_size=4, unique=True)
+
+
+@given(
+    axes=st.lists(VALUES, min_size=1, max_size=3),
+    place=st.integers(0, 2),
+    way=st.sampled_from(list(DIRECTIONS)),
+    drawn=st.integers(0, 3),
+)
+def test_predecessors_by_brute_force(
+    axes: list[list[float]], place: int, way: str, drawn: int
+) -> None:
+    """Same direction, same draw, same other axes, and the neighbouring value, however listed."""
+    named = dict(zip(NAMES, axes, strict=False))
+    followed = list(named)[place % len(named)]
+    initial = {**DRAWS, "draws": drawn} if drawn else {}
+    plan = branches(product(named, {"phase": 0.0}), named, initial, {followed: way})
+    directions = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[way]
+    numbers = list(range(drawn)) or [0]
+    lanes = list(combinations(*named.values(), directions, numbers))
+    assert len(plan.points) == len(plan.after) == len(lanes)
+    assert plan.dimensions == {"direction": directions} | ({"draw": numbers} if drawn else {})
+    for lane, (*where, direction, number) in enumerate(lanes):
+        point = dict(zip(named, where, strict=True))
+        assert plan.points[lane].items() >= point.items()
+        for name, values in plan.labels.items():
+            assert plan.points[lane][name] == values[number]
+        before = neighbour(named[followed], point[followed], direction)
+        expected = -1
+        if before is not None:
+            there = point | {followed: before}
+            expected = lanes.index((*(there[name] for name in named), direction, number))
+        assert plan.after[lane] == expected
+
+
+@given(values=VALUES)
+def test_every_lane_is_followed_once_at_most(values: list[float]) -> None:
+    """So chains end to end cover all lanes."""
+    axes = {"clearance": values}
+    after = branches(product(axes, {}), axes, {}, {"clearance": "both"}).after
+    real = [lane for lane in after if lane >= 0]
+    assert len(set(real)) == len(real) == len(after) - 2
+
+
+def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:
+    axes = {"clearance": [0.1, 0.2]}
+    plan = branches(product(axes, {}), axes, {}, {})
+    assert plan.points == [{"clearance": 0.1}, {"clearance": 0.2}]
+    assert (plan.dimensions, plan.labels, plan.after, plan.primary) == ({}, {}, None, "rest")
+    assert branches([{}], {}, {"primary": "steady"}, {}).primary == "steady"
+
+
+def test_draws_are_the_same_at_every_point() -> None:
+    axes = {"clearance": [0.1, 0.2]}
+    plan = branches(product(axes, {}), axes, DRAWS, {})
+    assert plan.dimensions == {"draw": [0, 1, 2]}
+    one, other = plan.points[:3], plan.points[3:]
+    assert [p["clearance"] for p in plan.points] == [0.1] * 3 + [0.2] * 3
+    for a, b in zip(one, other, strict=True):
+        assert a["initial_velocity"] == b["initial_velocity"]
+        assert a["initial_position"] == b["initial_position"]
+        assert set(a) == {"clearance", "initial_velocity", "initial_position"}
+
+
+def test_draws_are_those_of_pythons_generator() -> None:
+    """Spelt out: draw by draw, the quantities of one draw in the order of the language."""
+    generator = random.Random(7)
+    velocities, positions = [], []
+    for _ in range(3):
+        velocities.append(-2.0 + 3.0 * generator.random())
+        positions.append(-1.0 + 2.0 * generator.random())
+    found = draws(DRAWS)
+    assert found == {"initial_velocity": velocities, "initial_position": positions}
+    # Whatever the order in which the file names them.
+    assert draws(dict(reversed(DRAWS.items()))) == found
+
+
+def test_known_numbers() -> None:
+    """Those of a Mersenne Twister with seed 1: 0.13436424411240122, 0.8474337369372327, ..."""
+    found = draws({"draws": 2, "seed": 1, "initial_displacement": (0.0, 1.0)})
+    assert found == {"initial_displacement": [0.13436424411240122, 0.8474337369372327]}
+
+
+@given(
+    seed=st.integers(0, 2**64),
+    low=st.floats(-1, 1, exclude_max=True),
+    width=st.floats(1e-6, 2),
+)
+def test_draws_lie_within_their_range(seed: int, low: float, width: float) -> None:
+    high = min(low + width, 1.0)
+    settings = {"draws": 20, "seed": seed, "initial_position": (low, high)}
+    (values,) = draws(settings).values()
+    assert len(values) == 20
+    assert all(low <= value <= high for value in values)
+    if high - low > 1e-3:
+        assert len(set(values)) == 20
+
+
+def test_more_draws_begin_with_the_fewer_and_seeds_differ() -> None:
+    few, many = draws(DRAWS), draws({**DRAWS, "draws": 50})
+    assert all(many[name][:3] == values for name, values in few.items())
+    other = draws({**DRAWS, "seed": 8})
+    assert all(set(other[name]).isdisjoint(values) for name, values in few.items())
+    wide = draws({"draws": 2000, "seed": 0, "initial_position": (-1.0, 1.0)})["initial_position"]
+    assert abs(sum(wide) / 2000) < 0.05
+    assert min(wide) < -0.99
+    assert max(wide) > 0.99
+
+
+@pytest.mark.parametrize("hash_seed", ["0", "1", "4242"])
+def test_draws_do_not_depend_on_the_process(hash_seed: str) -> None:
+    code = (
+        "import json, random; random.seed(99)\n"
+        "from damper.study.branches import draws\n"
+        f"print(json.dumps(draws({DRAWS!r})))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+    )
+    assert json.loads(done.stdout) == draws(DRAWS)
+
+
+def test_drawing_leaves_the_callers_generator_alone() -> None:
+    random.seed(5)
+    state = random.getstate()
+    draws(DRAWS)
+    assert random.getstate() == state
