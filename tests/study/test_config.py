@@ -232,6 +232,25 @@ MISTAKES = {
         "'clearance' is not given",
         "clearance >= 0, under parameters or as an axis",
     ),
+    "two systems of units": (
+        "clearance: 0.05",
+        "gap: 0.05",
+        "good.yaml:3  parameters\n    gap (SI units) and damping_ratio, mass_ratio, "
+        "frequency_ratio (dimensionless) are mixed: give all parameters in SI units or none",
+        "1 error ",
+    ),
+    "two systems of units in the axes": (
+        "mass_ratio: {values: [0.25, 0.1, 0.05, 1e-3], fan: true}",
+        "free_mass: {values: [0.25, 0.1, 0.05, 1e-3], fan: true}",
+        "free_mass (SI units) and damping_ratio, clearance, frequency_ratio (dimensionless)",
+    ),
+    "symbol of the other system": (
+        "clearance: 0.05",
+        "clearance: 0.05\n  Omega: 1.3",
+        "good.yaml:6  parameters.Omega\n    unknown parameter 'Omega' (value: 1.3)",
+        "did you mean 'forcing_frequency'?",
+        "1 error ",
+    ),
     "list as a key": ("periods:", "? [1]\n: 2\nperiods:", "a key must be a name, not a list"),
     "parameter and axis": (
         "clearance: 0.05",

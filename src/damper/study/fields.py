@@ -440,7 +440,7 @@ class Section(Kind):
 
 def _of_kind(kind: str, made: Schema) -> Schema:
     chosen = made["properties"]["kind"] | {"const": kind}
-    return made | {"properties": made["properties"] | {"kind": chosen}}
+    return {"title": kind} | made | {"properties": made["properties"] | {"kind": chosen}}
 
 
 def _or_nothing(made: Schema) -> Schema:
@@ -452,8 +452,7 @@ def _or_nothing(made: Schema) -> Schema:
 
 def kind_of(field: FieldInfo) -> Kind | type[Strict]:
     """Return what says what a field may be: a kind, or the class of a mapping."""
-    kinds = [kind for kind in field.metadata if isinstance(kind, Kind)]
-    found = kinds[-1] if kinds else field.annotation
+    found = next((kind for kind in field.metadata if isinstance(kind, Kind)), field.annotation)
     assert isinstance(found, Kind) or issubclass(found, Strict)
     return found
 

@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr
 from damper.linear import steady_gain
 from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.axes import axis_values, coordinate_name
+from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     Faults,
     ListOf,
@@ -26,6 +27,7 @@ from damper.study.fields import (
 from damper.study.products import FIGURES, TABLES, Offer, Product, product
 from damper.study.schema import Schema
 from damper.study.settings import (
+    MOST_DRAWS,
     OBSERVERS,
     SECTIONS,
     Axis,
@@ -216,14 +218,14 @@ class Study(Strict):
         if isinstance(parameters, dict):
             _give_once(parameters, axes, faults)
             _relate_initial(raw["initial"], parameters, axes, faults)
-        if model is not None:
+        if model is not None and not faults.lines:
             model._check_steady(faults)
         _follow_one(sound, faults)
         values = {name: axis and axis_values(axis) for name, axis in sound.items()}
         _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
         if not isinstance(observers, dict):
             return
-        offer = Offer(values, observers, _branch_names(sound, raw["initial"]))
+        offer = Offer(values, observers, **_branches(sound, raw["initial"]))
         for section, registry in (("figures", FIGURES), ("tables", TABLES)):
             entries = raw[section]
             for stem, settings in entries.items() if isinstance(entries, dict) else ():
@@ -236,10 +238,19 @@ class Study(Strict):
 
     def _check_steady(self, faults: Faults) -> None:
         """Refuse a start on a steady response that does not exist."""
-        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
-        if self.initial.primary != "steady" or is_si(given):
+        if self.initial.primary != "steady":
             return
-        if 0.0 in given["damping_ratio"] and 1.0 in given["frequency_ratio"]:
+        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
+        if is_si(given):
+            # The frequency ratio as `SIParameters` forms it.
+            sizes = (given[n] for n in ("primary_mass", "stiffness", "forcing_frequency"))
+            resonant = 0.0 in given["damping"] and any(
+                omega * math.sqrt(mass / stiffness) == 1.0
+                for mass, stiffness, omega in combinations(*sizes)
+            )
+        else:
+            resonant = 0.0 in given["damping_ratio"] and 1.0 in given["frequency_ratio"]
+        if resonant:
             try:
                 steady_gain(0.0, 1.0)
             except ValueError as error:
@@ -255,6 +266,11 @@ def _relate_observers(observers: dict[str, Any], faults: Faults) -> None:
         faults.add(("observers",), message, "one of the two")
 
 
+# Names that tell which system of units a study is in.
+_RATIOS = {quantity.name for quantity in QUANTITIES} - {quantity.name for quantity in SI_QUANTITIES}
+_SI_ONLY = {quantity.name for quantity in SI_QUANTITIES} - {q.name for q in QUANTITIES}
+
+
 def _give_once(parameters: dict[str, Any], axes: dict[str, Any], faults: Faults) -> None:
     given = [name for name in (*parameters, *axes) if isinstance(name, str)]
     for name in parameters:
@@ -263,10 +279,12 @@ def _give_once(parameters: dict[str, Any], axes: dict[str, Any], faults: Faults)
             faults.add(("axes", name), message, "one of the two")
     meant = {nearest(name, ALL) for name in given if name not in ALL}
     try:
-        si = is_si([*given, *meant])
+        si = is_si(given)
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
+    if not si and not any(name in _RATIOS for name in given):
+        si = any(name in _SI_ONLY for name in meant)
     for quantity in SI_QUANTITIES if si else QUANTITIES:
         name = quantity.name
         if name not in given and name not in meant and quantity.default is None:
@@ -304,10 +322,16 @@ def _follow_one(axes: Mapping[str, Axis | None], faults: Faults) -> None:
             faults.add(("axes", name, "follow"), message, "follow on an axis of a parameter")
 
 
-def _branch_names(axes: Mapping[str, Axis | None], initial: Any) -> tuple[str, ...]:
-    direction = any(axis and axis.follow for axis in axes.values())
-    draw = isinstance(initial, dict) and initial.get("draws") is not None
-    return ("direction",) * direction + ("draw",) * draw
+def _branches(axes: Mapping[str, Axis | None], initial: Any) -> dict[str, Any]:
+    """Return the dimensions of several runs at each point, and their values where known."""
+    values: dict[str, tuple[Any, ...]] = {}
+    for axis in axes.values():
+        if axis and axis.follow:
+            values["direction"] = DIRECTIONS[axis.follow]
+    draws = initial.get("draws") if isinstance(initial, dict) else None
+    if isinstance(draws, int) and 1 <= draws <= MOST_DRAWS:
+        values["draw"] = tuple(range(draws))
+    return {"branches": tuple(values), "branch_values": values}
 
 
 def _sound_axes(axes: dict[str, Any]) -> dict[str, Axis | None]:

@@ -31,6 +31,7 @@ from damper.study.fields import (
     fault,
     nearest,
 )
+from damper.study.schema import Draft, Schema
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import as_part, show, words
 
@@ -114,6 +115,7 @@ class Place(Kind):
     """Values of some axes and branches."""
 
     words = "mapping from axes to one of their values each; also direction: up, draw: 0"
+    sort = "mapping"
 
     def check(self, value: Any, context: Any) -> dict[str, Any]:
         faults = Faults()
@@ -126,6 +128,12 @@ class Place(Kind):
                 kept[name] = self.value(name, data)
         faults.settle()
         return kept
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        kinds = {**dict.fromkeys(ALL, Coordinate()), **_BRANCHES}
+        values = {key: kind.schema(draft, key) for key, kind in kinds.items()}
+        made = {"type": "object", "properties": values, "additionalProperties": False}
+        return draft.once("place", made)
 
     @staticmethod
     def value(name: str, data: Any) -> Any:
@@ -176,9 +184,8 @@ class Figure(Product):
         cls.needs(settings, offer, faults)
         used = cls._take_roles(settings, offer, faults)
         used |= _take_values(settings.get("at"), used, offer, faults)
-        # Where a role is missing or misspelt, this would make a second error of the first.
-        required = {key for key, info in cls.model_fields.items() if info.is_required()}
-        if faults.lines or required - settings.keys() or settings.keys() - cls.model_fields.keys():
+        # Where a role is missing or wrong, this would make a second error of the first.
+        if faults.lines or not cls._says_where(settings):
             return
         for name, values in offer.dimensions.items():
             if name not in used:
@@ -189,6 +196,20 @@ class Figure(Product):
         if each is None:
             return {stem: {}}
         return {f"{stem}_{coordinate_name(each, value)}": {each: value} for value in axes[each]}
+
+    @classmethod
+    def _says_where(cls, settings: dict[str, Any]) -> bool:
+        """Whether the settings that place axes are all there and well formed."""
+        required = {key for key, info in cls.model_fields.items() if info.is_required()}
+        roles = [settings[key] for key in cls.roles if settings.get(key) is not None]
+        at = Faults()
+        with at.of():
+            Place().check(settings.get("at") or {}, None)
+        return (
+            required <= settings.keys() <= cls.model_fields.keys()
+            and all(isinstance(name, str) for name in roles)
+            and not at.lines
+        )
 
     @classmethod
     def _take_roles(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> dict[str, str]:
@@ -475,13 +496,48 @@ class Intervals(Product):
         _count(("along",), name, offer.axes.get(name), Role(least=3), faults)
 
 
+class Performance(Product):
+    """How well the damper damps: the best clearance, its band, statements on good damping."""
+
+    along: Annotated[str, Text(), Field(description="Axis of the forcing frequency.")]
+    over: Annotated[
+        str,
+        Text(),
+        Field(description="Axis, such as the clearance, of which the best value is looked for."),
+    ]
+    good: Annotated[
+        float, Number(gt=0, lt=1), Field(description="Rms ratio below which damping is good.")
+    ] = 0.5
+    damped: Annotated[
+        float, Number(gt=0, le=1), Field(description="Amplitude ratio below which the band lies.")
+    ] = 0.9
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        for name in ("response", "impacts", "bursts"):
+            if name not in offer.observers:
+                faults.add((), f"needs {name} among the observers", name)
+        if offer.branches:
+            message = f"this study has several runs at each point ({', '.join(offer.branches)})"
+            faults.add((), message, "a study without follow and without draws")
+        for role in ("along", "over"):
+            name = settings.get(role)
+            if not isinstance(name, str):
+                continue
+            if name not in offer.axes:
+                faults.unknown((role,), "axis", name, offer.axes)
+            elif role == "over" and name == settings.get("along"):
+                faults.add((role,), f"'{name}' is along already", "two distinct axes")
+            _count((role,), name, offer.axes.get(name), Role(least=2), faults)
+
+
 FIGURES: dict[str, type[Product]] = {
     "bifurcation": Bifurcation,
     "map": Map,
     "curves": Curves,
     "trajectory": Trajectory,
 }
-TABLES: dict[str, type[Product]] = {"intervals": Intervals}
+TABLES: dict[str, type[Product]] = {"intervals": Intervals, "performance": Performance}
 
 
 def product(registry: Mapping[str, type[Product]]) -> Callable[[str, Any], Product]:

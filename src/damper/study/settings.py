@@ -145,6 +145,10 @@ def _one_origin(model: Fixed | Axis | Threshold | None, faults: Faults) -> None:
         faults.add((), "assumed and stated are both given", "one of the two")
 
 
+MOST_DRAWS = 100_000
+"""More random states at each point are a slip of the pen."""
+
+
 class Initial(Strict):
     """Where runs start, beside the initial quantities among the parameters and axes."""
 
@@ -252,8 +256,7 @@ class Threshold(Strict):
         float | None,
         Number(gt=0, units=SPEED),
         Field(
-            description="Absolute approach speed, dimensionless also in a study in SI units; not "
-            "with fraction."
+            description="Absolute approach speed, in m/s in a study in SI units; not with fraction."
         ),
     ] = None
     assumed: Assumed = None

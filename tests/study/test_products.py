@@ -1,0 +1,364 @@
+"""Figures and tables in study files: their settings, and how each mistake is told."""
+
+import inspect
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from damper.figures import FIGURES as DRAWN
+from damper.observers import OBSERVERS, make_observers
+from damper.study.config import ConfigError, Study, load_study
+from damper.study.fields import Faults, faults_of
+from damper.study.products import FIGURES, TABLES, VARIABLES, Offer, Product
+
+GOOD: dict[str, Any] = {
+    "title": "t",
+    "source": "s",
+    "parameters": {"damping_ratio": 0.02},
+    "axes": {
+        "mass_ratio": {"values": [0.1, 0.2]},
+        "frequency_ratio": {"start": 0.8, "stop": 1.2, "step": 0.1},
+        "clearance": {"start": 0.5, "stop": 2, "step": 0.5},
+        "restitution": {"values": [0.5]},
+    },
+    "transient": 10,
+    "periods": 10,
+    "observers": {
+        "stroboscopic_section": None,
+        "bursts": None,
+        "response": None,
+        "trajectory": None,
+    },
+}
+MAP = {"kind": "map", "variable": "chatter", "x": "frequency_ratio", "y": "clearance"}
+CURVES = {"kind": "curves", "variables": ["rms_ratio"], "along": "frequency_ratio"}
+BIFURCATION = {"kind": "bifurcation", "along": "frequency_ratio"}
+POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
+TRAJECTORY = {"kind": "trajectory", "at": POINT}
+
+
+def load(folder: Path, figure: dict[str, Any], **changes: Any) -> Study:
+    path = folder / "good.yaml"
+    path.write_text(yaml.safe_dump({**GOOD, "figures": {"one": figure}, **changes}))
+    return load_study(path)
+
+
+def blame(folder: Path, figure: dict[str, Any], **changes: Any) -> str:
+    """Return the message; of one fault only, and in plain words."""
+    with pytest.raises(ConfigError) as caught:
+        load(folder, figure, **changes)
+    message = str(caught.value)
+    assert message.startswith("1 error "), message
+    for jargon in ("pydantic", "type=", "Traceback", "tuple", "None"):
+        assert jargon not in message
+    return message
+
+
+# What is accepted.
+
+ACCEPTED = [
+    MAP | {"panels": "mass_ratio", "best": "max", "caption": "c"},
+    MAP | {"each": "mass_ratio"},
+    MAP | {"at": {"mass_ratio": 0.2}, "variable": "status"},
+    MAP | {"at": {"mass_ratio": "2e-1", "restitution": 0.5}},
+    CURVES | {"lines": "mass_ratio", "best": "clearance", "log": True},
+    CURVES | {"variables": ["rms_ratio", "chatter"], "lines": "clearance", "each": "mass_ratio"},
+    BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}},
+    TRAJECTORY | {"start": 1, "stop": 2.5},
+    {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
+]
+
+
+@pytest.mark.parametrize("figure", ACCEPTED, ids=lambda figure: figure["kind"])
+def test_accepted(tmp_path: Path, figure: dict[str, Any]) -> None:
+    study = load(tmp_path, figure)
+    again = tmp_path / "again.yaml"
+    again.write_text(study.to_yaml())
+    assert load_study(again).figures == study.figures
+    given = study.figures["one"].model_dump(exclude_none=True)
+    assert (
+        given.items() >= {k: v for k, v in figure.items() if k in ("x", "along", "caption")}.items()
+    )
+
+
+def test_values_that_look_like_numbers_are_numbers(tmp_path: Path) -> None:
+    study = load(tmp_path, MAP | {"at": {"mass_ratio": "2e-1"}})
+    assert study.figures["one"].at == {"mass_ratio": 0.2}
+
+
+@pytest.mark.parametrize("figure", [MAP, CURVES | {"lines": "clearance"}])
+def test_a_file_for_each_value(tmp_path: Path, figure: dict[str, Any]) -> None:
+    assert load(tmp_path, figure | {"each": "mass_ratio"}).figure_files() == {
+        "one_mass_ratio~0.1": ("one", {"mass_ratio": 0.1}),
+        "one_mass_ratio~0.2": ("one", {"mass_ratio": 0.2}),
+    }
+    assert load(tmp_path, figure | {"at": {"mass_ratio": 0.1}}).figure_files() == {
+        "one": ("one", {})
+    }
+
+
+def test_tables_may_be_as_before(tmp_path: Path) -> None:
+    table = {"kind": "intervals", "along": "frequency_ratio"}
+    study = load(tmp_path, TRAJECTORY, tables={"one": table})
+    assert study.tables["one"].resolution == 1e-3
+
+
+# What is refused.
+
+MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
+    "axis without a place": (
+        MAP,
+        (
+            "figures.one\n    axis 'mass_ratio' has 2 values but no place in the figure",
+            "allowed: name it as panels or each, or give its value in at",
+        ),
+    ),
+    "all roles taken": (
+        CURVES | {"along": "clearance", "lines": "mass_ratio", "each": "restitution", "best": "r"},
+        ("figures.one.best", "unknown axis 'r'", "did you mean 'restitution'?"),
+    ),
+    "trajectory of many points": (
+        TRAJECTORY | {"at": {"mass_ratio": 0.1, "clearance": 1}},
+        ("'frequency_ratio' has 5 values", "name it as each, or give its value in at"),
+    ),
+    "unknown axis": (
+        MAP | {"panels": "mass_rato"},
+        ("figures.one.panels\n", "unknown axis 'mass_rato'", "did you mean 'mass_ratio'?"),
+    ),
+    "twice": (
+        MAP | {"panels": "clearance", "each": "mass_ratio"},
+        ("figures.one.panels\n", "'clearance' is y already", "an axis without a place"),
+    ),
+    "twice in at": (
+        MAP | {"each": "mass_ratio", "at": {"clearance": 1}},
+        ("figures.one.at.clearance\n", "'clearance' is y already"),
+    ),
+    "value that is not listed": (
+        MAP | {"at": {"mass_ratio": 0.12}},
+        (
+            "figures.one.at.mass_ratio\n    'mass_ratio' has no value 0.12",
+            "allowed: one of its 2 values; the nearest is 0.1",
+        ),
+    ),
+    "value out of range": (
+        MAP | {"at": {"mass_ratio": -1}},
+        ("figures.one.at.mass_ratio\n", "out of range (value: -1)", "mass_ratio > 0"),
+    ),
+    "value in quotes": (
+        MAP | {"at": {"mass_ratio": "a"}},
+        ("not a number (value: 'a')",),
+    ),
+    "axis of another study in at": (
+        MAP | {"each": "mass_ratio", "at": {"gap": 1}},
+        ("figures.one.at.gap\n", "unknown axis 'gap'", "clearance, frequency_ratio, mass_ratio"),
+    ),
+    "no axis in at": (
+        MAP | {"each": "mass_ratio", "at": {"clearence": 1}},
+        ("figures.one.at.clearence\n", "unknown axis 'clearence'", "did you mean 'clearance'?"),
+    ),
+    "at is a list": (MAP | {"at": [1]}, ("figures.one.at\n", "not a mapping (value: a list)")),
+    "misspelt axis in at": (
+        MAP | {"at": {"mass_rato": 0.1}},
+        ("figures.one.at.mass_rato\n", "unknown axis 'mass_rato'", "did you mean 'mass_ratio'?"),
+    ),
+    "role that is no text": (
+        MAP | {"panels": 3},
+        ("figures.one.panels\n    not text (value: 3, put it in quotes)",),
+    ),
+    "direction without follow": (
+        MAP | {"each": "mass_ratio", "at": {"direction": "up"}},
+        ("figures.one.at.direction\n", "unknown axis 'direction'"),
+    ),
+    "misspelt key": (
+        MAP | {"panel": "mass_ratio"},
+        ("figures.one.panel\n", "unknown key 'panel'", "did you mean 'panels'?"),
+    ),
+    "missing role": (
+        {key: value for key, value in MAP.items() if key != "y"},
+        ("figures.one.y\n    'y' is missing",),
+    ),
+    "unknown variable": (
+        MAP | {"each": "mass_ratio", "variable": "chater"},
+        (
+            "figures.one.variable\n    no observer of the study writes 'chater'",
+            "chatter, visible_impacts",
+            "did you mean 'chatter'?",
+        ),
+    ),
+    "variable of another observer": (
+        MAP | {"each": "mass_ratio", "variable": "impacts_per_period"},
+        ("'impacts_per_period' is written by the observer impacts, which the study lacks",),
+    ),
+    "variable with its own dimension": (
+        CURVES | {"lines": "clearance", "each": "mass_ratio", "variables": ["displacement"]},
+        ("figures.one.variables[0]\n", "writes 'displacement' as one value at each point"),
+    ),
+    "too many variables": (
+        CURVES
+        | {"lines": "clearance", "each": "mass_ratio"}
+        | {"variables": ["chatter", "status", "rms_ratio", "energy_input", "impact_loss"]},
+        ("figures.one.variables\n    5 variables are too many", "at most 4"),
+    ),
+    "no variables": (
+        CURVES | {"lines": "clearance", "each": "mass_ratio", "variables": []},
+        ("figures.one.variables\n    the list is empty",),
+    ),
+    "map over one value": (
+        MAP | {"y": "restitution", "each": "mass_ratio", "at": {"clearance": 1}},
+        ("figures.one.y\n    axis 'restitution' has too few values (1)", "at least 2 values"),
+    ),
+    "best": (
+        MAP | {"each": "mass_ratio", "best": "least"},
+        ("figures.one.best\n    not one of the choices (value: 'least')", "min, max"),
+    ),
+    "log": (
+        CURVES | {"lines": "clearance", "each": "mass_ratio", "log": "yes"},
+        ("figures.one.log\n", "not true or false (value: 'yes')"),
+    ),
+    "stop before start": (
+        TRAJECTORY | {"start": 2, "stop": 1},
+        ("figures.one.stop\n    start (2", "must be less than stop (1"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_refused(tmp_path: Path, name: str) -> None:
+    figure, parts = MISTAKES[name]
+    message = blame(tmp_path, figure)
+    for part in parts:
+        assert part in message, message
+
+
+@pytest.mark.parametrize(
+    ("figure", "observer", "words"),
+    [
+        (
+            BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 1}},
+            "section",
+            "needs a section",
+        ),
+        (TRAJECTORY, "trajectory", "needs trajectory among the observers"),
+        (MAP | {"each": "mass_ratio"}, "bursts", "written by the observer bursts"),
+    ],
+)
+def test_observer_is_needed(
+    tmp_path: Path, figure: dict[str, Any], observer: str, words: str
+) -> None:
+    observers = {k: v for k, v in GOOD["observers"].items() if observer not in k}
+    assert words in blame(tmp_path, figure, observers=observers)
+
+
+def test_too_many_lines_or_panels(tmp_path: Path) -> None:
+    axes = GOOD["axes"] | {"mass_ratio": {"start": 0.1, "stop": 1.3, "num": 13}}
+    message = blame(tmp_path, MAP | {"panels": "mass_ratio"}, axes=axes)
+    assert "axis 'mass_ratio' has too many values (13)" in message
+    assert "an axis with at most 12 values, or one value in at" in message
+    figure = CURVES | {"lines": "mass_ratio", "best": "clearance"}
+    assert "too many values (13)" in blame(tmp_path, figure, axes=axes)
+
+
+# Branches: several runs at each point.
+
+
+def followed(way: str) -> dict[str, Any]:
+    axis = GOOD["axes"]["frequency_ratio"] | {"follow": way}
+    return {"axes": GOOD["axes"] | {"frequency_ratio": axis}}
+
+
+def test_directions_need_a_place(tmp_path: Path) -> None:
+    figure = MAP | {"each": "mass_ratio"}
+    message = blame(tmp_path, figure, **followed("both"))
+    assert "the study has several runs at each point (direction)" in message
+    assert "allowed: name it as panels, or give its value: at: {direction: up}" in message
+    load(tmp_path, figure | {"at": {"direction": "down"}}, **followed("both"))
+    load(tmp_path, figure | {"panels": "direction"}, **followed("both"))
+    at = {"mass_ratio": 0.1, "clearance": 1}
+    load(tmp_path, CURVES | {"lines": "direction", "at": at}, **followed("both"))
+
+
+def test_draws_need_a_place_but_in_bifurcations(tmp_path: Path) -> None:
+    initial = {"draws": 3, "seed": 1, "initial_position": [-1, 1]}
+    message = blame(tmp_path, TRAJECTORY, initial=initial)
+    assert "several runs at each point (draw)" in message
+    assert "give its value: at: {draw: 0}" in message
+    load(tmp_path, TRAJECTORY | {"at": POINT | {"draw": 2}}, initial=initial)
+    figure = BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}}
+    load(tmp_path, figure, initial=initial)
+    message = blame(tmp_path, TRAJECTORY | {"at": POINT | {"draw": -1}}, initial=initial)
+    assert "figures.one.at.draw\n    out of range (value: -1)" in message
+    message = blame(tmp_path, figure | {"each": "draw"}, initial=initial)
+    assert "unknown axis 'draw'" in message
+
+
+def told(figure: dict[str, Any], offer: Offer) -> list[tuple[Any, dict[str, str]]]:
+    """Return the faults of a figure where the values of branches are known."""
+    faults = Faults()
+    FIGURES[figure["kind"]].fit(figure, offer, faults)
+    try:
+        faults.settle()
+    except ValueError as error:
+        return faults_of(error)
+    return []
+
+
+@pytest.mark.parametrize(
+    ("branches", "at", "words"),
+    [
+        ({"direction": ("up",)}, {}, None),
+        ({"draw": (0,)}, {}, None),
+        ({"direction": ("up", "down")}, {}, "several runs at each point (direction)"),
+        ({"direction": ("up",)}, {"direction": "down"}, "'direction' has no value 'down'"),
+        ({"draw": (0, 1, 2)}, {"draw": 3}, "'draw' has no value 3"),
+        ({"draw": (0, 1, 2)}, {"draw": 2}, None),
+    ],
+)
+def test_known_values_of_branches(
+    branches: dict[str, tuple[Any, ...]], at: dict[str, Any], words: str | None
+) -> None:
+    axes = {"frequency_ratio": (1.0, 2.0), "clearance": (1.0, 2.0)}
+    found = told(MAP | {"at": at}, Offer(axes, ["bursts"], tuple(branches), branches))
+    messages = [fault["message"] for _, fault in found]
+    assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
+
+
+def test_an_axis_in_error_is_told_once() -> None:
+    offer = Offer({"frequency_ratio": None, "clearance": (1.0, 2.0)}, ["bursts"])
+    assert told(MAP | {"best": "min"}, offer) == []
+    assert told(MAP | {"panels": "mass_ratio"}, offer)[0][1]["message"].startswith("unknown axis")
+
+
+# In step with the rest.
+
+
+def test_variables_are_those_of_the_observers() -> None:
+    for name in OBSERVERS:
+        (made,) = make_observers([name])
+        written = {variable.name for variable in made.variables if not variable.dims}
+        assert set(VARIABLES.get(name, ())) == written
+
+
+@pytest.mark.parametrize("kind", FIGURES)
+def test_settings_are_the_arguments_of_draw(kind: str) -> None:
+    assert set(DRAWN) == set(FIGURES)
+    draw = import_module(DRAWN[kind]).draw
+    arguments = inspect.signature(draw).parameters
+    fields = FIGURES[kind].model_fields
+    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each"}
+    for name, argument in arguments.items():
+        if name != "cube":
+            required = argument.default is inspect.Parameter.empty
+            assert required is fields[name].is_required()
+            if not required:
+                assert argument.default == fields[name].default
+
+
+@pytest.mark.parametrize("product", [*FIGURES.values(), *TABLES.values()])
+def test_every_setting_is_described(product: type[Product]) -> None:
+    assert product.__doc__
+    for name, field in product.model_fields.items():
+        assert field.description, f"{product.__name__}.{name}"
+        assert field.description.endswith(".")

@@ -1,0 +1,555 @@
+"""Schemas, the reference and the template: complete, in step, and of one mind with the loader."""
+
+import copy
+import itertools
+import json
+import math
+import random
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from damper.quantities import ALL, SI_NAMES
+from damper.study import reference
+from damper.study.config import ConfigError, load_config, load_study
+from damper.study.fields import Kind, Strict, kind_of
+from damper.study.model import Settings, Study
+from damper.study.products import FIGURES, TABLES
+from damper.study.settings import OBSERVERS, Axis, Fixed, Initial, Threshold
+from damper.study.yaml_file import read_yaml
+
+ROOT = Path(__file__).parents[2]
+STUDIES = sorted((ROOT / "config/studies").glob("*.yaml"))
+CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
+TEMPLATE = ROOT / "config/studies/template.yaml"
+CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVERS.values()]
+CLASSES += [*FIGURES.values(), *TABLES.values()]
+
+STUDY, CONFIG = (
+    Draft202012Validator(json.loads(text))
+    for path, text in reference.files().items()
+    if path.endswith(".json")
+)
+
+DIMENSIONLESS = {
+    "title": "T",
+    "source": "S",
+    "parameters": {
+        "damping_ratio": {"value": 0.02, "assumed": "why"},
+        "clearance": {"value": 1, "stated": "where"},
+        "phase": -1.5,
+        "initial_position": -1,
+    },
+    "axes": {
+        "mass_ratio": {"values": [0.25, 1e-3], "fan": True, "assumed": "why"},
+        "frequency_ratio": {"start": 0.5, "stop": 2, "num": 4, "spacing": "log", "follow": "up"},
+        "restitution": {"start": 0, "stop": 1, "step": 0.25, "spacing": "linear", "fan": False},
+    },
+    "initial": {"primary": "rest", "draws": 2, "seed": 0, "initial_velocity": [-1, 1]},
+    "transient": 0,
+    "periods": 1,
+    "observers": {
+        "impact_section": {"wall": "left", "samples": 3, "free_mass": True},
+        "impacts": None,
+        "bursts": {"threshold": {"speed": 1e-8, "stated": "where"}, "compare_thresholds": [0.5]},
+        "response": {},
+        "trajectory": {"length": 0.5, "start": 0},
+    },
+    "figures": {"a_b-1": {"kind": "bifurcation", "along": "restitution", "each": "mass_ratio"}},
+    "tables": None,
+}
+SI = {
+    "title": "T",
+    "source": "S",
+    "description": "D",
+    "parameters": dict.fromkeys((n for n in SI_NAMES if n not in ("gap", "phase")), 0.5),
+    "axes": {"gap": {"start": 0, "stop": 0.1, "num": 3}},
+    "initial": "steady",
+    "transient": 5,
+    "periods": 10,
+    "observers": {"stroboscopic_section": {"at": 0.5}, "bursts": {"threshold": 0.1}},
+    "figures": {"section": {"kind": "bifurcation", "along": "gap"}},
+    "tables": {"chatter": {"kind": "intervals", "along": "gap", "resolution": 1e-4}},
+}
+POINT = {
+    "title": "T",
+    "source": "S",
+    "parameters": {"mass_ratio": 1, "damping_ratio": 0, "frequency_ratio": 1, "clearance": 0}
+    | {"restitution": 1},
+    "axes": None,
+    "initial": {"draws": 1, "seed": 3, "initial_position": [-1, 1], "primary": "steady"},
+    "transient": 5,
+    "periods": 10,
+    "observers": {"impacts": {"threshold": {"fraction": 0.5}}},
+}
+# Without a damping ratio of zero: that, at resonance, has no steady response.
+POINT["parameters"]["damping_ratio"] = 0.1
+# Its rows are an axis too many for one figure.
+DIMENSIONLESS["figures"]["a_b-1"]["rows"] = "frequency_ratio"
+GOOD = {"dimensionless": DIMENSIONLESS, "SI": SI, "point": POINT}
+
+
+def loads(folder: Path, data: Any) -> bool:
+    """Whether the loader accepts a study, given as data."""
+    path = folder / "study.yaml"
+    path.write_text(yaml.safe_dump(data, sort_keys=False, allow_unicode=False))
+    try:
+        load_study(path)
+    except ConfigError:
+        return False
+    return True
+
+
+def data_of(path: Path) -> Any:
+    """The data of a file in YAML 1.2, as an editor sees it."""
+    file = read_yaml(path)
+    assert file.problems == []
+    return file.data
+
+
+# Generated files.
+
+
+def test_generated_files_are_in_step():
+    stale = reference.out_of_step(ROOT)
+    assert stale == [], f"run: {reference.MADE_BY}"
+
+
+def test_command_writes_and_checks(tmp_path, capsys):
+    arguments = ["--root", str(tmp_path)]
+    assert reference.main([*arguments, "--check"]) == 1
+    assert not list(tmp_path.iterdir())
+    assert reference.main(arguments) == 0
+    assert reference.main([*arguments, "--check"]) == 0
+    (tmp_path / "docs/reference.md").write_text("edited")
+    capsys.readouterr()
+    assert reference.main([*arguments, "--check"]) == 1
+    assert capsys.readouterr().out.splitlines()[0] == "out of step: docs/reference.md"
+
+
+def test_workflow_does_not_load_the_generator():
+    code = "import sys, damper.study.config as c; print('damper.study.reference' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("path", [*STUDIES, *CONFIGS], ids=lambda path: path.stem)
+def test_file_names_its_schema(path):
+    name = "study" if path in STUDIES else "config"
+    first = path.read_text().splitlines()[0]
+    (target,) = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", first).groups()
+    assert (path.parent / target).resolve() == ROOT / f"config/schema/{name}.schema.json"
+    assert (path.parent / target).is_file()
+
+
+@pytest.mark.parametrize("name", ["study", "config"])
+def test_schema_is_a_schema(name):
+    schema = json.loads((ROOT / f"config/schema/{name}.schema.json").read_text())
+    Draft202012Validator.check_schema(schema)
+    text = json.dumps(schema)
+    for target in re.findall(r'"#/\$defs/([^"]*)"', text):
+        assert target in schema["$defs"]
+    for defined in schema["$defs"]:
+        assert text.count(f'"#/$defs/{defined}"') > 1
+
+
+# Every key.
+
+
+@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
+def test_every_key_has_a_description_a_type_and_a_schema(cls):
+    assert cls.__doc__
+    for key, field in cls.model_fields.items():
+        assert field.description, f"{cls.__name__}.{key}"
+        assert field.description.endswith("."), f"{cls.__name__}.{key}"
+        kind = kind_of(field)
+        if isinstance(kind, Kind):
+            assert kind.sort, f"{cls.__name__}.{key}"
+            assert type(kind).schema is not Kind.schema, f"{type(kind).__name__} has no schema"
+
+
+def paths(cls: type[Strict], path: str) -> Iterator[str]:
+    for key, field in cls.model_fields.items():
+        yield f"{path}{key}"
+        if not isinstance(kind_of(field), Kind) and key != "initial":
+            yield from paths(kind_of(field), f"{path}{key}.")
+
+
+def test_reference_has_every_key_and_variable_once_in_its_section():
+    text = (ROOT / "docs/reference.md").read_text()
+    keys = [*paths(Study, ""), *paths(Settings, ""), *paths(Fixed, "parameters.<name>.")]
+    keys += [*paths(Axis, "axes.<name>."), *paths(Initial, "initial.")]
+    for name, cls in OBSERVERS.items():
+        keys += paths(cls, f"observers.{name}.")
+    for key in keys:
+        assert text.count(f"\n| `{key}` |") == 1, key
+    for section, registry in (("figures", FIGURES), ("tables", TABLES)):
+        for kind, cls in registry.items():
+            part = text.split(f"### kind: {kind}\n")[1].split("\n#")[0]
+            for key in paths(cls, f"{section}.<file>."):
+                assert part.count(f"\n| `{key}` |") == 1, key
+    for name in ALL:
+        assert f"\n| `{name}` |" in text
+
+
+def test_reference_says_what_the_classes_say():
+    text = (ROOT / "docs/reference.md").read_text()
+    for row in (
+        "| `transient` | integer | forcing periods | **required** | >= 0 |",
+        "| `clearance` | $d$ | F0/K, m | **required** | >= 0 |",
+        "| `primary_mass` | $M$ | kg | **required** | > 0 |",
+        "| `observers.impact_section.samples` | integer | | `100` | >= 1 and <= 100000 |",
+        "| `observers.bursts.threshold.speed` | number | F0/sqrt(K M) | | > 0 |",
+        "| `axes.<name>.follow` | one of | | | `up`, `down`, `both` |",
+        "| `engine.accuracy` | number | sqrt(M/K) | `1e-12` | >= 1e-15 and <= 0.001 |",
+        "| `free_velocity` | `sample` | F0/sqrt(K M), m/s |",
+    ):
+        assert f"\n{row}" in text
+    assert re.search(r"\n\| `burst_onset` \| `burst` \| sqrt\(M/K\), s \|.*\| `records` \|\n", text)
+    assert re.search(r"\n\| `chatter_by_threshold` .*\| `compare_thresholds` \|\n", text)
+
+
+def test_schema_tells_ranges_units_and_defaults():
+    schema = STUDY.schema
+    clearance = schema["$defs"]["clearance"]
+    assert (clearance["type"], clearance["minimum"]) == ("number", 0)
+    assert "clearance to each wall, $d$ [F0/K]" in clearance["description"]
+    axis = schema["properties"]["axes"]["properties"]["clearance"]["properties"]
+    assert axis["start"]["description"].endswith("[F0/K]")
+    assert schema["$defs"]["mass_ratio"]["exclusiveMinimum"] == 0
+    assert schema["$defs"]["restitution"]["maximum"] == 1
+    assert schema["properties"]["periods"]["description"].endswith("[forcing periods]")
+    section = schema["properties"]["observers"]["properties"]["impact_section"]["properties"]
+    assert section["wall"]["enum"] == ["left", "right"]
+    assert section["wall"]["default"] == "right"
+    kinds = schema["properties"]["figures"]["additionalProperties"]["anyOf"]
+    assert [kind["properties"]["kind"]["const"] for kind in kinds] == list(FIGURES)
+
+
+# Schema and loader.
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_schema_accepts_the_studies_of_the_project(path):
+    assert list(STUDY.iter_errors(data_of(path))) == []
+    # What it accepts in full, it accepts as an override.
+    override = {"studies": ["a"], "overrides": {"a": data_of(path)}}
+    assert list(CONFIG.iter_errors(override)) == []
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_schema_accepts_the_configurations_of_the_project(path):
+    assert list(CONFIG.iter_errors(data_of(path))) == []
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_loader_and_schema_accept_good_studies(tmp_path, name):
+    assert loads(tmp_path, GOOD[name])
+    assert list(STUDY.iter_errors(GOOD[name])) == []
+
+
+@pytest.mark.parametrize("name", ["damping_ratio", "frequency_ratio"])
+def test_start_on_a_steady_response_of_an_unfinished_study_is_refused(tmp_path, name):
+    assert not loads(tmp_path, changed(POINT, f"parameters.{name}", ...))
+
+
+def test_loader_and_schema_accept_good_configurations(tmp_path):
+    folder = tmp_path / "config/studies"
+    folder.mkdir(parents=True)
+    (folder / "good.yaml").write_text(yaml.safe_dump(SI))
+    for config in (
+        {"studies": ["good"]},
+        {"studies": ["good"], "engine": {"accuracy": 1e-9}, "results": "r", "overrides": None},
+        {"studies": ["good"], "overrides": {"good": None}},
+        {"studies": ["config/studies/good.yaml"], "overrides": {"good": {"axes": None} | CHANGE}},
+        {"studies": ["good"], "overrides": {"good": {"figures": {"section": {"caption": "C"}}}}},
+        {"studies": ["good"], "overrides": {"good": {"axes": {"gap": {"values": [1, 2, 3]}}}}},
+    ):
+        load_config(config, tmp_path)
+        assert list(CONFIG.iter_errors(config)) == []
+
+
+CHANGE = {"parameters": {"gap": 0.1}, "figures": None, "tables": None, "title": "U"}
+
+# Path in DIMENSIONLESS -> values that both refuse. `...` takes the key away.
+MISTAKES: dict[str, list[Any]] = {
+    "title": [..., None, 5, "", "  ", ["a"], True],
+    "source": [..., None, 1.5],
+    "description": [None, {}],
+    "perods": [1],
+    "transient": [..., None, -1, 1.5, "300", True, []],
+    "periods": [..., 0, "many", {}],
+    "parameters": [[], "mass_ratio", 3],
+    "parameters.Clearence": [1],
+    "parameters.mu": [0.1],
+    "parameters.clearance": [-1, "0.05", True, None, [1], {}, {"value": -1}, {"value": 1, "x": 1}],
+    "parameters.clearance.value": [..., "1", None],
+    "parameters.clearance.assumed": ["both"],
+    "parameters.damping_ratio.value": [-0.02],
+    "parameters.initial_position": [-1.01, 1.01],
+    "axes": [[], 1],
+    "axes.gain": [{"values": [1]}],
+    "axes.mass_ratio": [None, 1, [1, 2], {}, {"fan": True}],
+    "axes.mass_ratio.values": [..., [], [1, 0], [1, 1], [1, "2"], 1, None],
+    "axes.mass_ratio.num": [3],
+    "axes.mass_ratio.start": [1],
+    "axes.mass_ratio.spacing": ["log"],
+    "axes.mass_ratio.fan": ["yes", 1, None],
+    "axes.mass_ratio.follow": ["up"],
+    "axes.mass_ratio.stated": ["both", 3, ""],
+    "axes.frequency_ratio.start": [..., 0, "1", -1],
+    "axes.frequency_ratio.stop": [...],
+    "axes.frequency_ratio.num": [..., 1, 1000001, 2.5],
+    "axes.frequency_ratio.nmu": [3],
+    "axes.frequency_ratio.step": [0.5],
+    "axes.frequency_ratio.values": [[1, 2]],
+    "axes.frequency_ratio.spacing": ["lin", None],
+    "axes.frequency_ratio.follow": ["upwards", True],
+    "axes.frequency_ratio.fan": [True],
+    "axes.restitution": [
+        {"start": 0, "stop": 1, "num": 3, "spacing": "log"},
+        {"start": 0.25, "stop": 1, "step": 0.25, "spacing": "log"},
+    ],
+    "axes.restitution.stop": [1.5],
+    "axes.restitution.step": [0, -0.1],
+    "axes.restitution.spacing": ["log"],
+    "initial": [
+        *(None, "moving", 1, []),
+        {"primary": "steady", "draws": 1, "seed": 1, "initial_displacement": [0, 1]},
+        {"primary": "steady", "draws": 1, "seed": 1, "initial_velocity": [0, 1]},
+    ],
+    "initial.primary": ["Rest", None],
+    "initial.draws": [..., 0, 100001],
+    "initial.seed": [..., -1, 1.5],
+    "initial.initial_velocity": [..., [1], [1, 1], [1, 2, 3], 1, ["a", "b"]],
+    "initial.initial_position": [[-2, 1], [0, 1.5]],
+    "initial.speed": [[0, 1]],
+    "observers": [..., None, {}, [], "impacts"],
+    "observers.impact": [{}],
+    "observers.stroboscopic_section": [{}],
+    "observers.impact_section.wall": ["Left", None],
+    "observers.impact_section.samples": [0, 100001],
+    "observers.impact_section.at": [0],
+    "observers.impacts": [[1], 3, {"threshold": 3}, {"threshold": None}],
+    "observers.bursts.threshold": [0, 1, "0.1", None, {}],
+    "observers.bursts.threshold.fraction": [0.1],
+    "observers.bursts.threshold.speed": [..., 0, None],
+    "observers.bursts.threshold.assumed": ["both"],
+    "observers.bursts.compare_thresholds": [0.1, [1], [0.1, 0.1], None],
+    "observers.bursts.records": [-5, 0.5],
+    "observers.response": [{"a": 1}],
+    "observers.trajectory.length": [0, None],
+    "observers.trajectory.events": [-1, 10_000_001],
+    "figures": [[], "a"],
+    "figures.a_b-1": [None, 3, {}],
+    "figures.a_b-1.kind": [..., "bifurcations", None, "intervals"],
+    "figures.a_b-1.along": [..., 1],
+    "figures.a_b-1.eech": ["mass_ratio"],
+    "figures.a_b-1.caption": ["", 1],
+    "figures.bif/urc": [DIMENSIONLESS["figures"]["a_b-1"]],
+    "tables": [{"t": {"kind": "interval", "along": "restitution"}}, {"t": 1}],
+}
+CASES = [(path, value) for path, values in MISTAKES.items() for value in values]
+
+
+def changed(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
+    data = copy.deepcopy(data)
+    *parents, last = path.split(".")
+    node = data
+    for part in parents:
+        node = node[part]
+    if value is ...:
+        del node[last]
+    else:
+        node[last] = value
+    return data
+
+
+@pytest.mark.parametrize(("path", "value"), CASES, ids=str)
+def test_loader_and_schema_refuse_a_mistake(tmp_path, path, value):
+    data = changed(DIMENSIONLESS, path, value)
+    assert not loads(tmp_path, data)
+    assert not STUDY.is_valid(data)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("studies", []),
+        ("studies", "good"),
+        ("studies", [1]),
+        ("studies", ["a", "a"]),
+        ("studys", ["a"]),
+        ("engine", None),
+        ("engine.accuracy", 1e-2),
+        ("engine.accuracy", 0),
+        ("engine.max_events", 0),
+        ("engine.max_event", 1),
+        ("results", ""),
+        ("overrides", [1]),
+        ("overrides.a", 3),
+        ("overrides.a.perods", 1),
+        ("overrides.a.axes.gap.num", "many"),
+        ("overrides.a.observers.bursts.threshold", 2),
+        ("overrides.a b", {}),
+    ],
+)
+def test_schema_refuses_a_mistake_in_the_configuration(path, value):
+    axes = {"axes": {"gap": {"num": 3}}, "observers": {"bursts": {}}}
+    good = {"studies": ["a"], "engine": {}, "overrides": {"a": axes}}
+    assert CONFIG.is_valid(good)
+    assert not CONFIG.is_valid(changed(good, path, value))
+
+
+#: What the loader refuses and the schema cannot see, or is not to say: see the module.
+LOADERS_OWN = [
+    ("parameters.damping_ratio", ...),
+    ("parameters.restitution", 0.5),
+    ("parameters.stiffness", 1),
+    ("parameters.clearance", math.inf),
+    ("periods", 100.0),
+    ("axes.restitution.step", 0.3),
+    ("axes.restitution.stop", 0),
+    ("axes.restitution.follow", "up"),
+    ("axes.frequency_ratio.num", 1001),
+    ("initial.initial_velocity", [1, -1]),
+    ("figures.a_b-1.along", "phase"),
+    ("figures.A_B-1", DIMENSIONLESS["figures"]["a_b-1"]),
+    ("tables", {"t": {"kind": "intervals", "along": "restitution"}}),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), LOADERS_OWN, ids=str)
+def test_what_is_left_to_the_loader(tmp_path, path, value):
+    data = changed(DIMENSIONLESS, path, value)
+    if value == 1001:  # slices
+        data["axes"]["frequency_ratio"] |= {"fan": True}
+        del data["axes"]["frequency_ratio"]["follow"]
+    assert not loads(tmp_path, data)
+    assert STUDY.is_valid(data)
+
+
+PARTS = [None, True, -1, 0, 0.5, 1, 2, 3.0, 1e-8, "", "x", "rest", "steady", "up", "log", "linear"]
+PARTS += [[], [0.5], [0.1, 0.2], [-1, 1], {}, {"value": 1}, {"fraction": 0.1}, {"speed": 2}]
+KEYS = sorted({key for cls in CLASSES for key in cls.model_fields} | set(ALL) | set(OBSERVERS))
+
+
+def mutated(rng: random.Random, data: dict[str, Any]) -> dict[str, Any]:
+    """Return a copy with one entry taken away, replaced, added, or moved from elsewhere."""
+    data = copy.deepcopy(data)
+    mappings = [data]
+    for node in mappings:
+        mappings += [value for value in node.values() if isinstance(value, dict)]
+    node = rng.choice(mappings)
+    key = rng.choice([*node, rng.choice(KEYS)])
+    match rng.randrange(4):
+        case 0:
+            node.pop(key, None)
+        case 1:
+            node[rng.choice([*node, *KEYS])] = copy.deepcopy(rng.choice(mappings[1:] or [{}]))
+        case _:
+            node[key] = copy.deepcopy(rng.choice(PARTS))
+    return data
+
+
+def test_schema_accepts_whatever_the_loader_accepts(tmp_path):
+    rng = random.Random(1)
+    accepted = refused = 0
+    starts = itertools.cycle(GOOD.values())
+    for _ in range(600):
+        data = next(starts)
+        for _ in range(rng.randrange(1, 4)):
+            data = mutated(rng, data)
+        if loads(tmp_path, data):
+            accepted += 1
+            assert list(STUDY.iter_errors(data)) == []
+        else:
+            refused += not STUDY.is_valid(data)
+    assert accepted > 30
+    assert refused > 400
+
+
+# The template.
+
+
+def uncommented(text: str) -> str:
+    return re.sub(r"(?m)^( *)# (\w+:(?: .*)?)$", r"\1\2", text)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The template with everything that is commented out."""
+    path = tmp_path_factory.mktemp("template") / "template.yaml"
+    path.write_text(uncommented(TEMPLATE.read_text()))
+    return data_of(path)
+
+
+def test_template_is_cheap():
+    study = load_study(TEMPLATE)
+    points = math.prod(len(values) for values in study.axis_values.values())
+    assert points * (study.transient + study.periods) <= 1000
+
+
+def test_template_has_every_key(whole):
+    entries = {
+        Study: [whole],
+        Fixed: [p for p in whole["parameters"].values() if isinstance(p, dict)],
+        Axis: whole["axes"].values(),
+        Initial: [whole["initial"]],
+        Threshold: [whole["observers"]["bursts"]["threshold"]],
+    }
+    entries |= {cls: [whole["observers"][name] or {}] for name, cls in OBSERVERS.items()}
+    for section, registry in (("figures", FIGURES), ("tables", TABLES)):
+        for kind, cls in registry.items():
+            entries[cls] = [e for e in whole[section].values() if e["kind"] == kind]
+    for cls, given in entries.items():
+        assert set(cls.model_fields) == {key for entry in given for key in entry}, cls.__name__
+    assert set(whole["parameters"]) | set(whole["axes"]) == set(ALL)
+
+
+def test_template_explains_every_key():
+    headed = {"title", "source", "description"}
+    for line in TEMPLATE.read_text().splitlines():
+        key = re.match(r" *(?:# )?(\w+):(?: (.*))?$", line)
+        if key and key[1] not in headed and key[2]:
+            assert "# " in key[2], line
+
+
+def test_what_the_template_has_commented_out_is_right(whole):
+    assert list(CONFIG.iter_errors({"studies": ["a"], "overrides": {"a": whole}})) == []
+
+
+ALONE = {"figures": None, "tables": None}
+
+
+@pytest.mark.parametrize("variant", ["SI", "draws", "follow", "step", "impact_section", "speed"])
+def test_ways_that_the_template_leaves_out(tmp_path, whole, variant):
+    data = data_of(TEMPLATE) | ALONE
+    match variant:
+        case "SI":
+            given = whole["parameters"]
+            data["parameters"] = {n: given[n] for n in given if n in SI_NAMES or "initial" in n}
+            data["axes"] = None
+        case "draws":
+            data["initial"] = whole["initial"]
+        case "follow":
+            data["axes"]["frequency_ratio"]["follow"] = whole["axes"]["frequency_ratio"]["follow"]
+        case "step":
+            data["axes"]["frequency_ratio"] = {
+                key: whole["axes"]["frequency_ratio"][key] for key in ("start", "stop", "step")
+            }
+        case "impact_section":
+            del data["observers"]["stroboscopic_section"]
+            data["observers"]["impact_section"] = whole["observers"]["impact_section"]
+        case "speed":
+            speed = whole["observers"]["bursts"]["threshold"]["speed"]
+            data["observers"]["bursts"]["threshold"] = {"speed": speed}
+    assert loads(tmp_path, data)
+    assert list(STUDY.iter_errors(data)) == []
