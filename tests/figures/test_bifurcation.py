@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from figures import drawing
+from figures.drawing import assert_files, assert_nothing_overlaps
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,7 +18,7 @@ from matplotlib.patches import Rectangle
 
 from damper import simulate
 from damper.figures import draw
-from damper.figures.style import BLUE, ORANGE, save, style
+from damper.figures.style import BLACK, BLUE, ORANGE, VERMILION, save, style
 from damper.study.cube import dataset
 from damper.variables import LENGTH, SPEED, Variable
 
@@ -59,11 +60,7 @@ def made_up(
 
 def drawn(cube: xr.Dataset, **settings: Any) -> Figure:
     """Figure whose layout has been made, with every warning an error."""
-    with style(), warnings.catch_warnings():
-        warnings.simplefilter("error")
-        figure = draw("bifurcation", cube, **{"along": "restitution", **settings})
-        FigureCanvasAgg(figure).draw()
-    return figure
+    return drawing.drawn("bifurcation", cube, **{"along": "restitution", **settings})
 
 
 def panels(figure: Figure) -> list[list[Axes]]:
@@ -171,22 +168,7 @@ def test_nothing_overlaps() -> None:
     """Heading, panels and legend keep apart, whatever the number of rows."""
     for frequencies in ([1.1], [1.1, 1.3, 1.5, 2.0]):
         figure = drawn(made_up({"frequency_ratio": frequencies}), rows="frequency_ratio")
-        renderer = figure.canvas.get_renderer()
-        boxes = [ax.get_tightbbox(renderer) for ax in figure.axes]
-        boxes.append(figure.legends[0].get_window_extent(renderer))
-        boxes.append(figure._suptitle.get_window_extent(renderer))
-        whole = figure.bbox
-        for k, box in enumerate(boxes):
-            assert box.x0 >= whole.x0 - 1
-            assert box.x1 <= whole.x1 + 1
-            for other in boxes[k + 1 :]:
-                apart = (
-                    box.x1 <= other.x0 + 2
-                    or other.x1 <= box.x0 + 2
-                    or box.y1 <= other.y0 + 2
-                    or other.y1 <= box.y0 + 2
-                )
-                assert apart
+        assert_nothing_overlaps(figure)
 
 
 # --- points
@@ -361,7 +343,7 @@ def test_values_that_are_not_short_decimals() -> None:
 
 
 def test_value_that_is_not_in_the_cube_is_refused() -> None:
-    with pytest.raises(KeyError):
+    with pytest.raises(ValueError, match=r"mass_ratio = 0.7 .*the nearest is 0.1"):
         drawn(made_up(), rows="frequency_ratio", at={"mass_ratio": 0.7})
 
 
@@ -413,3 +395,130 @@ def test_simulated_cube_of_the_size_of_the_study(tmp_path: Path) -> None:
     svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert svg.count("<image") == 8
     assert svg.count("<use") < 5_000
+
+
+# --- branches
+
+
+def branched(branches: dict[str, list[Any]], chatter: list[list[int]] | None = None) -> xr.Dataset:
+    """One row of a made-up cube whose samples differ between the branches."""
+    (count,) = (len(values) for values in branches.values())
+    lanes = len(GRID) * count
+    levels = np.zeros((len(GRID), count), "i1") if chatter is None else np.array(chatter, "i1").T
+    arrays = {
+        "displacement": np.arange(lanes)[:, None] + np.linspace(0.0, 0.5, SAMPLES),
+        "velocity": np.arange(lanes)[:, None] - np.linspace(0.0, 0.5, SAMPLES),
+        "chatter": levels.reshape(lanes),
+        "status": np.zeros(lanes, "i1"),
+    }
+    fixed = {**FIXED, "mass_ratio": 0.1, "frequency_ratio": 1.1}
+    axes = {"restitution": GRID}
+    return dataset(axes, fixed, arrays, VARIABLES, {}, {"title": "A made-up study"}, branches)
+
+
+def clouds(ax: Axes) -> dict[str, Line2D]:
+    names = {BLACK: "up", VERMILION: "down"}
+    return {names[line.get_color()]: line for line in ax.lines if line.get_marker() == "."}
+
+
+UP_AND_DOWN = {"direction": ["up", "down"]}
+
+
+def test_each_direction_has_its_colour() -> None:
+    cube = branched(UP_AND_DOWN)
+    figure = drawn(cube)
+    for ax, name in zip(figure.axes, ("displacement", "velocity"), strict=True):
+        found = clouds(ax)
+        assert set(found) == {"up", "down"}
+        for direction, line in found.items():
+            expected = cube[name].sel(direction=direction).values.ravel()
+            np.testing.assert_array_equal(line.get_ydata(), expected)
+            np.testing.assert_array_equal(line.get_xdata(), np.repeat(GRID, SAMPLES))
+            assert line.get_rasterized()
+        # What lies beneath shows as a rim, and alone where the other one is elsewhere.
+        assert found["down"].get_markersize() > 1.5 * found["up"].get_markersize()
+        assert found["down"].get_zorder() < found["up"].get_zorder()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "upwards",
+        "downwards",
+        "incomplete chatter",
+        "complete chatter",
+    ]
+
+
+def test_chatter_of_each_direction_has_its_strip() -> None:
+    figure = drawn(branched(UP_AND_DOWN, [CHATTER, [2, *[0] * 10]]))
+    for ax in figure.axes:
+        assert shades(ax) == set(), "two directions would shade over each other"
+        assert bars(ax) == EXPECTED | {(0.0, 0.05, "complete")}
+        heights = {
+            round(line.get_window_extent().y0, 1): float(line.get_xdata()[0])
+            for line in ax.lines
+            if line.get_marker() != "."
+        }
+        assert len(heights) == 2
+        assert heights[min(heights)] == 0.0, "down is the lower one"
+        assert [text.get_text() for text in ax.texts] == ["up", "down"]
+
+
+def test_one_direction_alone() -> None:
+    cube = branched(UP_AND_DOWN, [CHATTER, CHATTER])
+    for one in (drawn(cube, at={"direction": "down"}), drawn(cube.sel(direction=["down"]))):
+        assert [t.get_text() for t in one.legends[0].get_texts()][-1] == "complete chatter"
+    assert "continued downwards" in drawn(cube, at={"direction": "down"}).get_suptitle()
+    assert shades(drawn(cube, at={"direction": "down"}).axes[0]) == EXPECTED
+
+
+def test_draws_are_drawn_over_each_other() -> None:
+    cube = branched({"draw": [0, 1, 2]}, [[0] * 11, CHATTER, [1, *[0] * 10]])
+    figure = drawn(cube)
+    line = points(figure.axes[0])
+    assert sorted(line.get_ydata()) == sorted(cube.displacement.values.ravel())
+    assert "3 random initial states" in figure.get_suptitle()
+    # Of all draws the one with the most chatter.
+    assert shades(figure.axes[0]) == EXPECTED - {(0.05, 0.25, "incomplete")} | {
+        (0.0, 0.25, "incomplete")
+    }
+    one = drawn(cube, at={"draw": 1})
+    assert "draw 1" in one.get_suptitle()
+    assert shades(one.axes[0]) == EXPECTED
+
+
+def test_panel_without_samples_says_so() -> None:
+    cube = branched(UP_AND_DOWN)
+    cube["displacement"][:] = np.nan
+    texts_of = [text.get_text() for text in drawn(cube).axes[0].texts]
+    assert "no run finished here" in texts_of
+
+
+@pytest.mark.parametrize("section", ["stroboscopic_section", "impact_section"])
+def test_simulated_in_si_both_ways(tmp_path: Path, section: str) -> None:
+    cube = simulate(
+        primary_mass=2.0,
+        damping=1.2,
+        stiffness=800.0,
+        force_amplitude=4.0,
+        free_mass=0.2,
+        gap=[0.005, 0.01],
+        restitution=0.6,
+        forcing_frequency=[16.0, 18.0, 20.0, 22.0],
+        follow={"forcing_frequency": "both"},
+        transient=10,
+        periods=10,
+        observers=[section, "bursts"],
+    )
+    figure = drawn(cube, along="forcing_frequency", rows="gap")
+    left, right = figure.axes[2:]
+    assert left.get_ylabel() == "displacement $x$ / m"
+    assert right.get_ylabel() == r"velocity $\dot x$ / (m/s)"
+    assert left.get_xlabel() == "angular forcing frequency $\\Omega$\xa0/\xa0(rad/s)"
+    assert left.get_title("left") == "$2D$ = 0.01 m"
+    heading = figure.get_suptitle()
+    for text in ("$M$ = 2 kg", "$C$ = 1.2 N s/m", "$K$ = 800 N/m", "$F_0$ = 4 N", "$m$ = 0.2 kg"):
+        assert text in heading
+    where = {"stroboscopic_section": "once per forcing period", "impact_section": "right wall"}
+    assert where[section] in heading
+    assert_nothing_overlaps(figure)
+    settings = {"along": "forcing_frequency", "rows": "gap"}
+    assert_files("bifurcation", cube, tmp_path, **settings)

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 
 from damper.figures import FIGURES, draw
 from damper.figures import style as module
-from damper.figures.style import LONG_NAMES, SYMBOLS, axis_label, save, style, value_text
+from damper.figures.style import LONG_NAMES, SYMBOLS, axis_label, label, save, style, value_text
 from damper.quantities import ALL
+from damper.variables import SI_UNITS
 
 
 def figure() -> Figure:
@@ -86,7 +87,24 @@ def test_labels_name_every_parameter() -> None:
     assert value_text("frequency_ratio", 1.5) == r"$\omega$ = 1.5"
     assert value_text("mass_ratio", 0.1 + 0.2) == r"$\mu$ = 0.3"
     assert value_text("mass_ratio", 0.001) == r"$\mu$ = 0.001"
+    assert value_text("clearance", 0.05) == "$d$ = 0.05 $F_0/K$"
+    assert value_text("stiffness", 800.0) == "$K$ = 800 N/m"
+    assert value_text("initial_displacement", 0.1, "m") == "$x_0$ = 0.1 m"
+    assert value_text("direction", "up") == "continued upwards"
+    assert value_text("stiffness", 4e6) == r"$K$ = $4\times 10^{6}$ N/m"
+    assert value_text("draw", 3) == "draw 3"
+    assert axis_label("clearance") == "clearance to each wall $d$ / ($F_0/K$)"
+    assert axis_label("initial_velocity", "m/s").endswith(r"$\dot x_0$ / (m/s)")
     assert len({axis_label(name) for name in ALL}) == len(ALL)
+
+
+def test_every_unit_of_a_cube_is_set_as_mathematics() -> None:
+    for units in SI_UNITS:
+        shown = label("x", "", units)
+        assert shown.count("$") == 2, shown
+        assert "sqrt(" not in shown
+    assert label("x", "$x$", "1") == "x $x$"
+    assert label("x", "", "J") == "x / J"
 
 
 def test_colours_differ_in_grey() -> None:
@@ -106,7 +124,9 @@ def test_unknown_kind_is_refused_with_the_known_ones() -> None:
 
 def test_drawing_needs_no_display_and_no_engine() -> None:
     code = (
-        "import sys; import damper.figures.bifurcation; "
+        "import sys; "
+        "import damper.figures.bifurcation, damper.figures.map, damper.figures.curves, "
+        "damper.figures.trajectory; "
         "print([m for m in ('matplotlib.pyplot', 'numba', 'damper.engine', 'tkinter') "
         "if m in sys.modules])"
     )

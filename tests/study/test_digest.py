@@ -148,9 +148,13 @@ def test_edit_behind_a_script_changes_its_digest_and_no_other(copy: Copy, script
         assert copy.digest(script, modules, edit=path) == before, path
 
 
-def test_figure_kind_counts_if_it_is_named(copy: Copy) -> None:
-    named = ("damper.figures.bifurcation",)
-    edit = "figures/bifurcation.py"
+@pytest.mark.parametrize("kind", ["bifurcation", "map", "curves", "trajectory"])
+def test_figure_kind_counts_if_it_is_named(copy: Copy, kind: str) -> None:
+    named = (f"damper.figures.{kind}",)
+    edit = f"figures/{kind}.py"
+    assert copy.digest("figure.py", named, edit="figures/layout.py") != copy.digest(
+        "figure.py", named
+    )
     assert copy.digest("figure.py", named, edit=edit) != copy.digest("figure.py", named)
     assert copy.digest("figure.py", edit=edit) == copy.digest("figure.py")
 

@@ -5,7 +5,7 @@ def _settings(wildcards):
     study = STUDIES[wildcards.study]
     name, place = study.figure_files()[wildcards.figure]
     settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
-    return settings | {"at": place}
+    return settings | {"at": settings.get("at", {}) | place}
 
 
 rule figure:

@@ -4,7 +4,9 @@ from importlib import import_module
 from typing import Any
 
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
-FIGURES = {"bifurcation": "damper.figures.bifurcation"}
+FIGURES = {
+    name: f"damper.figures.{name}" for name in ("bifurcation", "map", "curves", "trajectory")
+}
 
 
 def draw(kind: str, cube: Any, **settings: Any) -> Any:

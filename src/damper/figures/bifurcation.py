@@ -1,24 +1,38 @@
 """Bifurcation diagrams: displacement and velocity on the section over one parameter."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.transforms import ScaledTranslation
 
+from damper.figures.layout import head, legend, place_label, place_text, say, select
 from damper.figures.style import (
+    BLACK,
     BLUE,
     ORANGE,
     PAGE,
-    SYMBOLS,
-    axis_label,
-    value_text,
+    VARIABLE_SYMBOLS,
+    VERMILION,
+    label,
 )
 from damper.study.runs import runs
 
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
+#: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
+#: rim of it shows where both agree, and it stands alone where they do not.
+_DIRECTIONS = {"up": (BLACK, 0.9, 2.1), "down": (VERMILION, 1.9, 2.0)}
+_SINGLE = (BLACK, 0.9, 2.0)
+_LABELS = {"up": "upwards", "down": "downwards"}
+#: Distance of the bars of both directions above the panels, in points.
+_STRIPS = {"up": 8.5, "down": 3.0}
+_PANELS = ("displacement", "velocity")
 
 
 def draw(
@@ -26,10 +40,13 @@ def draw(
     *,
     along: str,
     rows: str | None = None,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, Any] | None = None,
     caption: str | None = None,
 ) -> Figure:
     """Draw displacement (left) and velocity (right) on the section over one axis.
+
+    Both directions of a continuation are drawn in their own colours; random initial states are
+    drawn over each other.
 
     Parameters
     ----------
@@ -48,86 +65,145 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-    place = cube.sel(at or {})
-    place = place.squeeze(
-        [
-            dim
-            for dim in place.displacement.dims
-            if dim not in (along, rows, "sample") and place.sizes[dim] == 1
-        ]
-    )
+    variables = [name for name in (*_PANELS, "chatter") if name in cube]
+    own = [dim for dim in ("direction", "draw", "sample") if dim in cube.dims]
+    keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
+    place = select(cube, variables, at, keep)
     values = place[rows].values.tolist() if rows else [None]
-    height = 1.1 + 1.55 * len(values)
-    figure = Figure(figsize=(PAGE, height), layout="constrained")
+    figure = Figure(figsize=(PAGE, 1.1 + 1.55 * len(values)), layout="constrained")
     axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
-        for ax, name in zip(row, ("displacement", "velocity"), strict=True):
+        for ax, name in zip(row, _PANELS, strict=True):
             _points(ax, panel, along, name)
         _mark_chatter(row, panel, along)
         if value is not None:
-            row[0].set_title(value_text(rows, value), loc="left", fontweight="bold")
-        row[0].set_ylabel("displacement $x$ / ($F_0/K$)")
-        row[1].set_ylabel(r"velocity $\dot x$ / ($F_0/\sqrt{KM}$)")
+            title = place_text(place, rows, value)
+            row[0].set_title(title, loc="left", fontweight="bold", pad=_above(place))
+        for ax, name in zip(row, _PANELS, strict=True):
+            ax.set_ylabel(label(name, VARIABLE_SYMBOLS[name], place[name].attrs["units"]))
     for ax in axes[-1]:
-        ax.set_xlabel(axis_label(along))
+        ax.set_xlabel(place_label(place, along, 0.4 * PAGE))
     figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
-    _head(figure, place, along, rows, caption)
+    head(figure, place, caption, remarks=_remarks(place))
+    legend(figure, _handles(place))
     return figure
 
 
+def _above(place: xr.Dataset) -> float | None:
+    """Points that the strips of both directions need below a title."""
+    return 14.0 if "direction" in place.dims and "chatter" in place else None
+
+
+def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
+    """Each direction with its part of the cube; None where there are no directions."""
+    if "direction" not in panel.dims:
+        yield None, panel
+        return
+    for direction in panel.direction.values.tolist():
+        yield direction, panel.sel(direction=direction)
+
+
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
-    samples = panel[name].transpose(along, "sample").values
-    x = np.repeat(panel[along].values, samples.shape[1])
-    # Rasterised: tens of thousands of vector points make files that no reader opens.
-    ax.plot(x, samples.ravel(), ".", ms=0.9, mew=0.0, color="black", rasterized=True)
     grid = panel[along].values
+    for direction, branch in _directions(panel):
+        colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
+        samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
+        x = np.repeat(grid, samples.shape[1])
+        # Rasterised: tens of thousands of vector points make files that no reader opens.
+        style = {"ms": size, "mew": 0.0, "color": colour, "zorder": order, "rasterized": True}
+        ax.plot(x, samples.ravel(), ".", **style)
     if len(grid) > 1:
         ax.set_xlim(grid.min(), grid.max())
-    finite = samples[np.isfinite(samples)]
-    if finite.size:
-        low, high = finite.min(), finite.max()
-        margin = 0.06 * (high - low) or 0.1 * max(abs(high), 1.0)
-        ax.set_ylim(low - margin, high + margin)
+    finite = panel[name].values[np.isfinite(panel[name].values)]
+    if not finite.size:
+        say(ax)
+        return
+    low, high = finite.min(), finite.max()
+    margin = 0.06 * (high - low) or 0.1 * max(abs(high), 1.0)
+    ax.set_ylim(low - margin, high + margin)
 
 
 def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
-    """Shade chatter behind the points, and repeat it as a bar on the upper edge."""
+    """Mark chatter by bars along the upper edge, and by shading where there is one direction."""
     if "chatter" not in panel:
         return
     grid = panel[along].values
     middle = 0.5 * (grid[1:] + grid[:-1])
     edges = np.concatenate([grid[:1], middle, grid[-1:]])
-    chatter = panel.chatter.values
-    for kind, (_, colour) in _CHATTER.items():
-        for first, last in runs(chatter == kind):
-            for ax in row:
-                ax.axvspan(edges[first], edges[last + 1], color=colour, alpha=0.18, lw=0, zorder=0)
-                ax.plot(
-                    [edges[first], edges[last + 1]],
-                    [1.0, 1.0],
-                    transform=ax.get_xaxis_transform(),
-                    color=colour,
-                    lw=3.0 if kind == 2 else 1.5,
-                    solid_capstyle="butt",
-                    clip_on=False,
-                )
+    for direction, branch in _directions(panel):
+        # Of random initial states, the one with the most chatter.
+        chatter = branch.chatter.max([dim for dim in branch.chatter.dims if dim != along]).values
+        for ax in row:
+            if direction is not None:
+                _strip(ax, direction)
+            for kind, (_, colour) in _CHATTER.items():
+                for first, last in runs(chatter == kind):
+                    ends = (edges[first], edges[last + 1])
+                    if direction is None:
+                        ax.axvspan(*ends, color=colour, alpha=0.18, lw=0, zorder=0)
+                    _bar(ax, ends, direction, colour, 3.0 if kind == 2 else 1.5)
 
 
-def _head(
-    figure: Figure, place: xr.Dataset, along: str, rows: str | None, caption: str | None
+def _bar(
+    ax: Axes, ends: tuple[float, float], direction: str | None, colour: str, width: float
 ) -> None:
-    fixed = [
-        value_text(name, float(place[name]))
-        for name in SYMBOLS
-        if name in place.coords and place[name].ndim == 0 and name not in (along, rows)
-    ]
+    ax.plot(
+        ends,
+        [1.0, 1.0],
+        transform=ax.get_xaxis_transform() + _raised(ax, _STRIPS.get(direction, 0.0)),
+        color=colour,
+        lw=width,
+        solid_capstyle="butt",
+        clip_on=False,
+    )
+
+
+def _strip(ax: Axes, direction: str) -> None:
+    """Name the strip in which a direction's bars lie."""
+    ax.annotate(
+        direction,
+        (1.0, 1.0),
+        (3.0, _STRIPS[direction]),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        color=_DIRECTIONS[direction][0],
+        fontsize=5.5,
+        va="center",
+        annotation_clip=False,
+    )
+
+
+def _raised(ax: Axes, points: float) -> ScaledTranslation:
+    return ScaledTranslation(0.0, points / 72.0, ax.get_figure().dpi_scale_trans)
+
+
+def _remarks(place: xr.Dataset) -> list[str]:
     # "primary displacement once per forcing period" -> where the section lies
     section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
-    heading = caption or place.attrs.get("title", "")
-    lines = [heading, ", ".join(fixed) + (f"; section {section}" if section else "")]
-    figure.suptitle("\n".join(line for line in lines if line), fontsize=8.5)
+    remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
+    return remarks + ([f"section {section}"] if section else [])
+
+
+def _handles(place: xr.Dataset) -> list[Artist]:
+    handles: list[Artist] = [
+        Line2D(
+            [],
+            [],
+            ls="",
+            marker=".",
+            ms=2.0 + 2.0 * size,
+            mew=0.0,
+            color=colour,
+            label=_LABELS[name],
+        )
+        for name, (colour, size, _) in _DIRECTIONS.items()
+        if "direction" in place.dims and name in place.direction
+    ]
     if "chatter" in place:
-        handles = [Patch(color=colour, alpha=0.5, label=text) for text, colour in _CHATTER.values()]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
+        handles += [
+            Patch(color=colour, alpha=0.5 if not handles else 1.0, label=text)
+            for text, colour in _CHATTER.values()
+        ]
+    return handles

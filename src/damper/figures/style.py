@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from damper.quantities import ALL
+from damper.variables import ENERGY, LENGTH, SPEED, TIME
 
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (
@@ -24,8 +26,41 @@ BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (
 #: Width of one and of two printed columns, in inches.
 COLUMN, PAGE = 3.5, 7.2
 
+#: Points of which no run came to its end.
+MISSING = "#B0B0B0"
+#: The class of a map in which nothing happens.
+PALE = "#F2F2F2"
+
 SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
 LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()}
+#: Symbols of variables that have one.
+VARIABLE_SYMBOLS = {
+    "displacement": "$x$",
+    "velocity": r"$\dot x$",
+    "rms_displacement": r"$x_\mathrm{rms}$",
+    "peak_displacement": r"$x_\mathrm{max}$",
+    "amplitude_ratio": r"$x_\mathrm{max} / A$",
+    "rms_ratio": r"$x_\mathrm{rms} / (A/\sqrt{2})$",
+}
+#: Meanings of variables whose long names are too long for a label.
+VARIABLE_MEANINGS = {
+    "amplitude_ratio": "peak displacement over that without damper",
+    "rms_ratio": "rms displacement over that without damper",
+}
+#: Ratios that are 1 where the damper changes nothing.
+RATIOS = ("amplitude_ratio", "rms_ratio")
+#: Units as the cube has them -> as a label shows them.
+_UNITS = {
+    "1": "",
+    LENGTH: "$F_0/K$",
+    SPEED: r"$F_0/\sqrt{KM}$",
+    TIME: r"$\sqrt{M/K}$",
+    ENERGY: "$F_0^2/K$",
+}
+_BRANCHES = {
+    ("direction", "up"): "continued upwards",
+    ("direction", "down"): "continued downwards",
+}
 
 _STYLE = {
     "font.size": 8.0,
@@ -58,11 +93,32 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, metadata=metadata.get(Path(path).suffix[1:]))
 
 
-def axis_label(name: str) -> str:
-    """Label of a parameter's axis: meaning and symbol."""
-    return f"{LONG_NAMES[name]} {SYMBOLS[name]}"
+def units_text(units: str) -> str:
+    """Return units as a label shows them; nothing for a number."""
+    return _UNITS.get(units, units)
 
 
-def value_text(name: str, value: float) -> str:
-    """Write a parameter's value, as in a panel's title."""
-    return f"{SYMBOLS[name]} = {value:g}"
+def label(meaning: str, symbol: str, units: str) -> str:
+    """Label of an axis: meaning, symbol and units."""
+    shown = units_text(units)
+    if "/" in shown or " " in shown:
+        shown = f"({shown})"
+    return " ".join(part for part in (meaning, symbol, shown and f"/ {shown}") if part)
+
+
+def axis_label(name: str, units: str | None = None) -> str:
+    """Label of a quantity's axis; `units` where they are not those of `ALL`."""
+    return label(LONG_NAMES[name], SYMBOLS[name], units or ALL[name].units)
+
+
+def value_text(name: str, value: Any, units: str | None = None) -> str:
+    """Write the value of a quantity, or of a branch, as in a panel's title."""
+    if name not in ALL:
+        return _BRANCHES.get((name, value), f"{name} {value}")
+    shown = units_text(units or ALL[name].units)
+    return f"{SYMBOLS[name]} = {_number(value)} {shown}".rstrip()
+
+
+def _number(value: float) -> str:
+    mantissa, _, exponent = f"{value:g}".partition("e")
+    return rf"${mantissa}\times 10^{{{int(exponent)}}}$" if exponent else mantissa

@@ -1,0 +1,149 @@
+"""Curves: variables over one parameter, a line for each value of another."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from damper.figures.layout import (
+    geometric,
+    head,
+    least,
+    legend,
+    numbers,
+    place_label,
+    place_text,
+    say,
+    select,
+    variable_label,
+    whole,
+)
+from damper.figures.style import BLACK, COLUMN, RATIOS
+
+_DASHES = ("-", "--", "-.", ":")
+_PANEL = 1.75
+"""Height of a panel in inches."""
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    variables: Sequence[str],
+    along: str,
+    lines: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    best: str | None = None,
+    log: bool = False,
+    caption: str | None = None,
+) -> Figure:
+    """Draw variables over one axis, one panel each.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+    variables : sequence of str
+        Variables with one value at each point.
+    along : str
+        Axis of the abscissa.
+    lines : str, optional
+        Axis whose values make a line each.
+    at : mapping, optional
+        Value of every other axis.
+    best : str, optional
+        Axis that is set, for each line, to the value at which the greatest value of the first
+        variable along the abscissa is least; only values at which all runs finished count.
+    log : bool, default False
+        Logarithmic ordinates.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    place = select(cube, variables, at, (along, lines, best)).sortby(along)
+    figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
+    axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
+    drawn = _lines(place, variables[0], along, lines, best)
+    for ax, name in zip(axes, variables, strict=True):
+        for line, style in drawn:
+            ax.plot(line[along].values, _ordinates(line[name], along, log), **style)
+        _dress(ax, place, name, along, log)
+    axes[-1].set_xlabel(place_label(place, along, 0.8 * COLUMN))
+    figure.align_ylabels()
+    head(figure, place, caption)
+    handles: list[Artist] = [
+        Line2D([], [], **style) for _, style in drawn if style["label"] is not None
+    ]
+    if any(name in RATIOS for name in variables):
+        handles.append(Line2D([], [], label="without damper", **_REFERENCE))
+    legend(figure, handles)
+    return figure
+
+
+_REFERENCE: dict[str, Any] = {"color": "#777777", "lw": 0.6}
+
+
+def _lines(
+    place: xr.Dataset, first: str, along: str, lines: str | None, best: str | None
+) -> list[tuple[xr.Dataset, dict[str, Any]]]:
+    """Return each line's piece of the cube, and how it is drawn."""
+    values = place[lines].values.tolist() if lines else [None]
+    drawn = []
+    for index, value in enumerate(values):
+        line, texts = place, []
+        if lines is not None:
+            line = line.sel({lines: value})
+            texts.append(place_text(place, lines, value))
+        if best is not None:
+            line = line.sel({best: _best(line[first], along, best)})
+            texts.append(f"best {place_text(place, best, line[best].item())}")
+        style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
+        drawn.append((line, style))
+    return drawn
+
+
+def _best(array: xr.DataArray, along: str, best: str) -> float:
+    """Value of an axis at which the greatest value along another is least; of equals the first."""
+    greatest = numbers(array, best, along).max(axis=1)
+    # NaN, where some run stopped, is never the least.
+    greatest = np.where(np.isnan(greatest), np.inf, greatest)
+    return float(array[best].values[least(greatest)])
+
+
+def _style(index: int, count: int) -> dict[str, Any]:
+    """Colours from dark to light, and dashes in turn: lines differ in grey as well."""
+    if count == 1:
+        return {"color": BLACK, "ls": "-", "lw": 1.1}
+    # The lightest colours of the map are lost on white paper.
+    shade = 0.8 * index / (count - 1)
+    return {"color": colormaps["cividis"](shade), "ls": _DASHES[index % len(_DASHES)], "lw": 1.1}
+
+
+def _ordinates(array: xr.DataArray, along: str, log: bool) -> np.ndarray:
+    values = numbers(array, along)
+    return np.where(values > 0.0, values, np.nan) if log else values
+
+
+def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> None:
+    """Scales, label, and the line to compare with."""
+    grid = place[along].values
+    if geometric(grid):
+        ax.set_xscale("log")
+    ax.set_xlim(grid.min(), grid.max())
+    if not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
+        say(ax)
+    elif log:
+        ax.set_yscale("log")
+    elif whole(place[name]):
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    if name in RATIOS:
+        ax.axhline(1.0, zorder=1.0, **_REFERENCE)
+    ax.set_ylabel(variable_label(place[name], 0.83 * _PANEL))

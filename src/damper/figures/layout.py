@@ -1,0 +1,211 @@
+"""What all kinds of figures share: the piece of a cube to draw, headings, scales, legends."""
+
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from damper.figures.style import (
+    RATIOS,
+    SYMBOLS,
+    VARIABLE_MEANINGS,
+    VARIABLE_SYMBOLS,
+    axis_label,
+    label,
+    value_text,
+)
+
+#: Letters that fit in an inch of heading, of label, and of legend.
+_HEADING, _LABEL, _LEGEND = 16.0, 19.0, 21.0
+
+
+def select(
+    cube: xr.Dataset, variables: Sequence[str], at: Mapping[str, Any] | None, keep: Collection[str]
+) -> xr.Dataset:
+    """Return the variables at the given values, with no dimensions but `keep`.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+    variables : sequence of str
+    at : mapping, optional
+        Value of each dimension that is not kept; those of length one need none.
+    keep : collection of str
+        Dimensions that the figure shows.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ValueError
+        For an unknown variable or axis, a value that the axis does not have (with the nearest),
+        or a dimension without a place.
+    """
+    for name in variables:
+        if name not in cube:
+            raise ValueError(f"no variable {name!r}: must be one of {', '.join(cube.data_vars)}")
+    place = cube[list(variables)]
+    for name, value in (at or {}).items():
+        if name in place.dims:
+            place = place.sel({name: _listed(place, name, value)})
+        elif name not in place.coords or place[name].item() != value:
+            known = ", ".join(map(str, place.dims))
+            raise ValueError(f"at: no axis {name!r} with {value!r}: must be one of {known}")
+    shown = [name for name in keep if name is not None]
+    for name in shown:
+        if name not in place.dims:
+            raise ValueError(f"no axis {name!r}: must be one of {', '.join(map(str, place.dims))}")
+    place = place.squeeze([dim for dim in place.dims if dim not in shown and place.sizes[dim] == 1])
+    for dim in place.dims:
+        if dim not in shown:
+            raise ValueError(
+                f"{dim} has {place.sizes[dim]} values but no place in the figure: "
+                f"give one in at, such as {{{dim!r}: {place[dim].values[0]}}}"
+            )
+    return place
+
+
+def numbers(array: xr.DataArray, *dims: str | None) -> np.ndarray:
+    """Return values as floats, NaN where there is none, dimensions in the given order."""
+    values = array.transpose(*(dim for dim in dims if dim is not None)).values
+    if whole(array):
+        return np.where(values < 0, np.nan, values.astype(float))
+    values = np.asarray(values, dtype=float)
+    # Zero stands for the ratio to an infinite amplitude.
+    return np.where(values == 0.0, np.nan, values) if array.name in RATIOS else values
+
+
+def whole(array: xr.DataArray) -> bool:
+    """Whether a variable consists of whole numbers, in which -1 is a missing one."""
+    return bool(np.issubdtype(array.dtype, np.integer))
+
+
+def place_label(place: xr.Dataset, name: str, inches: float) -> str:
+    """Label of an axis of the cube, in the cube's units, on as many lines as it needs."""
+    text = axis_label(name, place[name].attrs.get("units"))
+    return wrap(_words(text.replace(" / ", "\xa0/\xa0")), inches * _LABEL)
+
+
+def place_text(place: xr.Dataset, name: str, value: Any) -> str:
+    """Write the value of an axis of the cube, in the cube's units."""
+    return value_text(name, value, place[name].attrs.get("units"))
+
+
+def variable_label(array: xr.DataArray, inches: float) -> str:
+    """Label of a variable, on as many lines as it needs."""
+    attrs = array.attrs
+    name = str(array.name)
+    meaning = VARIABLE_MEANINGS.get(name, attrs.get("long_name", name))
+    rest = label("", VARIABLE_SYMBOLS.get(name, ""), attrs.get("units", "1"))
+    return wrap([*_words(meaning), *([rest] if rest else [])], inches * _LABEL)
+
+
+def head(
+    figure: Figure, place: xr.Dataset, caption: str | None, *, remarks: Iterable[str] = ()
+) -> None:
+    """Write the heading: caption or title, then every value that is the same throughout."""
+    coords = place.coords
+    values = [
+        place_text(place, name, coords[name].item())
+        for name in (*SYMBOLS, "direction", "draw")
+        if name in coords and coords[name].ndim == 0
+    ]
+    values += remarks
+    values = [f"{text}," for text in values[:-1]] + values[-1:]
+    letters = figure.get_figwidth() * _HEADING
+    lines = [wrap(_words(caption or place.attrs.get("title", "")), letters), wrap(values, letters)]
+    figure.suptitle("\n".join(line for line in lines if line), fontsize=8.5)
+
+
+def wrap(parts: Iterable[str], letters: float) -> str:
+    """Join parts by blanks into lines of at most so many letters."""
+    lines: list[list[str]] = [[]]
+    length = 0
+    for part in parts:
+        more = _length(part) + 1
+        if lines[-1] and length + more > letters:
+            lines.append([])
+            length = 0
+        lines[-1].append(part)
+        length += more
+    return "\n".join(" ".join(line) for line in lines)
+
+
+def legend(figure: Figure, handles: Sequence[Artist], title: str = "") -> None:
+    """Put a legend below all panels, where it hides nothing, in as many columns as fit."""
+    if not handles:
+        return
+    widest = max(_length(str(handle.get_label())) for handle in handles)
+    columns = max(int((figure.get_figwidth() + 0.14) / (widest / _LEGEND + 0.47)), 1)
+    rows = math.ceil(len(handles) / columns)
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=math.ceil(len(handles) / rows),
+        frameon=False,
+        title=title or None,
+        title_fontsize=7.0,
+    )
+
+
+def least(values: np.ndarray) -> int:
+    """Index of the first of the least values.
+
+    What differs by less than the rest of a transient counts as equal, so that where the masses
+    never touch the choice is not left to rounding.
+    """
+    lowest = values.min()
+    return int(np.argmax(values <= lowest + 1e-6 * abs(lowest)))
+
+
+def geometric(values: np.ndarray) -> bool:
+    """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
+    if len(values) < 3 or values.min() <= 0.0:
+        return False
+    ratios = values[1:] / values[:-1]
+    return bool(np.allclose(ratios, ratios[0], rtol=1e-6))
+
+
+def edges(values: np.ndarray) -> np.ndarray:
+    """Edges of the cells about ascending values: half way between, on the axis' own scale."""
+    if geometric(values):
+        return np.exp(edges(np.log(values)))
+    middle = 0.5 * (values[1:] + values[:-1])
+    first, last = 1.5 * values[:1] - 0.5 * values[1:2], 1.5 * values[-1:] - 0.5 * values[-2:-1]
+    return np.concatenate([first, middle, last])
+
+
+def say(ax: Axes, text: str = "no run finished here") -> None:
+    """Write in the middle of a panel why there is nothing to be seen."""
+    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", fontsize=7.0)
+
+
+def _listed(place: xr.Dataset, name: str, value: Any) -> Any:
+    values = place[name].values.tolist()
+    if value in values:
+        return value
+    if isinstance(value, str):
+        raise ValueError(f"at: {name} = {value!r}: must be one of {', '.join(map(str, values))}")
+    close = min(values, key=lambda listed: abs(listed - value))
+    raise ValueError(
+        f"at: {name} = {value!r} is not in the cube: must be one of its {len(values)} values; "
+        f"the nearest is {close!r}"
+    )
+
+
+def _words(text: str) -> list[str]:
+    """Split at blanks that may be broken at, but not within mathtext."""
+    return re.findall(r"(?:\$[^$]*\$|[^ \n])+", text)
+
+
+def _length(text: str) -> int:
+    """Letters of a text, roughly: of mathtext a command is one, and braces are none."""
+    return len(re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text)))

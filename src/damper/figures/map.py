@@ -1,0 +1,270 @@
+"""Maps: one variable in colour over two parameters."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import (
+    BoundaryNorm,
+    Colormap,
+    LinearSegmentedColormap,
+    ListedColormap,
+    LogNorm,
+    Normalize,
+)
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from damper.figures.layout import (
+    edges,
+    geometric,
+    head,
+    least,
+    legend,
+    numbers,
+    place_label,
+    place_text,
+    say,
+    select,
+    variable_label,
+    whole,
+)
+from damper.figures.style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    MISSING,
+    ORANGE,
+    PAGE,
+    PALE,
+    RATIOS,
+    SYMBOLS,
+    VERMILION,
+)
+
+#: Variables drawn in classes, which are numbered from zero -> name and colour of each.
+_CLASSES = {
+    "chatter": (("none", PALE), ("incomplete", ORANGE), ("complete", BLUE)),
+    "status": (
+        ("finished", PALE),
+        ("stopped: max_events reached", ORANGE),
+        ("stopped: a search gave up", VERMILION),
+    ),
+}
+#: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
+_ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
+#: Ratios beyond this and its inverse have the colours of these.
+_LARGEST_RATIO = 10.0
+#: A ratio is 1 within this where the masses never touch: transients have not quite died.
+_SAME = 1e-3
+#: Height of a row of so many panels, in inches.
+_HEIGHTS = {1: 2.4, 2: 2.6, 3: 2.0}
+#: Width of the line at 1.
+_CONTOUR = 0.7
+#: Whole numbers up to this have a colour each.
+_MOST_STEPS = 12
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    variable: str,
+    x: str,
+    y: str,
+    panels: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    best: str | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw one variable in colour over two axes.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+    variable : str
+        Variable with one value at each point; `chatter` and `status` are drawn in classes.
+    x, y : str
+        Axes of abscissa and ordinate.
+    panels : str, optional
+        Axis whose values make a panel each.
+    at : mapping, optional
+        Value of every other axis.
+    best : {"min", "max"}, optional
+        Mark, for every x, the y at which the variable is least or greatest; of equals the
+        smallest y.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    place = select(cube, [variable], at, (x, y, panels)).sortby([x, y])
+    shown = place[panels].values.tolist() if panels else [None]
+    columns = 2 if len(shown) == 4 else min(3, len(shown))
+    figure, axes = _grid(len(shown), columns)
+    colours, norm = _colours(place[variable])
+    marks: dict[str, Artist] = {}
+    for ax, value in zip(axes, shown, strict=True):
+        panel = place if value is None else place.sel({panels: value})
+        values = numbers(panel[variable], y, x)
+        mesh = _cells(ax, panel, x, y, values, colours, norm)
+        if variable in RATIOS:
+            marks |= _contour(ax, panel, x, y, values)
+        if best:
+            marks |= _best(ax, panel, x, y, values, best)
+        _say_what_is_missing(ax, variable, values)
+        if value is not None:
+            ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold")
+    _label(axes, place, x, y, columns)
+    if variable not in _CLASSES:
+        _colour_bar(figure, axes, mesh, place[variable])
+    head(figure, place, caption)
+    handles = [*_classes(place[variable]), *marks.values()]
+    legend(figure, handles, variable if variable in _CLASSES else "")
+    return figure
+
+
+def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
+    """Panels in rows, with no empty ones after the last."""
+    lines = -(-count // columns)
+    size = (COLUMN if columns == 1 else PAGE, 1.0 + _HEIGHTS[columns] * lines)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    for ax in axes[count:]:
+        ax.remove()
+    return figure, list(axes[:count])
+
+
+def _colours(array: xr.DataArray) -> tuple[Colormap, Normalize]:
+    """Colours and their norm, the same for all panels."""
+    if array.name in _CLASSES:
+        classes = ListedColormap([colour for _, colour in _CLASSES[array.name]])
+        steps = np.arange(classes.N + 1) - 0.5
+        return classes.with_extremes(bad=MISSING), BoundaryNorm(steps, classes.N)
+    low, high = _range(array)
+    if array.name in RATIOS:
+        most = min(max(high, 1.0 / low, 1.01), _LARGEST_RATIO)
+        ratios = LinearSegmentedColormap.from_list("ratios", _ABOUT_ONE)
+        return ratios.with_extremes(bad=MISSING), LogNorm(1.0 / most, most)
+    colours = colormaps["cividis"].with_extremes(bad=MISSING)
+    if whole(array) and high - low < _MOST_STEPS:
+        return colours, BoundaryNorm(np.arange(low, high + 2.0) - 0.5, colours.N)
+    return colours, Normalize(low, high if high > low else low + 1.0)
+
+
+def _range(array: xr.DataArray) -> tuple[float, float]:
+    """Least and greatest value."""
+    values = numbers(array)
+    values = values[np.isfinite(values)]
+    return (float(values.min()), float(values.max())) if values.size else (1.0, 1.0)
+
+
+def _cells(
+    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, colours: Colormap, norm: Any
+) -> QuadMesh:
+    """Draw each value in a cell as large as its place on the axes."""
+    ends = [edges(panel[name].values) for name in (x, y)]
+    # Rasterised: a vector cell each makes files that no reader opens.
+    mesh = ax.pcolormesh(*ends, values, cmap=colours, norm=norm, rasterized=True)
+    for name, axis in ((x, "x"), (y, "y")):
+        if geometric(panel[name].values):
+            ax.set(**{f"{axis}scale": "log"})
+    ax.spines[:].set_visible(True)
+    return mesh
+
+
+def _say_what_is_missing(ax: Axes, variable: str, values: np.ndarray) -> None:
+    """Write in a panel of one pale colour why it looks empty."""
+    if not np.isfinite(values).any():
+        say(ax)
+    elif variable in _CLASSES and not values.any():
+        say(ax, f"{_CLASSES[variable][0][0]} throughout")
+
+
+def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> dict[str, Artist]:
+    """Draw where a ratio is 1; return what the legend has to say of it."""
+    values = np.where(np.abs(values - 1.0) < _SAME, 1.0 + _SAME, values)
+    if not ((values < 1.0).any() and (values > 1.0).any()):
+        return {}
+    ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)
+    text = "ratio 1, as without damper"
+    return {text: Line2D([], [], label=text, color=BLACK, lw=_CONTOUR)}
+
+
+def _best(
+    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str
+) -> dict[str, Artist]:
+    """Mark the best y of every x; return what the legend has to say of it."""
+    known = np.isfinite(values).any(axis=0)
+    signed = values if best == "min" else -values
+    rows = [least(np.where(np.isnan(column), np.inf, column)) for column in signed.T[known]]
+    style: dict[str, Any] = {
+        "ls": "",
+        "marker": "o",
+        "ms": 2.6 if values.shape[1] <= 60 else 1.8,
+        "mfc": "white",
+        "mec": BLACK,
+        "mew": 0.4,
+    }
+    ax.plot(panel[x].values[known], panel[y].values[rows], **style)
+    name = next(iter(panel.data_vars)).replace("_", " ")
+    extreme = "least" if best == "min" else "greatest"
+    text = f"{SYMBOLS[y]} of the {extreme} {name} for each {SYMBOLS[x]}"
+    return {text: Line2D([], [], label=text, **style)}
+
+
+def _label(axes: list[Axes], place: xr.Dataset, x: str, y: str, columns: int) -> None:
+    width = axes[0].get_figure().get_figwidth()
+    for index, ax in enumerate(axes):
+        if index + columns >= len(axes):  # none below
+            ax.set_xlabel(place_label(place, x, 0.9 * width / columns))
+            ax.tick_params(labelbottom=True)
+        if index % columns == 0:
+            ax.set_ylabel(place_label(place, y, 0.9 * _HEIGHTS[columns]))
+
+
+def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.DataArray) -> None:
+    low, high = _range(array)
+    first, last = max(low, mesh.norm.vmin), min(high, mesh.norm.vmax)
+    beyond = {(True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = beyond.get((low < first, high > last), "neither")
+    bar = figure.colorbar(mesh, ax=axes, aspect=30, pad=0.02, extend=extend)
+    bar.set_label(variable_label(array, figure.get_figheight() - 1.4))
+    bar.outline.set_linewidth(0.6)
+    if array.name in RATIOS:
+        ticks = _ratio_ticks(first, last)
+        bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+        if first < last:  # the colours that occur
+            bar.ax.set_ylim(first, last)
+    elif isinstance(mesh.norm, BoundaryNorm):
+        bar.set_ticks(0.5 * (mesh.norm.boundaries[1:] + mesh.norm.boundaries[:-1]))
+    elif whole(array):
+        bar.locator = MaxNLocator(integer=True, min_n_ticks=1)
+    bar.minorticks_off()
+
+
+def _ratio_ticks(low: float, high: float) -> list[float]:
+    ticks = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+    if high < 3.0 * low:
+        ticks = MaxNLocator(6).tick_values(low, high)
+    return [float(tick) for tick in ticks if low <= tick <= high]
+
+
+def _classes(array: xr.DataArray) -> list[Artist]:
+    """Legend entries of classes, and of points without a value."""
+    handles: list[Artist] = [
+        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text)
+        for text, colour in _CLASSES.get(str(array.name), ())
+    ]
+    if np.isnan(numbers(array)).any():
+        text = "no value" if array.name in RATIOS else "run stopped"
+        handles.append(Patch(facecolor=MISSING, edgecolor=BLACK, lw=0.4, label=text))
+    return handles

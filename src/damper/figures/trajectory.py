@@ -1,0 +1,137 @@
+"""Trajectories: displacements and velocities of both masses over time."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from damper.figures.layout import head, legend, select
+from damper.figures.style import BLACK, PAGE, SYMBOLS, VERMILION, YELLOW, label
+from damper.study.runs import runs
+
+_VARIABLES = (
+    "trajectory_time",
+    "trajectory_displacement",
+    "trajectory_velocity",
+    "trajectory_free_displacement",
+    "trajectory_free_velocity",
+    "trajectory_mode",
+)
+_STICKING = 1
+#: Points up to which lines stay vectors.
+_MOST_POINTS = 20_000
+_PRIMARY = {"color": BLACK, "lw": 0.9}
+_FREE = {"color": VERMILION, "lw": 0.9, "ls": "-"}
+_WALL = {"color": "#777777", "lw": 0.5}
+_BETWEEN = {"color": "#E8E8E8", "lw": 0.0}
+_STUCK = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    start: float = 0.0,
+    stop: float | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw both masses' displacements (above) and velocities (below) over time.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer `trajectory`.
+    start, stop : float, optional
+        Part to draw, in forcing periods since the start of the sampled stretch.
+    at : mapping, optional
+        Value of every axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        When the stretch does not reach to `start`.
+    """
+    place = select(cube, _VARIABLES, at, ("instant",))
+    frequency = _frequency(place)
+    period = 2.0 * math.pi / float(place[frequency])
+    time = place.trajectory_time.values / period
+    piece = place.isel(instant=_rows(time, start, stop))
+    time = piece.trajectory_time.values / period
+    figure = Figure(figsize=(PAGE, 3.9), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    raster = {"rasterized": time.size > _MOST_POINTS}
+    _walls(above, time, piece, raster)
+    for ax, name in ((above, "displacement"), (below, "velocity")):
+        primary, free = piece[f"trajectory_{name}"], piece[f"trajectory_free_{name}"]
+        ax.plot(time, primary.values, **_PRIMARY, **raster)
+        ax.plot(time, free.values, **_FREE, **raster)
+        symbols = "$x$, $y$" if name == "displacement" else r"$\dot x$, $\dot y$"
+        ax.set_ylabel(label(name, symbols, primary.attrs["units"]))
+        stuck = _shade_sticking(ax, time, piece)
+    below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
+    below.set_xlabel(f"time $t$ / (forcing period $2\\pi$/{SYMBOLS[frequency]})")
+    figure.align_ylabels()
+    head(figure, place, caption)
+    legend(figure, _handles(stuck))
+    return figure
+
+
+def _frequency(place: xr.Dataset) -> str:
+    """Name of the coordinate that gives the forcing period."""
+    return "frequency_ratio" if "frequency_ratio" in place.coords else "forcing_frequency"
+
+
+def _clearance(place: xr.Dataset) -> float:
+    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
+
+
+def _rows(time: np.ndarray, start: float, stop: float | None) -> slice:
+    """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges."""
+    time = time[np.isfinite(time)]
+    if not time.size or time[-1] <= start:
+        end = f"{time[-1]:g}" if time.size else "0"
+        raise ValueError(
+            f"start = {start:g}: the trajectory ends {end} forcing periods after its start"
+        )
+    first = max(int(np.searchsorted(time, start, "right")) - 1, 0)
+    last = time.size if stop is None else int(np.searchsorted(time, stop, "right")) + 1
+    return slice(first, min(last, time.size))
+
+
+def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
+    x, clearance = piece.trajectory_displacement.values, _clearance(piece)
+    ax.fill_between(time, x - clearance, x + clearance, zorder=0.5, **_BETWEEN, **raster)
+    for wall in (x - clearance, x + clearance):
+        ax.plot(time, wall, zorder=1.0, **_WALL, **raster)
+
+
+def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
+    """Shade where the masses stick; return whether they do."""
+    stretches = runs(piece.trajectory_mode.values == _STICKING)
+    for first, last in stretches:
+        ax.axvspan(time[first], time[min(last + 1, time.size - 1)], zorder=0.7, **_STUCK)
+    return bool(stretches)
+
+
+def _handles(stuck: bool) -> list[Artist]:
+    handles: list[Artist] = [
+        Line2D([], [], label="primary $x$", **_PRIMARY),
+        Line2D([], [], label="free mass $y$", **_FREE),
+        Patch(facecolor="#E8E8E8", edgecolor="#777777", lw=0.5, label="between the walls"),
+    ]
+    if stuck:
+        handles.append(Patch(label="sticking", **_STUCK))
+    return handles

@@ -1,0 +1,100 @@
+"""What the tests of all kinds of figures share."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from damper.figures import draw
+from damper.figures.style import save, style
+from damper.study.cube import dataset
+from damper.variables import ENERGY, LENGTH, Variable
+
+VARIABLES = {
+    variable.name: variable
+    for variable in (
+        Variable("rms_ratio", "rms displacement over that of the steady response", "1"),
+        Variable("peak_displacement", "largest primary displacement, either way", LENGTH),
+        Variable("energy_input", "work of the force per forcing period", ENERGY),
+        Variable("visible_impacts", "most visible impacts in one burst", "1", (), "i4"),
+        Variable("chatter", "chatter: 0 none, 1 incomplete, 2 complete", "1", (), "i1"),
+    )
+}
+FIXED = {"mass_ratio": 0.1, "damping_ratio": 0.02, "clearance": 0.05, "restitution": 0.5}
+
+
+def made_up(
+    axes: Mapping[str, Sequence[float]],
+    branches: Mapping[str, Sequence[Any]] | None = None,
+    **arrays: Any,
+) -> xr.Dataset:
+    """Cube over axes, then branches, of variables whose values are given."""
+    fixed = {name: value for name, value in (FIXED | {"phase": 0.0}).items() if name not in axes}
+    lengths = [len(values) for values in (*axes.values(), *(branches or {}).values())]
+    lanes = int(np.prod(lengths))
+    data = {
+        name: np.broadcast_to(values, lengths).reshape(lanes).astype(VARIABLES[name].dtype)
+        for name, values in arrays.items()
+    }
+    status = {"status": np.zeros(lanes, "i1")}
+    variables = [VARIABLES[name] for name in arrays]
+    attributes = {"title": "A made-up study"}
+    return dataset(axes, fixed, data | status, variables, {}, attributes, branches)
+
+
+def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
+    """Figure whose layout has been made, with every warning an error."""
+    with style(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = draw(kind, cube, **settings)
+        canvas = FigureCanvasAgg(figure)
+        for _ in range(2):  # as saving does: ticks may change with the first layout
+            canvas.draw()
+    return figure
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def assert_nothing_overlaps(figure: Figure) -> None:
+    """Heading, panels and legend lie within the page and apart."""
+    renderer = figure.canvas.get_renderer()
+    with style():  # ticks are made as they are needed
+        boxes = [ax.get_tightbbox(renderer) for ax in figure.axes]
+        boxes += [legend.get_window_extent(renderer) for legend in figure.legends]
+        boxes.append(figure._suptitle.get_window_extent(renderer))
+    whole = figure.bbox
+    for k, box in enumerate(boxes):
+        assert box.x0 >= whole.x0 - 1
+        assert box.x1 <= whole.x1 + 1
+        assert box.y0 >= whole.y0 - 1
+        assert box.y1 <= whole.y1 + 1
+        for other in boxes[k + 1 :]:
+            apart = (
+                box.x1 <= other.x0 + 2
+                or other.x1 <= box.x0 + 2
+                or box.y1 <= other.y0 + 2
+                or other.y1 <= box.y0 + 2
+            )
+            assert apart
+
+
+def assert_files(kind: str, cube: xr.Dataset, folder: Path, **settings: Any) -> str:
+    """Draw twice: the same bytes, and not too many; return the SVG."""
+    for name in "ab":
+        figure = drawn(kind, cube, **settings)
+        with style(), warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for end in ("svg", "png"):
+                save(figure, folder / f"{name}.{end}")
+    for end in ("svg", "png"):
+        a, b = ((folder / f"{name}.{end}").read_bytes() for name in "ab")
+        assert a == b
+        assert 5_000 < len(a) < 2_000_000
+    return (folder / "a.svg").read_text(encoding="utf-8")

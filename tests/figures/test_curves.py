@@ -1,0 +1,230 @@
+"""Curves of small cubes, where every line's points are known."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts, made_up
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from damper import simulate
+
+X = [0.8, 0.9, 1.0, 1.1]
+MASSES = [0.05, 0.1, 0.2]
+D = [0.5, 1.0, 1.5]
+VALUES = np.arange(12.0).reshape(3, 4) + 0.5
+
+
+def cube_of(values: Any = VALUES, variable: str = "peak_displacement") -> xr.Dataset:
+    return made_up({"mass_ratio": MASSES, "frequency_ratio": X}, **{variable: values})
+
+
+def curves(cube: xr.Dataset, *variables: str, **settings: Any) -> Figure:
+    names = variables or ("peak_displacement",)
+    return drawn("curves", cube, variables=names, **{"along": "frequency_ratio", **settings})
+
+
+def lines(ax: Axes) -> list[Line2D]:
+    """All but the line at 1."""
+    return [line for line in ax.lines if len(line.get_xdata()) != 2]
+
+
+# --- lines
+
+
+def test_a_line_for_each_value() -> None:
+    figure = curves(cube_of(), lines="mass_ratio")
+    (ax,) = figure.axes
+    for line, values in zip(lines(ax), VALUES, strict=True):
+        assert list(line.get_xdata()) == X
+        np.testing.assert_array_equal(line.get_ydata(), values)
+    assert legend_texts(figure) == [rf"$\mu$ = {mass:g}" for mass in MASSES]
+    assert ax.get_xlim() == (0.8, 1.1)
+
+
+@pytest.mark.parametrize("count", [2, 5, 12])
+def test_lines_differ_in_grey_or_in_dashes(count: int) -> None:
+    masses = np.linspace(0.1, 0.5, count)
+    cube = made_up({"mass_ratio": masses, "frequency_ratio": X}, peak_displacement=1.0)
+    drawn_lines = lines(curves(cube, lines="mass_ratio").axes[0])
+    grey = [float(np.dot((0.2126, 0.7152, 0.0722), to_rgb(k.get_color()))) for k in drawn_lines]
+    assert grey == sorted(grey)
+    assert grey[-1] < 0.75, "lost on white paper"
+    for a, b in pairwise(drawn_lines):
+        assert a.get_linestyle() != b.get_linestyle()
+
+
+def test_without_lines_there_is_one_and_no_legend() -> None:
+    figure = curves(cube_of(), at={"mass_ratio": 0.1})
+    (line,) = lines(figure.axes[0])
+    np.testing.assert_array_equal(line.get_ydata(), VALUES[1])
+    assert figure.legends == []
+    assert r"$\mu$ = 0.1," in figure.get_suptitle()
+
+
+def test_a_panel_for_each_variable() -> None:
+    cube = made_up(
+        {"mass_ratio": MASSES, "frequency_ratio": X},
+        peak_displacement=VALUES,
+        rms_ratio=VALUES / 5,
+        energy_input=VALUES,
+        chatter=1,
+    )
+    names = ("peak_displacement", "rms_ratio", "energy_input", "chatter")
+    figure = curves(cube, *names, lines="mass_ratio")
+    labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
+    assert labels == [
+        r"largest primary displacement, either way $x_\mathrm{max}$ / ($F_0/K$)",
+        r"rms displacement over that without damper $x_\mathrm{rms} / (A/\sqrt{2})$",
+        "work of the force per forcing period / ($F_0^2/K$)",
+        "chatter: 0 none, 1 incomplete, 2 complete",
+    ]
+    assert [ax.get_xlabel() for ax in figure.axes] == ["", "", "", r"frequency ratio $\omega$"]
+    assert_nothing_overlaps(figure)
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_whole_numbers_have_whole_ticks(level: int) -> None:
+    ax = curves(cube_of(level, "chatter"), "chatter", lines="mass_ratio").axes[0]
+    ticks = ax.get_yticks()
+    assert level in ticks
+    assert all(tick == round(tick) for tick in ticks)
+
+
+def test_lines_of_directions() -> None:
+    branches = {"direction": ["up", "down"]}
+    values = np.stack([np.arange(4.0), np.arange(4.0) + 1], axis=-1)
+    cube = made_up({"frequency_ratio": X}, branches, peak_displacement=values)
+    figure = curves(cube, lines="direction")
+    assert legend_texts(figure) == ["continued upwards", "continued downwards"]
+    up, down = lines(figure.axes[0])
+    np.testing.assert_array_equal(down.get_ydata(), up.get_ydata() + 1)
+    one = curves(cube, at={"direction": "down"})
+    np.testing.assert_array_equal(lines(one.axes[0])[0].get_ydata(), down.get_ydata())
+
+
+def test_values_in_any_order() -> None:
+    shuffled = cube_of().isel(frequency_ratio=[2, 0, 3, 1])
+    line = lines(curves(shuffled, lines="mass_ratio").axes[0])[0]
+    assert list(line.get_xdata()) == X
+
+
+def test_geometric_abscissa_is_logarithmic() -> None:
+    cube = made_up({"clearance": [0.01, 0.1, 1.0]}, peak_displacement=[1.0, 2.0, 3.0])
+    assert curves(cube, along="clearance").axes[0].get_xscale() == "log"
+    assert curves(cube_of(), lines="mass_ratio").axes[0].get_xscale() == "linear"
+
+
+# --- the ratio 1, stopped runs, logarithms
+
+
+def test_ratios_have_a_line_at_one() -> None:
+    figure = curves(cube_of(VALUES / 5, "rms_ratio"), "rms_ratio", lines="mass_ratio")
+    (line,) = (line for line in figure.axes[0].lines if len(line.get_xdata()) == 2)
+    assert list(line.get_ydata()) == [1.0, 1.0]
+    assert legend_texts(figure)[-1] == "without damper"
+    assert legend_texts(curves(cube_of(), lines="mass_ratio"))[-1] != "without damper"
+
+
+def test_stopped_runs_leave_a_gap() -> None:
+    values = VALUES.copy()
+    values[1, 2] = np.nan
+    line = lines(curves(cube_of(values), lines="mass_ratio").axes[0])[1]
+    assert np.isnan(line.get_ydata()).tolist() == [False, False, True, False]
+    counts = np.full((3, 4), 3)
+    counts[0, 1] = -1
+    cube = cube_of(counts, "visible_impacts")
+    line = lines(curves(cube, "visible_impacts", lines="mass_ratio").axes[0])[0]
+    assert np.isnan(line.get_ydata()).tolist() == [False, True, False, False]
+
+
+def test_logarithmic_ordinate_leaves_out_what_is_not_positive() -> None:
+    values = VALUES.copy()
+    values[0, 0] = -1.0
+    ax = curves(cube_of(values), lines="mass_ratio", log=True).axes[0]
+    assert ax.get_yscale() == "log"
+    assert np.isnan(lines(ax)[0].get_ydata()[0])
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_panel_without_any_value_says_so(log: bool) -> None:
+    ax = curves(cube_of(np.nan), lines="mass_ratio", log=log).axes[0]
+    assert [text.get_text() for text in ax.texts] == ["no run finished here"]
+
+
+# --- best
+
+
+def best_cube(worst: Any) -> xr.Dataset:
+    """Greatest value along the frequency by mass ratio and clearance."""
+    shape = np.array([0.2, 1.0, 0.5, 0.1])
+    values = np.asarray(worst, dtype=float)[..., None] * shape
+    axes = {"mass_ratio": MASSES, "clearance": D, "frequency_ratio": X}
+    return made_up(axes, peak_displacement=values, energy_input=10 * values)
+
+
+WORST = [[3.0, 2.0, 1.0], [1.0, 2.0, 3.0], [3.0, 1.0, 2.0]]
+
+
+def test_best_value_of_each_line() -> None:
+    figure = curves(
+        best_cube(WORST), "peak_displacement", "energy_input", lines="mass_ratio", best="clearance"
+    )
+    assert legend_texts(figure) == [
+        rf"$\mu$ = {mass:g}, best $d$ = {d:g} $F_0/K$"
+        for mass, d in zip(MASSES, (1.5, 0.5, 1.0), strict=True)
+    ]
+    above, below = figure.axes
+    for a, b in zip(lines(above), lines(below), strict=True):
+        assert max(a.get_ydata()) == 1.0
+        np.testing.assert_allclose(b.get_ydata(), 10 * a.get_ydata())
+    assert "$d$" not in figure.get_suptitle()
+
+
+def test_best_needs_every_run_to_have_finished() -> None:
+    worst = np.array(WORST)
+    worst[0, 2] = np.nan
+    figure = curves(best_cube(worst), lines="mass_ratio", best="clearance")
+    assert "best $d$ = 1 " in legend_texts(figure)[0]
+
+
+def test_best_of_equals_is_the_first() -> None:
+    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((3, 3))
+    figure = curves(best_cube(noise), lines="mass_ratio", best="clearance")
+    assert all("best $d$ = 0.5 " in text for text in legend_texts(figure))
+
+
+def test_best_without_lines() -> None:
+    figure = curves(best_cube(WORST), best="clearance", at={"mass_ratio": 0.1})
+    assert legend_texts(figure) == ["best $d$ = 0.5 $F_0/K$"]
+
+
+# --- simulated, and files
+
+
+def test_simulated(tmp_path: Path) -> None:
+    cube = simulate(
+        mass_ratio=[0.05, 0.1],
+        damping_ratio=0.02,
+        frequency_ratio=X,
+        clearance=[1.0, 3.0],
+        restitution=0.5,
+        transient=20,
+        periods=10,
+        observers=["response", "impacts"],
+    )
+    names = ["amplitude_ratio", "impacts_per_period"]
+    settings = {"variables": names, "along": "frequency_ratio", "lines": "mass_ratio"}
+    svg = assert_files("curves", cube, tmp_path, **settings, best="clearance")
+    assert "<image" not in svg
+    figure = drawn("curves", cube, **settings, best="clearance")
+    assert_nothing_overlaps(figure)
+    worst = cube.amplitude_ratio.max("frequency_ratio").idxmin("clearance").values
+    for text, d in zip(legend_texts(figure), worst, strict=False):
+        assert f"best $d$ = {d:g}" in text

@@ -1,0 +1,276 @@
+"""Maps of small cubes, where every cell's colour is known."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts, made_up
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from damper import simulate
+from damper.figures.style import BLUE, MISSING, ORANGE, PALE
+from damper.study.cube import write_cube
+
+X = [0.8, 0.9, 1.0, 1.1]
+Y = [0.5, 1.0, 1.5]
+AXES = {"frequency_ratio": X, "clearance": Y}
+PLACE = {"x": "frequency_ratio", "y": "clearance"}
+#: clearance (rows) by frequency (columns)
+CHATTER = np.array([[0, 1, 2, 0], [0, 2, 2, -1], [0, 0, 1, 0]])
+RATIO = np.array([[1.2, 0.9, 0.3, 0.8], [1.5, 0.4, 0.3, 0.9], [1.1, 0.5, 0.2, np.nan]])
+
+
+def the_map(cube: xr.Dataset, variable: str, **settings: Any) -> Figure:
+    return drawn("map", cube, **{"variable": variable, **PLACE, **settings})
+
+
+def chatter(**settings: Any) -> Figure:
+    return the_map(made_up(AXES, chatter=CHATTER.T), "chatter", **settings)
+
+
+def ratio(**settings: Any) -> Figure:
+    return the_map(made_up(AXES, rms_ratio=RATIO.T), "rms_ratio", **settings)
+
+
+def mesh(ax: Axes) -> QuadMesh:
+    (found,) = (item for item in ax.collections if isinstance(item, QuadMesh))
+    return found
+
+
+def colours(ax: Axes) -> np.ndarray:
+    """Colour of every cell, rows from below."""
+    cells = mesh(ax)
+    cells.update_scalarmappable()
+    return cells.get_facecolor().reshape(*cells.get_array().shape, 4)
+
+
+def marks(ax: Axes) -> list[tuple[float, float]]:
+    (line,) = (line for line in ax.lines if isinstance(line, Line2D) and line.get_marker() == "o")
+    return list(zip(line.get_xdata(), line.get_ydata(), strict=True))
+
+
+# --- cells
+
+
+def test_classes_have_their_colours() -> None:
+    colour = {0: PALE, 1: ORANGE, 2: BLUE, -1: MISSING}
+    figure = chatter()
+    (ax,) = figure.axes
+    expected = [[to_rgba(colour[value]) for value in row] for row in CHATTER]
+    np.testing.assert_array_equal(colours(ax), expected)
+    assert legend_texts(figure) == ["none", "incomplete", "complete", "run stopped"]
+    assert figure.legends[0].get_title().get_text() == "chatter"
+
+
+def test_legend_tells_of_stopped_runs_only_where_there_are_any() -> None:
+    figure = the_map(made_up(AXES, chatter=np.abs(CHATTER.T)), "chatter")
+    assert legend_texts(figure) == ["none", "incomplete", "complete"]
+
+
+def test_status_in_classes() -> None:
+    cube = made_up(AXES, chatter=0)
+    cube["status"][1, 2] = 1
+    figure = the_map(cube, "status")
+    assert legend_texts(figure)[:2] == ["finished", "stopped: max_events reached"]
+    assert (colours(figure.axes[0])[2, 1] == to_rgba(ORANGE)).all()
+
+
+def test_continuous_colours_and_their_bar() -> None:
+    values = np.arange(12.0).reshape(4, 3)
+    figure = the_map(made_up(AXES, peak_displacement=values), "peak_displacement")
+    ax, bar = figure.axes
+    np.testing.assert_array_equal(mesh(ax).get_array(), values.T)
+    assert mesh(ax).cmap.name == "cividis"
+    label = " ".join(bar.get_ylabel().split())
+    assert label == r"largest primary displacement, either way $x_\mathrm{max}$ / ($F_0/K$)"
+    assert figure.legends == []
+
+
+def test_stopped_runs_are_grey() -> None:
+    values = np.arange(12.0).reshape(4, 3)
+    values[2, 1] = np.nan
+    figure = the_map(made_up(AXES, energy_input=values), "energy_input")
+    assert tuple(colours(figure.axes[0])[1, 2]) == to_rgba(MISSING)
+    assert legend_texts(figure) == ["run stopped"]
+
+
+def test_whole_numbers_have_whole_ticks() -> None:
+    counts = np.arange(12).reshape(4, 3) % 6
+    counts[0, 0] = -1
+    ax, bar = the_map(made_up(AXES, visible_impacts=counts), "visible_impacts").axes
+    np.testing.assert_array_equal(bar.get_yticks(), range(6))
+    assert tuple(colours(ax)[0, 0]) == to_rgba(MISSING)
+    many = np.arange(12).reshape(4, 3) * 7
+    bar = the_map(made_up(AXES, visible_impacts=many), "visible_impacts").axes[1]
+    assert all(tick == round(tick) for tick in bar.get_yticks())
+
+
+def test_ratios_are_white_at_one_with_a_line() -> None:
+    figure = ratio()
+    ax = figure.axes[0]
+    cells = mesh(ax)
+    assert cells.cmap(cells.norm(1.0))[:3] == pytest.approx((1, 1, 1), abs=0.02)
+    blue, orange = cells.cmap(cells.norm(0.3)), cells.cmap(cells.norm(1.5))
+    assert blue[2] > blue[0]
+    assert orange[0] > orange[2]
+    assert legend_texts(figure) == ["no value", "ratio 1, as without damper"]
+
+
+def test_no_line_where_the_masses_never_touch() -> None:
+    """There the ratio is 1 up to what is left of the transient."""
+    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((4, 3))
+    figure = the_map(made_up(AXES, rms_ratio=noise), "rms_ratio")
+    assert legend_texts(figure) == []
+    assert len(figure.axes[0].collections) == 1
+
+
+def test_ratio_to_an_infinite_amplitude_is_missing() -> None:
+    values = RATIO.T.copy()
+    values[0, 0] = 0.0
+    ax = the_map(made_up(AXES, rms_ratio=values), "rms_ratio").axes[0]
+    assert tuple(colours(ax)[0, 0]) == to_rgba(MISSING)
+
+
+def test_cells_are_as_wide_as_their_place() -> None:
+    cube = made_up({"frequency_ratio": [0.5, 1.0, 2.5], "clearance": [0.1, 1.0, 10.0]}, chatter=0)
+    ax = the_map(cube, "chatter").axes[0]
+    corners = mesh(ax).get_coordinates()
+    np.testing.assert_allclose(corners[0, :, 0], [0.25, 0.75, 1.75, 3.25])
+    np.testing.assert_allclose(corners[:, 0, 1], np.array([0.1, 1.0, 10.0, 100.0]) / 10**0.5)
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+
+
+def test_values_in_any_order_and_dimensions_too() -> None:
+    cube = made_up(AXES, chatter=CHATTER.T)
+    turned = cube.transpose("clearance", "frequency_ratio").isel(
+        clearance=[2, 0, 1], frequency_ratio=[3, 2, 1, 0]
+    )
+    a, b = (the_map(c, "chatter").axes[0] for c in (cube, turned))
+    np.testing.assert_array_equal(colours(a), colours(b))
+
+
+def test_cells_are_rasterised_and_labels_are_not(tmp_path: Path) -> None:
+    cube = made_up(AXES, rms_ratio=RATIO.T)
+    svg = assert_files("map", cube, tmp_path, variable="rms_ratio", best="min", **PLACE)
+    assert svg.count("<image") == 2  # the map and its bar
+    assert mesh(ratio().axes[0]).get_rasterized()
+
+
+# --- best
+
+
+@pytest.mark.parametrize(("best", "rows"), [("min", [2, 1, 2, 0]), ("max", [1, 0, 0, 1])])
+def test_best_is_marked_at_each_abscissa(best: str, rows: list[int]) -> None:
+    figure = ratio(best=best)
+    assert marks(figure.axes[0]) == [(x, Y[row]) for x, row in zip(X, rows, strict=True)]
+    word = {"min": "least", "max": "greatest"}[best]
+    assert legend_texts(figure)[-1] == rf"$d$ of the {word} rms ratio for each $\omega$"
+
+
+def test_best_leaves_out_columns_without_a_value() -> None:
+    values = RATIO.T.copy()
+    values[1] = np.nan
+    ax = the_map(made_up(AXES, rms_ratio=values), "rms_ratio", best="min").axes[0]
+    assert [x for x, _ in marks(ax)] == [0.8, 1.0, 1.1]
+
+
+def test_best_of_equals_is_the_smallest_ordinate() -> None:
+    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((4, 3))
+    ax = the_map(made_up(AXES, rms_ratio=noise), "rms_ratio", best="min").axes[0]
+    assert [y for _, y in marks(ax)] == [0.5] * 4
+
+
+# --- panels and labels
+
+
+@pytest.mark.parametrize(("count", "rows"), [(1, 1), (2, 1), (3, 1), (4, 2), (5, 2), (7, 3)])
+def test_a_panel_for_each_value(count: int, rows: int) -> None:
+    values = [round(0.1 * k, 1) for k in range(1, count + 1)]
+    axes = {"restitution": values, **AXES}
+    levels = np.broadcast_to(CHATTER.T, (count, 4, 3))
+    figure = the_map(made_up(axes, chatter=levels), "chatter", panels="restitution")
+    assert [ax.get_title("left") for ax in figure.axes] == [f"$r$ = {v:g}" for v in values]
+    assert len({round(ax.get_position().y0, 3) for ax in figure.axes}) == rows
+    assert_nothing_overlaps(figure)
+    for ax in figure.axes[-2:]:
+        assert ax.get_xlabel() == r"frequency ratio $\omega$"
+
+
+def test_all_panels_share_their_colours() -> None:
+    axes = {"restitution": [0.3, 0.6], **AXES}
+    values = np.stack([np.zeros((4, 3)), np.ones((4, 3))])
+    figure = the_map(made_up(axes, energy_input=values), "energy_input", panels="restitution")
+    low, high, _ = figure.axes
+    assert colours(low)[0, 0].tolist() != colours(high)[0, 0].tolist()
+
+
+def test_panels_of_directions() -> None:
+    cube = made_up(AXES, {"direction": ["up", "down"]}, chatter=CHATTER.T[..., None])
+    figure = the_map(cube, "chatter", panels="direction")
+    titles = [ax.get_title("left") for ax in figure.axes]
+    assert titles == ["continued upwards", "continued downwards"]
+    heading = the_map(cube, "chatter", at={"direction": "down"}).get_suptitle()
+    assert "continued downwards" in heading
+
+
+def test_heading_and_labels() -> None:
+    figure = chatter()
+    heading = " ".join(figure.get_suptitle().split())
+    assert heading.startswith("A made-up study ")
+    for text in (r"$\mu$ = 0.1", r"$\zeta$ = 0.02", "$r$ = 0.5", r"$\varphi$ = 0 rad"):
+        assert text in heading
+    assert "$d$" not in heading
+    assert " ".join(figure.axes[0].get_ylabel().split()) == "clearance to each wall $d$ / ($F_0/K$)"
+    assert chatter(caption="My words").get_suptitle().startswith("My words\n")
+    assert_nothing_overlaps(ratio(best="min"))
+
+
+@pytest.mark.parametrize(("level", "words"), [(0, "none throughout"), (-1, "no run finished here")])
+def test_a_panel_of_one_pale_colour_says_why(level: int, words: str) -> None:
+    ax = the_map(made_up(AXES, chatter=level), "chatter").axes[0]
+    assert [text.get_text() for text in ax.texts] == [words]
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0, 2.5])
+@pytest.mark.parametrize("variable", ["rms_ratio", "energy_input"])
+def test_one_value_throughout(variable: str, value: float) -> None:
+    figure = the_map(made_up(AXES, **{variable: value}), variable, best="min")
+    assert_nothing_overlaps(figure)
+
+
+# --- simulated
+
+
+def test_simulated_in_si_from_a_file(tmp_path: Path) -> None:
+    cube = simulate(
+        primary_mass=2.0,
+        damping=1.2,
+        stiffness=800.0,
+        force_amplitude=4.0,
+        free_mass=0.2,
+        gap=[0.005, 0.01, 0.02],
+        restitution=0.6,
+        forcing_frequency=[18.0, 20.0, 22.0],
+        transient=20,
+        periods=10,
+        observers=["response", "bursts"],
+    )
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as opened:
+        place = {"x": "forcing_frequency", "y": "gap"}
+        figure = drawn("map", opened, variable="rms_displacement", best="min", **place)
+        drawn("map", opened, variable="chatter", **place)
+    ax, bar = figure.axes
+    assert ax.get_xlabel().replace("\xa0", " ") == r"angular forcing frequency $\Omega$ / (rad/s)"
+    assert ax.get_ylabel().replace("\xa0", " ").endswith("$2D$ / m")
+    assert bar.get_ylabel().endswith(r"$x_\mathrm{rms}$ / m")
+    assert "$K$ = 800 N/m" in figure.get_suptitle()
+    best = cube.rms_displacement.idxmin("gap").values
+    assert [y for _, y in marks(ax)] == list(best)
+    assert_nothing_overlaps(figure)

@@ -1,0 +1,164 @@
+"""Time histories of simulated trajectories."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from damper import events, simulate
+from damper.figures import trajectory
+from damper.parameters import Parameters
+
+POINT = {"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.2, "restitution": 0.6}
+PERIOD = 2 * math.pi / 0.2
+
+
+def simulated(**given: Any) -> xr.Dataset:
+    settings = {"transient": 0, "periods": 3, "observers": {"trajectory": None}}
+    return simulate(**{**POINT, "clearance": 0.25, **settings, **given})
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    """From rest: a chatter that ends in sticking in the second period."""
+    return simulated()
+
+
+def lines(ax: Axes) -> dict[str, Line2D]:
+    names = {trajectory._PRIMARY["color"]: "primary", trajectory._FREE["color"]: "free"}
+    return {names[k.get_color()]: k for k in ax.lines if k.get_color() in names}
+
+
+def walls(ax: Axes) -> list[Line2D]:
+    return [line for line in ax.lines if line.get_color() == trajectory._WALL["color"]]
+
+
+def stuck(ax: Axes) -> list[tuple[float, float]]:
+    spans = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
+    return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
+
+
+def panels(figure: Figure) -> tuple[Axes, Axes]:
+    above, below = figure.axes
+    return above, below
+
+
+def test_lines_are_the_trajectory(cube: xr.Dataset) -> None:
+    above, below = panels(drawn("trajectory", cube))
+    known = np.isfinite(cube.trajectory_time.values)
+    for ax, name in ((above, "displacement"), (below, "velocity")):
+        for body, prefix in (("primary", "trajectory_"), ("free", "trajectory_free_")):
+            line = lines(ax)[body]
+            expected = cube[f"{prefix}{name}"].values[known]
+            np.testing.assert_array_equal(line.get_ydata(), expected)
+            time = cube.trajectory_time.values[known] / PERIOD
+            np.testing.assert_allclose(line.get_xdata(), time)
+            assert np.isfinite(line.get_ydata()).all()
+    assert below.get_xlim() == pytest.approx((0.0, 3.0))
+
+
+def test_walls_enclose_the_free_mass(cube: xr.Dataset) -> None:
+    above, _ = panels(drawn("trajectory", cube))
+    low, high = (line.get_ydata() for line in walls(above))
+    y = lines(above)["free"].get_ydata()
+    assert (high - low == pytest.approx(0.5)) is True
+    assert (y >= low - 1e-9).all()
+    assert (y <= high + 1e-9).all()
+
+
+def test_sticking_is_shaded_where_it_happens(cube: xr.Dataset) -> None:
+    found = events(Parameters(**POINT, clearance=0.25), until=3 * PERIOD)
+    sticks = found["time"][found["kind"] == 1] / PERIOD
+    releases = found["time"][found["kind"] == 2] / PERIOD
+    assert len(sticks)
+    figure = drawn("trajectory", cube)
+    for ax in figure.axes:
+        spans = stuck(ax)
+        np.testing.assert_allclose([a for a, _ in spans], sticks, rtol=1e-9)
+        np.testing.assert_allclose([b for _, b in spans][: len(releases)], releases, rtol=1e-9)
+    assert legend_texts(figure)[-1] == "sticking"
+
+
+def test_no_sticking_no_shade() -> None:
+    figure = drawn("trajectory", simulated(clearance=5.0, periods=1))
+    assert stuck(figure.axes[0]) == []
+    assert legend_texts(figure) == ["primary $x$", "free mass $y$", "between the walls"]
+
+
+def test_labels_and_heading(cube: xr.Dataset) -> None:
+    figure = drawn("trajectory", cube)
+    above, below = panels(figure)
+    assert above.get_ylabel() == "displacement $x$, $y$ / ($F_0/K$)"
+    assert below.get_ylabel() == r"velocity $\dot x$, $\dot y$ / ($F_0/\sqrt{KM}$)"
+    assert below.get_xlabel() == r"time $t$ / (forcing period $2\pi$/$\omega$)"
+    assert "$d$ = 0.25 $F_0/K$" in figure.get_suptitle()
+    assert_nothing_overlaps(figure)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0.0, 2.0), (1.0, 1.5), (0.5, None), (2.0, 9.0)])
+def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float | None) -> None:
+    _, below = panels(drawn("trajectory", cube, start=start, stop=stop))
+    time = lines(below)["primary"].get_xdata()
+    end = min(3.0 if stop is None else stop, 3.0)
+    assert below.get_xlim() == pytest.approx((start, end))
+    assert time[0] <= start
+    assert time[-1] >= end - 1e-9
+    assert time[1] >= start
+    assert time[-3] <= end
+
+
+def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match=r"start = 5: .* ends 3 forcing periods"):
+        drawn("trajectory", cube, start=5.0)
+
+
+def test_one_point_of_several_in_si(tmp_path: Path) -> None:
+    cube = simulate(
+        primary_mass=2.0,
+        damping=1.2,
+        stiffness=800.0,
+        force_amplitude=4.0,
+        free_mass=0.2,
+        gap=0.01,
+        restitution=0.6,
+        forcing_frequency=[18.0, 20.0],
+        transient=20,
+        periods=2,
+        observers=["trajectory"],
+    )
+    figure = drawn("trajectory", cube, at={"forcing_frequency": 20.0})
+    above, below = panels(figure)
+    assert above.get_ylabel() == "displacement $x$, $y$ / m"
+    assert below.get_ylabel().endswith("/ (m/s)")
+    assert below.get_xlabel().endswith(r"$2\pi$/$\Omega$)")
+    low, high = (line.get_ydata() for line in walls(above))
+    np.testing.assert_allclose(high - low, 0.01)
+    assert r"$\Omega$ = 20 rad/s" in figure.get_suptitle()
+    with pytest.raises(ValueError, match="forcing_frequency has 2 values but no place"):
+        drawn("trajectory", cube)
+    assert_files("trajectory", cube, tmp_path, at={"forcing_frequency": 20.0})
+
+
+def test_lines_are_vectors_unless_there_are_very_many(
+    cube: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "<image" not in assert_files("trajectory", cube, tmp_path)
+    monkeypatch.setattr(trajectory, "_MOST_POINTS", 100)
+    assert "<image" in assert_files("trajectory", cube, tmp_path)
+
+
+def test_very_long_trajectory_is_a_small_file(tmp_path: Path) -> None:
+    long = simulated(
+        frequency_ratio=1.1,
+        periods=200,
+        observers={"trajectory": {"samples_per_period": 200, "events": 5000}},
+    )
+    assert_files("trajectory", long, tmp_path)
