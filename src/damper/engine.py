@@ -29,7 +29,7 @@ from damper.flow import (
     increments,
     oscillator,
 )
-from damper.parameters import Parameters, State
+from damper.parameters import NO_UNITS, Parameters, State, Units
 
 # Columns of a log row: one segment, described at its start.
 # FIRST is the approach speed of the first impact of the burst under way, zero if there is none.
@@ -190,13 +190,14 @@ class Trajectory:
 _NO_LOG = np.empty((0, COLUMNS))
 
 
-def check_state(parameters: Parameters, state: State) -> None:
-    """Raise ValueError unless the free mass is between the walls."""
+def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -> None:
+    """Raise ValueError unless the free mass is between the walls; SI `units` speak of the gap."""
     distance = abs(state.y - state.x)
     if distance > parameters.clearance + slack(parameters.clearance, state.x, state.y):
+        limit = "clearance" if units is NO_UNITS else "gap / 2"
         raise ValueError(
-            f"state: |y - x| = {distance!r} is outside the box: "
-            f"must be at most clearance = {parameters.clearance!r}"
+            f"state: |y - x| = {distance * units.length!r} is outside the box: "
+            f"must be at most {limit} = {parameters.clearance * units.length!r}"
         )
 
 

@@ -17,6 +17,7 @@ from damper.engine import (
     Trajectory,
     V,
     X,
+    check_state,
     motion,
 )
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
@@ -60,7 +61,8 @@ def events(
     state : State, optional
         Where it starts; from rest with y = 0 at time 0 when not given.
     until : float
-        Time (not a number of periods) at which to end, in units of sqrt(M/K).
+        Time (not a number of periods) at which to end, in units of sqrt(M/K) (in s with
+        SIParameters).
 
     Other Parameters
     ----------------
@@ -98,7 +100,9 @@ def events(
     """
     if isinstance(parameters, SIParameters):
         units, parameters = parameters.units, parameters.dimensionless
-        state = state and state.over(units)
+        if state is not None:
+            state = state.over(units)
+            check_state(parameters, state, units)
     else:
         units = NO_UNITS
     trajectory = Trajectory(parameters, state, accuracy, max_events)

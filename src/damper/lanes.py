@@ -84,7 +84,7 @@ def run_lanes(
     check_engine_settings(accuracy, max_events)
     if state:
         for lane in lanes:
-            check_state(lane.parameters, state.over(lane.units))
+            check_state(lane.parameters, state.over(lane.units), lane.units)
     made = make_observers(observers)
     for observer in made:
         observer.allocate(len(lanes), periods)

@@ -138,10 +138,7 @@ class SIParameters:
         """The scaled parameters."""
         return Parameters(
             mass_ratio=self.free_mass / self.primary_mass,
-            damping_ratio=0.5
-            * self.damping
-            / math.sqrt(self.stiffness)
-            / math.sqrt(self.primary_mass),
+            damping_ratio=0.5 * self.damping / math.sqrt(self.stiffness * self.primary_mass),
             frequency_ratio=self.forcing_frequency * self.units.time,
             clearance=0.5 * self.gap * self.stiffness / self.force_amplitude,
             restitution=self.restitution,

@@ -35,7 +35,8 @@ class Quantity:
         elif self.minimum > -math.inf:
             words = f"{self.name} {'>' if self.above else '>='} {self.minimum:g}"
         else:
-            words = f"any {self.name} in {self.units}"
+            # In an SI study units of F0/K are metres, so they are not named here.
+            words = f"any {self.name}" + (f" in {self.units}" if self.units == "rad" else "")
         return f"{words} ({self.note})" if self.note else words
 
     def holds(self, value: float) -> bool:

@@ -133,6 +133,8 @@ def simulate(
                 f"not an array of shape {values.shape}"
             )
         axes[name] = values.tolist()
+    settings = _checked_initial(initial, given, state)
+    follow = _checked_follow(follow, axes)
     part = simulate_slice(
         fixed,
         axes,
@@ -141,8 +143,8 @@ def simulate(
         observers=observers,
         accuracy=accuracy,
         max_events=max_events,
-        initial=_checked_initial(initial, given, state),
-        follow=_checked_follow(follow, axes),
+        initial=settings,
+        follow=follow,
         state=state,
     )
     attributes = {
@@ -153,6 +155,12 @@ def simulate(
         "accuracy": accuracy,
         "max_events": int(max_events),
     }
+    if state is not None:
+        attributes["initial"] = repr(state)
+    elif settings:
+        attributes["initial"] = ", ".join(f"{k}: {v}" for k, v in settings.items())
+    for name, way in follow.items():
+        attributes["follow"] = f"{name}: {way}"
     return gather([part], axes, (), fixed, attributes)
 
 

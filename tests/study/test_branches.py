@@ -100,8 +100,9 @@ def test_draws_are_those_of_pythons_generator() -> None:
     generator = random.Random(7)
     velocities, positions = [], []
     for _ in range(3):
-        velocities.append(-2.0 + 3.0 * generator.random())
-        positions.append(-1.0 + 2.0 * generator.random())
+        for values, low, high in ((velocities, -2.0, 1.0), (positions, -1.0, 1.0)):
+            part = generator.random()
+            values.append(low * (1.0 - part) + high * part)
     found = draws(DRAWS)
     assert found == {"initial_velocity": velocities, "initial_position": positions}
     # Whatever the order in which the file names them.

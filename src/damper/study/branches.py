@@ -88,7 +88,8 @@ def draws(initial: Mapping[str, Any]) -> dict[str, list[float]]:
     drawn: dict[str, list[float]] = {name: [] for name in ranges}
     for _ in range(initial["draws"]):
         for name, (low, high) in ranges.items():
-            drawn[name].append(low + (high - low) * generator.random())
+            part = generator.random()
+            drawn[name].append(low * (1.0 - part) + high * part)
     return drawn
 
 

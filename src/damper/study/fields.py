@@ -190,7 +190,7 @@ class Number(Kind):
 
 _IN_RANGE = {None: "number"} | {
     name: f"number in {q.units}, {q.allowed}"
-    if q in SI_QUANTITIES and q.units != "1"
+    if q in SI_QUANTITIES and q.units not in ("1", "rad")
     else f"number, {q.allowed}"
     for name, q in ALL.items()
 }
