@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import damper
-from damper.study.performance_table import best_clearances, make, statements, to_markdown
+from damper.study.performance_table import best_clearances, make, statements
 from damper.study.tables import TABLES, About
 from damper.study.tables import make as make_kind
 
@@ -48,7 +48,7 @@ def test_best_clearance_is_the_one_with_the_smallest_largest_amplitude(cube: xr.
                 for w in cube.frequency_ratio.values
             ]
             worst[d] = max(amplitudes)
-        assert best.worst == min(worst.values())
+        assert best.worst == pytest.approx(min(worst.values()), rel=2e-6)
         assert worst[best.clearance] == best.worst
         assert best.interior == (best.clearance not in (2.0, 30.0))
         # The linear response is largest at resonance: 1 / (2 zeta) there.
@@ -162,6 +162,12 @@ def test_clearance_at_which_a_run_stopped_is_not_the_best() -> None:
     assert best_clearances(stopped, "frequency_ratio", "clearance", 0.9)[0].clearance == 2.0
 
 
+def test_equal_clearances_give_the_first_one() -> None:
+    peak = np.array([2.0, 2.0 - 1e-9]).reshape(1, 1, 2)
+    found = best_clearances(made_up(peak_displacement=peak), "frequency_ratio", "clearance", 0.9)
+    assert [best.clearance for best in found] == [1.0, 1.0]
+
+
 def test_texts_say_what_was_found(cube: xr.Dataset) -> None:
     text, markdown = make_kind("performance", cube, SETTINGS, ABOUT)
     assert (text, markdown) == make(cube, SETTINGS, ABOUT)
@@ -182,7 +188,7 @@ def test_single_restitution_has_one_row_without_a_name(cube: xr.Dataset) -> None
     alone = cube.isel(restitution=1)
     text, markdown = make(alone, SETTINGS, ABOUT)
     assert len(rows(text)) == 1
-    assert "| best clearance | largest amplitude |" in markdown
+    assert "| best clearance, F0/K | largest amplitude, F0/K | band |" in markdown
     assert "not tested" in markdown
 
 
@@ -190,9 +196,9 @@ def test_empty_table_when_every_run_stopped() -> None:
     nothing = made_up(peak_displacement=np.nan)
     found = best_clearances(nothing, "frequency_ratio", "clearance", 0.9)
     assert found == []
-    assert "not tested" in to_markdown(
-        found, statements(nothing, found, "frequency_ratio", 0.5), SETTINGS, ABOUT
-    )
+    text, markdown = make(nothing, SETTINGS, ABOUT)
+    assert len(text.splitlines()) == 1
+    assert "not tested" in markdown
 
 
 def test_unknown_kind_is_told_with_the_known_ones(cube: xr.Dataset) -> None:

@@ -15,7 +15,6 @@ from matplotlib.ticker import MaxNLocator
 from damper.figures.layout import (
     geometric,
     head,
-    least,
     legend,
     numbers,
     place_label,
@@ -26,6 +25,7 @@ from damper.figures.layout import (
     whole,
 )
 from damper.figures.style import BLACK, COLUMN, RATIOS
+from damper.study.best import least
 
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75

@@ -156,16 +156,6 @@ def legend(figure: Figure, handles: Sequence[Artist], title: str = "") -> None:
     )
 
 
-def least(values: np.ndarray) -> int:
-    """Index of the first of the least values.
-
-    What differs by less than the rest of a transient counts as equal, so that where the masses
-    never touch the choice is not left to rounding.
-    """
-    lowest = values.min()
-    return int(np.argmax(values <= lowest + 1e-6 * abs(lowest)))
-
-
 def geometric(values: np.ndarray) -> bool:
     """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
     if len(values) < 3 or values.min() <= 0.0:

@@ -26,7 +26,6 @@ from damper.figures.layout import (
     edges,
     geometric,
     head,
-    least,
     legend,
     numbers,
     place_label,
@@ -48,6 +47,7 @@ from damper.figures.style import (
     SYMBOLS,
     VERMILION,
 )
+from damper.study.best import least
 
 #: Variables drawn in classes, which are numbered from zero -> name and colour of each.
 _CLASSES = {

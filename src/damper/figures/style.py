@@ -74,6 +74,9 @@ _STYLE = {
     "axes.spines.right": False,
     "xtick.direction": "out",
     "ytick.direction": "out",
+    # 1.6 over an axis marked 10^-3 rather than 0.0016, as metres ask for.
+    "axes.formatter.limits": (-3, 5),
+    "axes.formatter.use_mathtext": True,
     "savefig.dpi": 300,
     "svg.hashsalt": "damper",
     "svg.fonttype": "path",

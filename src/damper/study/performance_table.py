@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from damper.lanes import product
+from damper.study.best import least
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.
@@ -61,7 +62,8 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[s
     along, over = settings["along"], settings["over"]
     found = best_clearances(cube, along, over, settings["damped"])
     tested = statements(cube, found, along, settings["good"])
-    return to_csv(found, along, over), to_markdown(found, tested, settings, about)
+    units = {name: _units(cube[name]) for name in (along, over, "peak_displacement")}
+    return to_csv(found, along, over), to_markdown(found, tested, settings, about, units)
 
 
 def best_clearances(cube: xr.Dataset, along: str, over: str, damped: float) -> list[Best]:
@@ -92,7 +94,7 @@ def best_clearances(cube: xr.Dataset, along: str, over: str, damped: float) -> l
         worst = here.peak_displacement.max(along, skipna=False)
         if not np.isfinite(worst).any():
             continue
-        place = int(worst.argmin(over))
+        place = least(worst.values)
         line = here.isel({over: place})
         ratio = line.amplitude_ratio.values
         low = int(np.argmin(ratio))
@@ -222,6 +224,11 @@ def _band(
     return Statement("A10", text, measured, verdict)
 
 
+def _units(array: xr.DataArray) -> str:
+    units = array.attrs.get("units", "1")
+    return "" if units == "1" else f", {units}"
+
+
 def _median(cube: xr.Dataset, points: xr.DataArray) -> str:
     return f"{float(cube.rms_ratio.where(points).median()):.2f}" if points.any() else "none"
 
@@ -269,9 +276,13 @@ def _numbers(best: Best) -> Iterator[str]:
 
 
 def to_markdown(
-    found: list[Best], tested: list[Statement], settings: Mapping[str, Any], about: About
+    found: list[Best],
+    tested: list[Statement],
+    settings: Mapping[str, Any],
+    about: About,
+    units: Mapping[str, str],
 ) -> str:
-    """Write the tables a person reads."""
+    """Write the tables a person reads; `units` are those of both axes and of displacements."""
     along, over = (settings[role].replace("_", " ") for role in ("along", "over"))
     names = [name.replace("_", " ") for name in (found[0].where if found else ())]
     rows = [
@@ -291,18 +302,18 @@ def to_markdown(
         f"# {about.title}: damper performance",
         "",
         f"The best {over} is the one whose largest amplitude over the whole range of the {along} "
-        f"is smallest. The band is the width of the {along}s at which the amplitude there is below "
-        f"{settings['damped']:g} times the one without a damper. The last three columns belong to "
-        "the point of the lowest amplitude ratio.",
+        "is smallest. The band is the part of that range, by its width, in which the amplitude at "
+        f"the best {over} is below {settings['damped']:g} times the one without a damper. The last "
+        "three columns belong to the point of the lowest amplitude ratio.",
         "",
         fixed_values(about),
         "",
         *markdown_table(
             [
                 *names,
-                f"best {over}",
-                "largest amplitude",
-                "band",
+                f"best {over}{units[settings['over']]}",
+                f"largest amplitude{units['peak_displacement']}",
+                f"band{units[settings['along']]}",
                 "lowest amplitude ratio",
                 "impacts per period",
                 "time sticking",
