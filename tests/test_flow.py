@@ -17,6 +17,7 @@ from damper.flow import (
     TAYLOR_RANGE,
     acceleration,
     derivative_bounds,
+    energy_norm,
     higher_derivatives,
     increments,
     oscillator,
@@ -241,6 +242,36 @@ def test_derivative_bounds_hold(
             noise *= rate**2
         assert abs(second) <= bounds[0] * (1 + 8 * EPS) + noise * rate
         assert abs(third) <= bounds[1] * (1 + 8 * EPS) + noise * rate**2
+
+
+@settings(max_examples=400)
+@given(
+    zeta=st.one_of(st.just(0.0), st.floats(-3, 1).map(lambda k: 10.0**k)),
+    omega=st.one_of(st.just(1.0), exponents.map(lambda k: 10.0**k)),
+    x=signed,
+    v=signed,
+    phase=st.floats(-4, 4),
+    reach=st.floats(-6, 1.2),
+)
+def test_energy_norm_bounds_the_fourth_and_fifth_derivative(
+    zeta: float, omega: float, x: float, v: float, phase: float, reach: float
+) -> None:
+    """Its growth over a span is at most that of the force's derivative."""
+    osc = oscillator(zeta, 1.0, 1.0, omega)
+    s = start(osc, x, v, phase)
+    span = 10.0**reach / max(1.0, omega)
+    snap, crackle = higher_derivatives(osc, s.a, s.j, s.sin, s.cos)
+    fourth = energy_norm(osc, s.j, snap) + osc[2] * omega**3 * span
+    fifth = energy_norm(osc, snap, crackle) + osc[2] * omega**4 * span
+    rate = 1 + omega + 2 * zeta
+    for tau in np.linspace(0.0, span, 60).tolist():
+        dx, dv, sin, cos = increments(osc, *s, tau)
+        x1, v1 = s.x + s.v * tau + dx, s.v + dv
+        a, j = acceleration(osc, x1, v1, sin, cos)
+        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+        noise = 16 * EPS * (1 + omega * tau) * (1 + 2 * zeta * abs(s.v) + abs(x1) + abs(v1))
+        assert abs(snap) <= fourth * (1 + 8 * EPS) + noise * rate**3
+        assert abs(crackle) <= fifth * (1 + 8 * EPS) + noise * rate**4
 
 
 def test_derivative_bounds_are_not_idle() -> None:

@@ -28,6 +28,7 @@ from damper.flow import (
     higher_derivatives,
     increments,
     oscillator,
+    sine_cosine,
 )
 from damper.parameters import Parameters, State
 
@@ -336,8 +337,7 @@ def run(
             break
         if not known:
             angle = omega * time + phase
-            sin0 = math.sin(angle)
-            cos0 = math.cos(angle)
+            sin0, cos0 = sine_cosine(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
         known = False
 
@@ -420,8 +420,7 @@ def run(
             gap = 0.0
             v, rate = impact(mass_ratio, restitution, side, end_v, speed)
             angle = omega * time + phase
-            sin0 = math.sin(angle)
-            cos0 = math.cos(angle)
+            sin0, cos0 = sine_cosine(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
             known = True
             if rate == 0.0:

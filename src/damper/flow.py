@@ -28,6 +28,44 @@ TAYLOR_RANGE = 0.5
 TAYLOR_REMAINDER = 1e-18
 # Steady amplitude over the static one, above which homogeneous + steady part would cancel.
 RESONANT_GAIN = 32.0
+HALF_PI_1 = 1.5707963267341256
+HALF_PI_2 = 6.077100506303966e-11
+
+
+@compiled
+def sine_cosine(angle: float) -> tuple[float, ...]:
+    turns = math.floor(angle * 0.6366197723675814 + 0.5)
+    r = (angle - turns * HALF_PI_1) - turns * HALF_PI_2
+    z = r * r
+    w = z * z
+    sine = r + r * z * (
+        (-1.0 / 6.0 + z * (1.0 / 120.0))
+        + w
+        * (
+            (-1.0 / 5040.0 + z * (1.0 / 362880.0))
+            + w * ((-1.0 / 39916800.0 + z * (1.0 / 6227020800.0)) - w * (1.0 / 1307674368000.0))
+        )
+    )
+    cosine = 1.0 - (
+        0.5 * z
+        - w
+        * (
+            (1.0 / 24.0 - z * (1.0 / 720.0))
+            + w
+            * (
+                (1.0 / 40320.0 - z * (1.0 / 3628800.0))
+                + w
+                * ((1.0 / 479001600.0 - z * (1.0 / 87178291200.0)) + w * (1.0 / 20922789888000.0))
+            )
+        )
+    )
+    quarter = int(turns) & 3
+    if quarter & 1:
+        sine, cosine = cosine, -sine
+    if quarter & 2:
+        sine = -sine
+        cosine = -cosine
+    return sine, cosine
 
 
 @compiled
@@ -122,8 +160,7 @@ def increments(
     """
     beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate, _ = osc
     angle = omega * tau
-    sin_f = math.sin(angle)
-    cos_f = math.cos(angle)
+    sin_f, cos_f = sine_cosine(angle)
     sin1 = sin0 * cos_f + cos0 * sin_f
     cos1 = cos0 * cos_f - sin0 * sin_f
     if rate * tau <= TAYLOR_RANGE:
@@ -153,8 +190,9 @@ def increments(
         s_dot_less_1 = c - beta * s - 1.0
     else:
         decay = math.exp(-beta * tau)
-        c = decay * math.cos(split * tau)
-        s = decay * math.sin(split * tau) / split
+        sine, cosine = sine_cosine(split * tau)
+        c = decay * cosine
+        s = decay * sine / split
         c_less_1 = c + beta * s - 1.0
         s_less_tau = s - tau
         s_dot_less_1 = c - beta * s - 1.0
@@ -217,6 +255,13 @@ def fourth_derivative(osc: Oscillator, a: float, j: float, sin: float) -> float:
 
 
 @compiled
+def fifth_derivative(osc: Oscillator, j: float, snap: float, cos: float) -> float:
+    """Fifth derivative of the displacement, by differentiating the equation of motion."""
+    force3 = osc[2] * osc[3] * osc[3] * osc[3]
+    return -force3 * cos - 2.0 * osc[0] * snap - osc[1] * j
+
+
+@compiled
 def higher_derivatives(
     osc: Oscillator, a: float, j: float, sin: float, cos: float
 ) -> tuple[float, ...]:
@@ -228,8 +273,18 @@ def higher_derivatives(
         x'''' and x'''''.
     """
     snap = fourth_derivative(osc, a, j, sin)
-    force3 = osc[2] * osc[3] * osc[3] * osc[3]
-    return snap, -force3 * cos - 2.0 * osc[0] * snap - osc[1] * j
+    return snap, fifth_derivative(osc, j, snap, cos)
+
+
+@compiled
+def energy_norm(osc: Oscillator, lower: float, upper: float) -> float:
+    """Bound on a derivative of the displacement, from it (`upper`) and the one below it.
+
+    sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span over a time `span`,
+    and the n-th derivative of the motion obeys the same equation with the force's n-th derivative:
+    |x^(n+1)| <= energy_norm(osc, x^(n), x^(n+1)) + force * omega**n * span on [0, span].
+    """
+    return math.sqrt(osc[1] * lower * lower + upper * upper)
 
 
 @compiled
