@@ -21,6 +21,7 @@ from damper.flow import (
     higher_derivatives,
     increments,
     oscillator,
+    sine_cosine,
 )
 
 EPS = np.finfo(float).eps
@@ -299,3 +300,34 @@ def test_sharp_resonance_does_not_cancel() -> None:
     osc = oscillator(0.0, 1.0, 1.0, 1.0)
     dx, _, _, _ = increments(osc, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, tau)
     assert dx == pytest.approx(secular, abs=1e-13)
+
+
+@settings(max_examples=1000)
+@given(
+    angle=st.one_of(
+        st.floats(-8, 8), st.floats(-1e6, 1e6), st.floats(-300, 0).map(lambda k: 10.0**k)
+    )
+)
+def test_sine_and_cosine(angle: float) -> None:
+    """To an ulp of one; a small sine, and cosine less one, relative to themselves."""
+    sine, cosine, less_1 = sine_cosine(angle)
+    with mp.workdps(40):
+        exact, reduced = mp.sin(mpf(angle)), 2e-16 + 1.5e-21 * abs(angle)
+        assert abs(sine - exact) <= reduced
+        assert abs(cosine - mp.cos(mpf(angle))) <= reduced
+        exact_less_1 = -2 * mp.sin(mpf(angle) / 2) ** 2
+        assert abs(less_1 - exact_less_1) <= 2 * reduced
+        if abs(angle) < 0.7:
+            assert abs(sine - exact) <= 2 * EPS * abs(exact)
+            assert abs(less_1 - exact_less_1) <= 4 * EPS * abs(exact_less_1) + 1e-300
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3, 4, 7, 1000, 99_999])
+def test_sine_and_cosine_near_quarter_turns(quarters: int) -> None:
+    for k in range(-3, 4):
+        angle = quarters * math.pi / 2
+        angle += k * np.spacing(angle)
+        sine, cosine, _ = sine_cosine(angle)
+        with mp.workdps(40):
+            assert abs(sine - mp.sin(mpf(angle))) < 2e-16 + 1.5e-21 * angle
+            assert abs(cosine - mp.cos(mpf(angle))) < 2e-16 + 1.5e-21 * angle

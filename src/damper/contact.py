@@ -191,12 +191,13 @@ def find_impact(
     snap, crackle = higher_derivatives(osc, a, j, sin0, cos0)
     norm = energy_norm(osc, j, snap)
     lifting = gap0 == 0.0 and rate0 == 0.0 and a0 == 0.0
+    longest = SPAN / max(1.0, osc[3])
     if lifting:
         facing = 1.0
         aimed = False
-        step = _lift_off_step(osc, side, j, snap, crackle, sin0, SPAN / max(1.0, osc[3]))
+        step = _lift_off_step(osc, side, j, snap, crackle, sin0, longest)
     else:
-        step, facing, aimed = _aim(osc, width, gap, rate, side, a, j, snap, crackle)
+        step, facing, aimed = _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle)
     for steps in range(1, MAX_STEPS):
         end = tau + step
         if end == tau:
@@ -219,6 +220,8 @@ def find_impact(
             aimed = 0.0 < excess < 0.5 * step
             step -= excess if aimed else 0.5 * step
             continue
+        if step == longest:
+            longest *= 2.0
         lifting = False
         tau = end
         gap = gap1
@@ -239,22 +242,27 @@ def find_impact(
                 ahead = 2.0 * abs(step)
                 bound3 = abs(j) + (norm + growth * ahead) * ahead
                 left = distance + step * (
-                    slope + step * turn * (0.5 * a + step * (j / 6.0 + step * snap / 24.0))
+                    slope
+                    + step
+                    * turn
+                    * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
                 )
                 if distance <= rounding or (
                     _falls_through(distance, slope, turn * a, bound3, ahead)
                     and abs(left) <= 0.25 * rounding
                     and _resolves(osc, j, snap, step, tau, rounding)
                 ):
-                    dv = step * (a + step * (0.5 * j + step * snap / 6.0))
-                    dx += step * (v + step * (0.5 * a + step * (j / 6.0 + step * snap / 24.0)))
+                    dv = step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
+                    dx += step * (
+                        v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
+                    )
                     return tau + step, turn, dx, v + dv, rate + side * dv, steps
                 step -= NEAR_MARGIN * step
                 continue
         if tau >= HORIZON:
             return tau, 0.0, dx, v, rate, steps
         crackle = fifth_derivative(osc, j, snap, cos1)
-        step, facing, aimed = _aim(osc, width, gap, rate, side, a, j, snap, crackle)
+        step, facing, aimed = _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle)
     return tau, GAVE_UP, dx, v, rate, MAX_STEPS
 
 
@@ -272,52 +280,96 @@ def find_release(
     tau, released, dx, v, steps : float
         As `find_impact`, with 1 for a release; x'' = 0 there by definition.
     """
-    force2 = osc[2] * osc[3] * osc[3]
-    longest = SPAN / max(1.0, osc[3])
-    tau = 0.0
-    x = x0
-    v = v0
-    dx = 0.0
-    sin1 = sin0
-    cos1 = cos0
     if side == 0.0:
         dx, v = advance(osc, x0, v0, sin0, cos0, HORIZON)
         return HORIZON, 0.0, dx, v, 1
-    a, j = acceleration(osc, x, v, sin1, cos1)
-    a0 = a
-    j0 = j
+    force4 = osc[2] * osc[3] * osc[3] * osc[3] * osc[3]
+    longest = SPAN / max(1.0, osc[3])
+    tau = 0.0
+    dx = 0.0
+    v = v0
+    sin = sin0
+    cos = cos0
+    a0, j0 = acceleration(osc, x0, v0, sin0, cos0)
+    a = a0
+    j = j0
+    thrust = -side * a
+    snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+    norm = 0.0
+    step = 0.0
+    certain = False
+    fresh = True
     for steps in range(MAX_STEPS):
-        thrust = -side * a
-        snap, crackle = higher_derivatives(osc, a, j, sin1, cos1)
-        scale = osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x)
-        root = _first_root(thrust, -side * j, -side * snap)
-        if thrust <= ROUNDING * scale and not stays(side, 0.0, j, snap, crackle):
-            late = root if root < math.inf else 0.0
-            dx += late * (v + 0.5 * a * late)
-            return tau + late, 1.0, dx, v + a * late, steps
-        if tau >= HORIZON:
-            return tau, 0.0, dx, v, steps
-        span = min(longest, root)
-        bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
-        step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
-        # Each derivative multiplies rounding by the damping: the first one alone may reach further.
-        hardest, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
-        step = max(step, min(span, thrust / steepest))
-        # x'' relaxes at the rate 2 beta towards what drives it, so it keeps a sign they share.
-        drive = -side * (osc[2] * osc[3] * cos1 - osc[1] * v)
-        step = max(step, min(span, drive / (force2 + osc[1] * hardest)))
-
-        if thrust == 0.0 and j == 0.0 and snap == 0.0:
-            step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin1, longest)
-        if tau + step == tau:
+        rounding = ROUNDING * (osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x0 + dx))
+        if fresh:
+            root = _first_root(thrust, -side * j, -side * snap)
+            if thrust <= rounding and not stays(side, 0.0, j, snap, crackle):
+                late = root if root < math.inf else 0.0
+                dx += late * (v + 0.5 * a * late)
+                return tau + late, 1.0, dx, v + a * late, steps
+            if tau >= HORIZON:
+                return tau, 0.0, dx, v, steps
+            sixth = force4 * sin - 2.0 * osc[0] * crackle - osc[1] * snap
+            norm = energy_norm(osc, crackle, sixth)
+            certain = thrust == 0.0 and j == 0.0 and snap == 0.0
+            if certain:
+                step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin, longest)
+            else:
+                step = _short_of_root(
+                    root,
+                    longest,
+                    osc[10],
+                    thrust,
+                    -side * j,
+                    -side * snap,
+                    -side * crackle,
+                    -side * sixth,
+                    0.0,
+                )
+        else:
+            step = _pushing_step(osc, side, x0 + dx, v, a, j, snap, crackle, cos, step)
+            certain = True
+        end = tau + step
+        if end == tau:
             return tau, 1.0, dx, v, steps
-        tau += step
-        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
-        dx += v0 * tau
-        x = x0 + dx
-        v = v0 + dv
-        a, j = acceleration(osc, x, v, sin1, cos1)
+        dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
+        dx1 += v0 * end
+        a1, j1 = acceleration(osc, x0 + dx1, v0 + dv1, sin1, cos1)
+        bound = norm + force4 * osc[3] * step
+        fresh = certain or _stays_between(
+            thrust, -side * j, -side * a1, -side * j1, math.inf, step, bound, rounding
+        )
+        if fresh:
+            if step == longest:
+                longest *= 2.0
+            tau = end
+            dx = dx1
+            v = v0 + dv1
+            a = a1
+            j = j1
+            sin = sin1
+            cos = cos1
+            thrust = -side * a
+            snap, crackle = higher_derivatives(osc, a, j, sin, cos)
     return tau, GAVE_UP, dx, v, MAX_STEPS
+
+
+@compiled
+def _pushing_step(osc, side, x, v, a, j, snap, crackle, cos, span):
+    """Time for which the thrust -side x'' surely stays positive, at most `span`.
+
+    Looks ahead from one end only, where rounding of the higher derivatives, which the damping
+    multiplies, spoils a look from both.
+    """
+    force2 = osc[2] * osc[3] * osc[3]
+    thrust = -side * a
+    bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
+    step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
+    # Each derivative multiplies rounding by the damping: the first one alone may reach further.
+    hardest, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
+    # x'' relaxes at the rate 2 beta towards what drives it, so it keeps a sign that they share.
+    drive = -side * (osc[2] * osc[3] * cos - osc[1] * v)
+    return max(step, min(span, max(thrust / steepest, drive / (force2 + osc[1] * hardest))))
 
 
 @compiled
@@ -376,9 +428,9 @@ def _lift_off_step(osc, side, j, snap, crackle, sin, longest):
 
 
 @compiled
-def _aim(osc, width, gap, rate, side, a, j, snap, crackle):
+def _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle):
     """Step towards the next contact as the Taylor polynomial has it, its wall, whether in reach."""
-    longest = SPAN / max(1.0, osc[3])
+
     bend = side * a
     own = _first_root(gap, rate, bend)
     other = _first_root(width - gap, -rate, -bend)
@@ -407,9 +459,9 @@ def _short_of_root(root, longest, fastest, value, slope, second, third, fourth, 
     if root > 2.0 * longest:
         return longest
     second *= 0.5
-    third /= 6.0
-    fourth /= 24.0
-    fifth /= 120.0
+    third *= 1.0 / 6.0
+    fourth *= 1.0 / 24.0
+    fifth *= 1.0 / 120.0
     t = root
     for _ in range(2):
         square = t * t
@@ -448,8 +500,8 @@ def _near_root(value, slope, second, third, fourth):
     inverse = -1.0 / slope
     u = value * inverse
     b = 0.5 * second * inverse
-    c = third * inverse / 6.0
-    d = fourth * inverse / 24.0
+    c = third * inverse * (1.0 / 6.0)
+    d = fourth * inverse * (1.0 / 24.0)
     if not abs(u * b) < NEAR_BEND:
         return math.inf
     square = b * b
