@@ -28,7 +28,7 @@ SPAN = 1.5
 MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
 #: The same for a contact that is close, where little of the series is left out.
 NEAR_MARGIN = 1e-3
-#: Largest share of the bend in the fall to a contact that the series of the root is used for.
+#: Largest correction by its second or third term for which the series of the root is used.
 NEAR_BEND = 0.2
 #: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time.
 HORIZON = 25.0
@@ -191,7 +191,8 @@ def find_impact(
     snap, crackle = higher_derivatives(osc, a, j, sin0, cos0)
     norm = energy_norm(osc, j, snap)
     lifting = gap0 == 0.0 and rate0 == 0.0 and a0 == 0.0
-    longest = SPAN / max(1.0, osc[3])
+    shortest = SPAN / max(1.0, osc[3])
+    longest = shortest
     if lifting:
         facing = 1.0
         aimed = False
@@ -221,7 +222,7 @@ def find_impact(
             step -= excess if aimed else 0.5 * step
             continue
         if step == longest:
-            longest *= 2.0
+            longest = min(2.0 * longest, max(shortest, HORIZON - end))
         lifting = False
         tau = end
         gap = gap1
@@ -257,8 +258,9 @@ def find_impact(
                         v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
                     )
                     return tau + step, turn, dx, v + dv, rate + side * dv, steps
-                step -= NEAR_MARGIN * step
-                continue
+                if step > 0.0:
+                    step -= NEAR_MARGIN * step
+                    continue
         if tau >= HORIZON:
             return tau, 0.0, dx, v, rate, steps
         crackle = fifth_derivative(osc, j, snap, cos1)
@@ -284,7 +286,8 @@ def find_release(
         dx, v = advance(osc, x0, v0, sin0, cos0, HORIZON)
         return HORIZON, 0.0, dx, v, 1
     force4 = osc[2] * osc[3] * osc[3] * osc[3] * osc[3]
-    longest = SPAN / max(1.0, osc[3])
+    shortest = SPAN / max(1.0, osc[3])
+    longest = shortest
     tau = 0.0
     dx = 0.0
     v = v0
@@ -341,7 +344,7 @@ def find_release(
         )
         if fresh:
             if step == longest:
-                longest *= 2.0
+                longest = min(2.0 * longest, max(shortest, HORIZON - end))
             tau = end
             dx = dx1
             v = v0 + dv1
@@ -502,8 +505,9 @@ def _near_root(value, slope, second, third, fourth):
     b = 0.5 * second * inverse
     c = third * inverse * (1.0 / 6.0)
     d = fourth * inverse * (1.0 / 24.0)
-    if not abs(u * b) < NEAR_BEND:
+    if not max(abs(u * b), abs(u * u * c)) < NEAR_BEND:
         return math.inf
+
     square = b * b
     return u + u * u * (b + u * ((2.0 * square + c) + u * (5.0 * b * (square + c) + d)))
 
