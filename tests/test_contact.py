@@ -18,6 +18,7 @@ from damper.contact import (
     _first_root,
     _lift_off_step,
     _near_root,
+    _pushing_step,
     _stays_between,
     find_impact,
     find_release,
@@ -260,6 +261,37 @@ def test_a_function_that_falls_through_has_one_root(
     if _falls_through(value, slope, second, bound3, span):
         assert p.deriv()(time).max() <= 1e-14
         assert p(span) <= 1e-14
+
+
+def test_falling_through_is_sharp() -> None:
+    """On .1 - t + t^3/6, which is below zero at 2 but rises there, and on a higher one."""
+    assert not _falls_through(0.1, -1.0, 0.0, 1.0, 2.0)
+    assert _falls_through(0.1, -1.0, 0.0, 1.0, 1.4)
+    assert not _falls_through(1.0, -1.0, 0.0, 1.0, 1.4)
+    assert not _falls_through(0.1, 0.0, -1.0, 0.0, 1.4)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_lift_off_step_is_sharp(order: int) -> None:
+    """Where the bound on the next derivative is nearly reached, x'' ends close to zero again."""
+    small, omega = 1e-3, 1.7
+    osc = oscillator(0.0, 1.0, 1.0, omega)
+    # The third derivative is small and the fourth -omega^2, or the fourth and the fifth -omega^3.
+    phase = math.pi / 2 if order == 0 else -math.asin(small / omega**2)
+    sin, cos = math.sin(phase), math.cos(phase)
+    v = omega * cos - (small if order == 0 else 0.0)
+    j = acceleration(osc, sin, v, sin, cos)[1] if order == 0 else 0.0
+    snap, crackle = higher_derivatives(osc, 0.0, j, sin, cos)
+    back = 2 * small / omega**2 if order == 0 else 3 * small / omega**3
+    step = _lift_off_step(osc, 1.0, j, snap, crackle, sin, 1.5 * back)
+    assert 0.9 * back < step < back
+
+    def second(tau: float) -> float:
+        dx, dv, sin1, cos1 = increments(osc, sin, v, 0.0, j, sin, cos, tau)
+        return acceleration(osc, sin + v * tau + dx, v + dv, sin1, cos1)[0]
+
+    assert second(0.9 * step) > 0.0
+    assert second(1.1 * back) < 0.0
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -595,6 +627,37 @@ def test_find_release_against_the_reference(seed: int) -> None:
         late = float(abs(tau - time)) + 8 * EPS * (1 + omega * time)
         assert abs(x + dx - x_end) <= late * (terms + abs(v_end))
         assert abs(speed - v_end) <= late * terms
+
+
+@settings(max_examples=500)
+@given(
+    zeta=st.floats(-2, 3).map(lambda k: 10.0**k),
+    omega=st.floats(-1, 1).map(lambda k: 10.0**k),
+    v=st.floats(-1, 1),
+    phase=st.floats(-4, 4),
+    push=st.floats(-9, 0).map(lambda k: 10.0**k),
+    near=st.booleans(),
+)
+def test_the_wall_pushes_throughout_a_pushing_step(
+    zeta: float, omega: float, v: float, phase: float, push: float, near: bool
+) -> None:
+    """On the right wall; `near` starts close to the motion that heavy damping relaxes to."""
+    osc = oscillator(zeta, 1.0, 1.0, omega)
+    sin, cos = math.sin(phase), math.cos(phase)
+    if near:
+        # The drive F omega cos - kappa v is then -2 zeta push.
+        v = omega * cos + 2 * zeta * push
+    x = sin - 2 * zeta * v + push
+    a, j = acceleration(osc, x, v, sin, cos)
+    if a >= 0.0:
+        return
+    snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+    step = _pushing_step(osc, 1.0, x, v, a, j, snap, crackle, cos, 1.5 / max(1.0, omega))
+    assert step > 0.0
+    noise = 64 * EPS * (1 + omega) * (1 + (1 + 2 * zeta) * (abs(x) + abs(v)))
+    for tau in np.linspace(0.0, step, 60).tolist():
+        dx, dv, sin1, cos1 = increments(osc, x, v, a, j, sin, cos, tau)
+        assert acceleration(osc, x + v * tau + dx, v + dv, sin1, cos1)[0] <= noise
 
 
 def test_no_release_between_two_walls() -> None:
