@@ -17,9 +17,11 @@ from damper.flow import (
     TAYLOR_RANGE,
     acceleration,
     derivative_bounds,
+    energy_norm,
     higher_derivatives,
     increments,
     oscillator,
+    sine_cosine,
 )
 
 EPS = np.finfo(float).eps
@@ -243,6 +245,36 @@ def test_derivative_bounds_hold(
         assert abs(third) <= bounds[1] * (1 + 8 * EPS) + noise * rate**2
 
 
+@settings(max_examples=400)
+@given(
+    zeta=st.one_of(st.just(0.0), st.floats(-3, 1).map(lambda k: 10.0**k)),
+    omega=st.one_of(st.just(1.0), exponents.map(lambda k: 10.0**k)),
+    x=signed,
+    v=signed,
+    phase=st.floats(-4, 4),
+    reach=st.floats(-6, 1.2),
+)
+def test_energy_norm_bounds_the_fourth_and_fifth_derivative(
+    zeta: float, omega: float, x: float, v: float, phase: float, reach: float
+) -> None:
+    """Its growth over a span is at most that of the force's derivative."""
+    osc = oscillator(zeta, 1.0, 1.0, omega)
+    s = start(osc, x, v, phase)
+    span = 10.0**reach / max(1.0, omega)
+    snap, crackle = higher_derivatives(osc, s.a, s.j, s.sin, s.cos)
+    fourth = energy_norm(osc, s.j, snap) + osc[2] * omega**3 * span
+    fifth = energy_norm(osc, snap, crackle) + osc[2] * omega**4 * span
+    rate = 1 + omega + 2 * zeta
+    for tau in np.linspace(0.0, span, 60).tolist():
+        dx, dv, sin, cos = increments(osc, *s, tau)
+        x1, v1 = s.x + s.v * tau + dx, s.v + dv
+        a, j = acceleration(osc, x1, v1, sin, cos)
+        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+        noise = 16 * EPS * (1 + omega * tau) * (1 + 2 * zeta * abs(s.v) + abs(x1) + abs(v1))
+        assert abs(snap) <= fourth * (1 + 8 * EPS) + noise * rate**3
+        assert abs(crackle) <= fifth * (1 + 8 * EPS) + noise * rate**4
+
+
 def test_derivative_bounds_are_not_idle() -> None:
     """Within twice the truth for a free, undamped oscillator and at resonance."""
     for x, v, phase in [(1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (3.0, -2.0, 1.0)]:
@@ -268,3 +300,34 @@ def test_sharp_resonance_does_not_cancel() -> None:
     osc = oscillator(0.0, 1.0, 1.0, 1.0)
     dx, _, _, _ = increments(osc, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, tau)
     assert dx == pytest.approx(secular, abs=1e-13)
+
+
+@settings(max_examples=1000)
+@given(
+    angle=st.one_of(
+        st.floats(-8, 8), st.floats(-1e6, 1e6), st.floats(-300, 0).map(lambda k: 10.0**k)
+    )
+)
+def test_sine_and_cosine(angle: float) -> None:
+    """To an ulp of one; a small sine, and cosine less one, relative to themselves."""
+    sine, cosine, less_1 = sine_cosine(angle)
+    with mp.workdps(40):
+        exact, reduced = mp.sin(mpf(angle)), 2e-16 + 1.5e-21 * abs(angle)
+        assert abs(sine - exact) <= reduced
+        assert abs(cosine - mp.cos(mpf(angle))) <= reduced
+        exact_less_1 = -2 * mp.sin(mpf(angle) / 2) ** 2
+        assert abs(less_1 - exact_less_1) <= 2 * reduced
+        if abs(angle) < 0.7:
+            assert abs(sine - exact) <= 2 * EPS * abs(exact)
+            assert abs(less_1 - exact_less_1) <= 4 * EPS * abs(exact_less_1) + 1e-300
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3, 4, 7, 1000, 99_999])
+def test_sine_and_cosine_near_quarter_turns(quarters: int) -> None:
+    for k in range(-3, 4):
+        angle = quarters * math.pi / 2
+        angle += k * np.spacing(angle)
+        sine, cosine, _ = sine_cosine(angle)
+        with mp.workdps(40):
+            assert abs(sine - mp.sin(mpf(angle))) < 2e-16 + 1.5e-21 * angle
+            assert abs(cosine - mp.cos(mpf(angle))) < 2e-16 + 1.5e-21 * angle

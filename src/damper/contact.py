@@ -14,6 +14,8 @@ from damper.flow import (
     acceleration,
     advance,
     derivative_bounds,
+    energy_norm,
+    fifth_derivative,
     fourth_derivative,
     higher_derivatives,
     increments,
@@ -21,16 +23,19 @@ from damper.flow import (
 
 #: What a step of the search may span, in units of the faster of 1 and 1/omega.
 SPAN = 1.5
-#: Part of the way to the expected contact for which its uniqueness is tried to be shown.
-REACH = 1.25
+#: Parts of a step by which it stops short of the contact it aims at: the largest and the smallest
+#: one, and their growth with the fourth power of step times fastest rate. They steer only.
+MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
+#: The same for a contact that is close, where little of the series is left out.
+NEAR_MARGIN = 1e-3
+#: Largest correction by its second or third term for which the series of the root is used.
+NEAR_BEND = 0.2
 #: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time.
 HORIZON = 25.0
 #: Certified steps in one segment before the search gives up and says so.
 MAX_STEPS = 100_000
 #: Wall code of a search that ran out of steps.
 GAVE_UP = 2.0
-#: Shorter spans tried in one step, each a tenth of the one before.
-MAX_NARROWINGS = 40
 #: Rounding of a gap or an acceleration, relative to the sizes of its terms.
 ROUNDING = 4.0 * 2.220446049250313e-16
 
@@ -153,6 +158,9 @@ def find_impact(
 ) -> tuple[float, ...]:
     """First contact with either wall in a flight, by steps that cannot skip one.
 
+    Each step aims a little short of the contact that the Taylor polynomial predicts, and is kept
+    only if the motion at its two ends proves that the free mass stays off both walls in between.
+
     Parameters
     ----------
     osc : tuple
@@ -171,88 +179,92 @@ def find_impact(
         MAX_STEPS ran out; the primary's displacement less x0 and velocity then; the gap rate,
         still from `side`; the number of evaluations.
     """
-    force = osc[2]
-    longest = SPAN / max(1.0, osc[3])
+    width = 2.0 * clearance
+    growth = osc[2] * osc[3] * osc[3] * osc[3]
     tau = 0.0
-    x = x0
+    dx = 0.0
     v = v0
     a = a0
     j = j0
     gap = gap0
     rate = rate0
-    dx = 0.0
-    scale = gap0
-    sin1 = sin0
-    leaving = gap0 == 0.0 and rate0 >= 0.0
-    confirmed = False
-    facing = 1.0
-    earliest = 0.0
-    latest = 0.0
-    for steps in range(MAX_STEPS):
-        # The wall that the free mass approaches: distance and derivatives (facing = 1 for `side`).
-        if not confirmed:
-            facing = 1.0 if rate < 0.0 or (rate == 0.0 and side * a < 0.0) else -1.0
-        distance = gap if facing > 0.0 else 2.0 * clearance - gap
-        slope = facing * rate
-        bend = facing * side * a
-        third = facing * side * j
-        rounding = ROUNDING * (scale if facing > 0.0 else scale + 2.0 * clearance)
-
-        if leaving:
-            # In contact at the start: the root at zero is divided out.
-            leaving = False
-            step, bound2, bound3 = _leaving_step(osc, side, x, v, a, j, sin0, cos0, rate, longest)
-            step = _certified_step(2.0 * clearance, -rate, -side * a, bound2, bound3, step)
-        elif confirmed or (distance <= rounding and slope <= 0.0):
-            snap = fourth_derivative(osc, a, j, sin1)
-            step = _near_root(distance, slope, bend, third, facing * side * snap)
-            if not confirmed or _resolves(osc, j, snap, step, tau, rounding):
-                dv = step * (a + step * (0.5 * j + step * snap / 6.0))
-                dx += step * (v + step * (0.5 * a + step * (j / 6.0 + step * snap / 24.0)))
-                v += dv
-                rate += side * dv
-                return tau + step, facing * side, dx, v, rate, steps
-            if distance > 0.0:
-                earliest = tau
-            else:
-                latest = tau
-            if not earliest < tau + step < latest:
-                step = 0.5 * (earliest + latest) - tau
-        elif tau >= HORIZON:
-            return tau, 0.0, dx, v, rate, steps
-        else:
-            root = _first_root(distance, slope, bend)
-            span = min(longest, REACH * root)
-            bound2, bound3 = derivative_bounds(osc, force, x, v, a, j, span)
-            steepest = slope + min(bound2 * span, bend * span + 0.5 * bound3 * span * span)
-            least = distance + span * (slope + span * (0.5 * bend + span * bound3 / 6.0))
-            if slope < 0.0 and steepest < 0.0 and least < 0.0:
-                # The gap surely falls to zero just once within the span: plain iteration is safe.
-                confirmed = True
-                earliest = tau
-                latest = tau + span
-                snap = fourth_derivative(osc, a, j, sin1)
-                step = min(_near_root(distance, slope, bend, third, facing * side * snap), span)
-            else:
-                step = _certified_step(distance, slope, bend, bound2, bound3, span)
-                away = 2.0 * clearance - distance
-                if _certified_step(away, -slope, -bend, bound2, bound3, span) < step:
-                    behind = _step_from_behind(osc, x, v, a, j, away, -slope, -bend, span)
-                    if behind < step:
-                        step = behind
-                        facing = -facing
-        if tau + step == tau:
+    snap, crackle = higher_derivatives(osc, a, j, sin0, cos0)
+    norm = energy_norm(osc, j, snap)
+    lifting = gap0 == 0.0 and rate0 == 0.0 and a0 == 0.0
+    shortest = SPAN / max(1.0, osc[3])
+    longest = shortest
+    if lifting:
+        facing = 1.0
+        aimed = False
+        step = _lift_off_step(osc, side, j, snap, crackle, sin0, longest)
+    else:
+        step, facing, aimed = _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle)
+    for steps in range(1, MAX_STEPS):
+        end = tau + step
+        if end == tau:
             # The contact is nearer than time can resolve.
-            return tau, facing * side, dx, v, rate, steps
-        tau += step
-        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
-        scale = gap0 + abs(rate0) * tau + abs(dx)
-        gap = gap0 + rate0 * tau + side * dx
-        rate = rate0 + side * dv
-        dx += v0 * tau
-        x = x0 + dx
-        v = v0 + dv
-        a, j = acceleration(osc, x, v, sin1, cos1)
+            return tau, side if gap < clearance else -side, dx, v, rate, steps
+
+        dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
+        gap1 = gap0 + rate0 * end + side * dx1
+        rate1 = rate0 + side * dv1
+        rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1))
+        # At a lift-off the gap surely grows throughout the step.
+        if not (lifting and gap1 < width) and not _stays_between(
+            gap, rate, gap1, rate1, width, step, norm + growth * step, rounding
+        ):
+            # Aimed too far: twice the excess back; else the step was too bold.
+            excess = 0.0
+            if aimed and rate1 != 0.0:
+                excess = 2.0 * (gap1 if facing > 0.0 else gap1 - width) / rate1
+
+            aimed = 0.0 < excess < 0.5 * step
+            step -= excess if aimed else 0.5 * step
+            continue
+        if step == longest:
+            longest = min(2.0 * longest, max(shortest, HORIZON - end))
+        lifting = False
+        tau = end
+        gap = gap1
+        rate = rate1
+        dx = dx1 + v0 * tau
+        v = v0 + dv1
+        a, j = acceleration(osc, x0 + dx, v, sin1, cos1)
+        snap = fourth_derivative(osc, a, j, sin1)
+        norm = energy_norm(osc, j, snap)
+        if aimed:
+            distance = gap if facing > 0.0 else width - gap
+            slope = facing * rate
+            turn = facing * side
+            step = _near_root(distance, slope, turn * a, turn * j, turn * snap)
+            if step < math.inf:
+                if facing < 0.0:
+                    rounding += ROUNDING * width
+                ahead = 2.0 * abs(step)
+                bound3 = abs(j) + (norm + growth * ahead) * ahead
+                left = distance + step * (
+                    slope
+                    + step
+                    * turn
+                    * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
+                )
+                if distance <= rounding or (
+                    _falls_through(distance, slope, turn * a, bound3, ahead)
+                    and abs(left) <= 0.25 * rounding
+                    and _resolves(osc, j, snap, step, tau, rounding)
+                ):
+                    dv = step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
+                    dx += step * (
+                        v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
+                    )
+                    return tau + step, turn, dx, v + dv, rate + side * dv, steps
+                if step > 0.0:
+                    step -= NEAR_MARGIN * step
+                    continue
+        if tau >= HORIZON:
+            return tau, 0.0, dx, v, rate, steps
+        crackle = fifth_derivative(osc, j, snap, cos1)
+        step, facing, aimed = _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle)
     return tau, GAVE_UP, dx, v, rate, MAX_STEPS
 
 
@@ -270,48 +282,97 @@ def find_release(
     tau, released, dx, v, steps : float
         As `find_impact`, with 1 for a release; x'' = 0 there by definition.
     """
-    force2 = osc[2] * osc[3] * osc[3]
-    longest = SPAN / max(1.0, osc[3])
-    tau = 0.0
-    x = x0
-    v = v0
-    dx = 0.0
-    sin1 = sin0
-    cos1 = cos0
     if side == 0.0:
         dx, v = advance(osc, x0, v0, sin0, cos0, HORIZON)
         return HORIZON, 0.0, dx, v, 1
-    a, j = acceleration(osc, x, v, sin1, cos1)
-    a0 = a
-    j0 = j
+    force4 = osc[2] * osc[3] * osc[3] * osc[3] * osc[3]
+    shortest = SPAN / max(1.0, osc[3])
+    longest = shortest
+    tau = 0.0
+    dx = 0.0
+    v = v0
+    sin = sin0
+    cos = cos0
+    a0, j0 = acceleration(osc, x0, v0, sin0, cos0)
+    a = a0
+    j = j0
+    thrust = -side * a
+    snap, crackle = higher_derivatives(osc, a, j, sin, cos)
+    norm = 0.0
+    step = 0.0
+    certain = False
+    fresh = True
     for steps in range(MAX_STEPS):
-        thrust = -side * a
-        snap, crackle = higher_derivatives(osc, a, j, sin1, cos1)
-        scale = osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x)
-        root = _first_root(thrust, -side * j, -side * snap)
-        if thrust <= ROUNDING * scale and not stays(side, 0.0, j, snap, crackle):
-            late = root if root < math.inf else 0.0
-            dx += late * (v + 0.5 * a * late)
-            return tau + late, 1.0, dx, v + a * late, steps
-        if tau >= HORIZON:
-            return tau, 0.0, dx, v, steps
-        span = min(longest, root)
-        bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
-        step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
-        # Each derivative multiplies rounding by the damping: the first one alone may reach further.
-        _, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
-        step = max(step, min(span, thrust / steepest))
-        if thrust == 0.0 and j == 0.0 and snap == 0.0:
-            step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin1, longest)
-        if tau + step == tau:
+        rounding = ROUNDING * (osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x0 + dx))
+        if fresh:
+            root = _first_root(thrust, -side * j, -side * snap)
+            if thrust <= rounding and not stays(side, 0.0, j, snap, crackle):
+                late = root if root < math.inf else 0.0
+                dx += late * (v + 0.5 * a * late)
+                return tau + late, 1.0, dx, v + a * late, steps
+            if tau >= HORIZON:
+                return tau, 0.0, dx, v, steps
+            sixth = force4 * sin - 2.0 * osc[0] * crackle - osc[1] * snap
+            norm = energy_norm(osc, crackle, sixth)
+            certain = thrust == 0.0 and j == 0.0 and snap == 0.0
+            if certain:
+                step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin, longest)
+            else:
+                step = _short_of_root(
+                    root,
+                    longest,
+                    osc[10],
+                    thrust,
+                    -side * j,
+                    -side * snap,
+                    -side * crackle,
+                    -side * sixth,
+                    0.0,
+                )
+        else:
+            step = _pushing_step(osc, side, x0 + dx, v, a, j, snap, crackle, cos, step)
+            certain = True
+        end = tau + step
+        if end == tau:
             return tau, 1.0, dx, v, steps
-        tau += step
-        dx, dv, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, tau)
-        dx += v0 * tau
-        x = x0 + dx
-        v = v0 + dv
-        a, j = acceleration(osc, x, v, sin1, cos1)
+        dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
+        dx1 += v0 * end
+        a1, j1 = acceleration(osc, x0 + dx1, v0 + dv1, sin1, cos1)
+        bound = norm + force4 * osc[3] * step
+        fresh = certain or _stays_between(
+            thrust, -side * j, -side * a1, -side * j1, math.inf, step, bound, rounding
+        )
+        if fresh:
+            if step == longest:
+                longest = min(2.0 * longest, max(shortest, HORIZON - end))
+            tau = end
+            dx = dx1
+            v = v0 + dv1
+            a = a1
+            j = j1
+            sin = sin1
+            cos = cos1
+            thrust = -side * a
+            snap, crackle = higher_derivatives(osc, a, j, sin, cos)
     return tau, GAVE_UP, dx, v, MAX_STEPS
+
+
+@compiled
+def _pushing_step(osc, side, x, v, a, j, snap, crackle, cos, span):
+    """Time for which the thrust -side x'' surely stays positive, at most `span`.
+
+    Looks ahead from one end only, where rounding of the higher derivatives, which the damping
+    multiplies, spoils a look from both.
+    """
+    force2 = osc[2] * osc[3] * osc[3]
+    thrust = -side * a
+    bound2, bound3 = derivative_bounds(osc, force2, a, j, snap, crackle, span)
+    step = _certified_step(thrust, -side * j, -side * snap, bound2, bound3, span)
+    # Each derivative multiplies rounding by the damping: the first one alone may reach further.
+    hardest, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
+    # x'' relaxes at the rate 2 beta towards what drives it, so it keeps a sign that they share.
+    drive = -side * (osc[2] * osc[3] * cos - osc[1] * v)
+    return max(step, min(span, max(thrust / steepest, drive / (force2 + osc[1] * hardest))))
 
 
 @compiled
@@ -331,92 +392,131 @@ def _certified_step(value, slope, curvature, bound2, bound3, span):
 
 
 @compiled
-def _step_from_behind(osc, x, v, a, j, away, slope, bend, span):
-    """Certified step for the wall that the free mass moves away from.
+def _stays_between(value, slope, value1, slope1, width, step, bound4, rounding):
+    """Whether a smooth function surely stays between 0 and `width` during a step.
 
-    Just after a lift-off gap, rate and curvature are tiny, and bounds over a long span say
-    nothing; over a shorter one they are sharper.
+    Known are its values and slopes at both ends, and |fourth derivative| <= bound4 in between.
+    Cubic Hermite interpolation errs by at most bound4 t^2 (step - t)^2 / 24, and the interpolant is
+    a mean of its four Bernstein coefficients; docs/method.md has the proof.
     """
-    step = 0.0
-    for _ in range(MAX_NARROWINGS):
-        bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, span)
-        step = max(step, _certified_step(away, slope, bend, bound2, bound3, span))
-        if step >= 0.1 * span:
-            break
-        span *= 0.1
-    return step
+    third = step / 3.0
+    second = value + third * slope
+    third = value1 - third * slope1
+    middle = second + third
+    error = bound4 * step * step * step * step / 72.0
+    return (
+        min(second, third, value1) >= -rounding
+        and max(second, third, value1) <= width + rounding
+        and error < middle < 2.0 * width - error
+    )
 
 
 @compiled
 def _lift_off_step(osc, side, j, snap, crackle, sin, longest):
-    """Time for which side x'' surely stays positive from zero, by its first non-zero derivative.
+    """Time for which side x' and side x'' surely stay positive, by the first derivative not zero.
 
-    The motion then starts as j tau^3 / 6 (or snap tau^4 / 24, or crackle tau^5 / 120) and a bound
-    on the derivative after that says how far.
+    x'' is zero at the start. Its rate then grows as j tau^2 / 2 (or snap tau^3 / 6, or crackle
+    tau^4 / 24), and a bound on the derivative after that says how far.
     """
-    force2 = osc[2] * osc[3] * osc[3]
-    bound4, bound5 = derivative_bounds(osc, force2, 0.0, j, snap, crackle, longest)
+    force3 = osc[2] * osc[3] * osc[3] * osc[3]
     if j != 0.0:
-        step = 4.0 * side * j / bound4
+        step = 2.0 * side * j / (energy_norm(osc, j, snap) + force3 * longest)
     elif snap != 0.0:
-        step = 5.0 * side * snap / bound5
+        step = 3.0 * side * snap / (energy_norm(osc, snap, crackle) + force3 * osc[3] * longest)
     else:
-        sixth = force2 * osc[3] * osc[3] * sin - 2.0 * osc[0] * crackle - osc[1] * snap
-        _, bound6 = derivative_bounds(osc, force2 * osc[3], j, snap, crackle, sixth, longest)
+        sixth = force3 * osc[3] * sin - 2.0 * osc[0] * crackle - osc[1] * snap
+        bound6 = energy_norm(osc, crackle, sixth) + force3 * osc[3] * osc[3] * longest
         step = 4.0 * side * crackle / bound6
     return min(longest, step)
 
 
 @compiled
-def _leaving_step(osc, side, x, v, a, j, sin, cos, rate, longest):
-    """Time for which a gap that starts from zero surely stays open.
+def _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle):
+    """Step towards the next contact as the Taylor polynomial has it, its wall, whether in reach."""
 
-    With rebound speed `rate` the parabola is that of gap / time. At lift-off rate and curvature
-    are zero too, and the gap starts as side j tau^3 / 6. Also returns bounds on the second and
-    third derivative that hold so far.
-    """
-    curvature = side * a
-    span = longest
-    if curvature < 0.0:
-        span = min(span, -2.0 * rate / curvature)
-    bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, span)
-    if rate == 0.0 and curvature == 0.0:
-        snap, crackle = higher_derivatives(osc, a, j, sin, cos)
-        step = _lift_off_step(osc, side, j, snap, crackle, sin, longest)
-    else:
-        step = 2.0 * rate / bound2
-        root = math.sqrt(0.25 * curvature * curvature + 2.0 / 3.0 * bound3 * rate)
-        if curvature < 0.0:
-            step = max(step, 2.0 * rate / (root - 0.5 * curvature))
-        else:
-            step = max(step, 3.0 * (root + 0.5 * curvature) / bound3)
-    return min(step, span), bound2, bound3
+    bend = side * a
+    own = _first_root(gap, rate, bend)
+    other = _first_root(width - gap, -rate, -bend)
+    facing = 1.0 if own <= other else -1.0
+    turn = facing * side
+    step = _short_of_root(
+        min(own, other),
+        longest,
+        osc[10],
+        gap if own <= other else width - gap,
+        facing * rate,
+        turn * a,
+        turn * j,
+        turn * snap,
+        turn * crackle,
+    )
+    return step, facing, step < longest
 
 
 @compiled
-def _near_root(value, slope, curvature, third, fourth):
-    """Signed root near zero of a function falling through zero, to fifth order.
+def _short_of_root(root, longest, fastest, value, slope, second, third, fourth, fifth):
+    """Step that stops a little before a root of a Taylor polynomial; `longest` if that is less.
 
-    The near root of its parabola, then one Newton step on the Taylor polynomial. Zero where the
-    parabola has no root, which is a touch within rounding.
+    `root` is the one of the parabola, which two Newton steps improve.
     """
-    discriminant = slope * slope - 2.0 * curvature * value
-    if discriminant <= 0.0:
-        return 0.0
-    speed = math.sqrt(discriminant)
-    t = 2.0 * value / (speed - slope)
-    # The parabola is zero at t and falls there at the rate `speed`.
-    change = t * t * (0.5 * third + t * fourth / 6.0)
-    if abs(change) < 0.5 * speed:
-        t += t * t * t * (third / 6.0 + t * fourth / 24.0) / (speed - change)
-    return t
+    if root > 2.0 * longest:
+        return longest
+    second *= 0.5
+    third *= 1.0 / 6.0
+    fourth *= 1.0 / 24.0
+    fifth *= 1.0 / 120.0
+    t = root
+    for _ in range(2):
+        square = t * t
+        value_t = (value + t * slope) + square * (
+            (second + t * third) + square * (fourth + t * fifth)
+        )
+        slope_t = (slope + 2.0 * t * second) + square * (
+            (3.0 * third + 4.0 * t * fourth) + 5.0 * square * fifth
+        )
+        if slope_t < 0.0:
+            t = min(max(t - value_t / slope_t, 0.25 * t), 2.0 * t)
+    reach = fastest * t
+    reach *= reach
+    return min(t - t * max(LEAST_MARGIN, min(MARGIN, MARGIN_GROWTH * reach * reach)), longest)
+
+
+@compiled
+def _falls_through(value, slope, second, bound3, span):
+    """Whether a function surely falls throughout the coming span, and through zero.
+
+    Its second derivative is known now, and |third derivative| <= bound3 on the span.
+    """
+    steepest = slope + span * (second + 0.5 * span * bound3)
+    least = value + span * (slope + span * (0.5 * second + span * bound3 / 6.0))
+    return slope < 0.0 and steepest < 0.0 and least < 0.0
+
+
+@compiled
+def _near_root(value, slope, second, third, fourth):
+    """Signed root near zero of a function falling through zero; inf where its bend matters much.
+
+    The series of the inverse function to the fourth order.
+    """
+    if not slope < 0.0:
+        return math.inf
+    inverse = -1.0 / slope
+    u = value * inverse
+    b = 0.5 * second * inverse
+    c = third * inverse * (1.0 / 6.0)
+    d = fourth * inverse * (1.0 / 24.0)
+    if not max(abs(u * b), abs(u * u * c)) < NEAR_BEND:
+        return math.inf
+
+    square = b * b
+    return u + u * u * (b + u * ((2.0 * square + c) + u * (5.0 * b * (square + c) + d)))
 
 
 @compiled
 def _resolves(osc, j, snap, step, tau, rounding):
     """Whether fourth-order Taylor terms carry the state over `step` within rounding."""
     force3 = osc[2] * osc[3] * osc[3] * osc[3]
-    bound5 = force3 + osc[11] * (math.sqrt(osc[1] * j * j + snap * snap) + force3 * abs(step))
+    bound5 = force3 + osc[11] * (energy_norm(osc, j, snap) + force3 * abs(step))
     square = step * step
     return bound5 * square * square * tau <= 24.0 * rounding
 

@@ -28,6 +28,7 @@ from damper.flow import (
     higher_derivatives,
     increments,
     oscillator,
+    sine_cosine,
 )
 from damper.parameters import NO_UNITS, Parameters, State, Units
 
@@ -351,8 +352,7 @@ def run(
             break
         if not known:
             angle = omega * time + phase
-            sin0 = math.sin(angle)
-            cos0 = math.cos(angle)
+            sin0, cos0, _ = sine_cosine(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
         known = False
 
@@ -435,8 +435,7 @@ def run(
             gap = 0.0
             v, rate = impact(mass_ratio, restitution, side, end_v, speed)
             angle = omega * time + phase
-            sin0 = math.sin(angle)
-            cos0 = math.cos(angle)
+            sin0, cos0, _ = sine_cosine(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
             known = True
             if rate == 0.0:
@@ -479,9 +478,7 @@ def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
     gap = float(row[GAP])
     rate = float(row[RATE])
     side = float(row[SIDE])
-    angle = free[3] * float(row[TIME]) + phase
-    sin0 = math.sin(angle)
-    cos0 = math.cos(angle)
+    sin0, cos0, _ = sine_cosine(free[3] * float(row[TIME]) + phase)
     if float(row[MODE]) == FLIGHT:
         a, j = acceleration(free, x, v, sin0, cos0)
         dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)

@@ -29,6 +29,53 @@ TAYLOR_REMAINDER = 1e-18
 # Steady amplitude over the static one, above which homogeneous + steady part would cancel.
 RESONANT_GAIN = 32.0
 
+QUARTERS_PER_RADIAN = 2.0 / math.pi
+# pi / 2 in two parts: the first one has 33 bits, so that its product with a count is exact.
+HALF_PI_HIGH, HALF_PI_LOW = 1.5707963267341256, 6.077100506303966e-11
+# Adding and taking away 1.5 * 2**52 rounds to a whole number.
+ROUNDER = 6755399441055744.0
+
+
+@compiled
+def sine_cosine(angle: float) -> tuple[float, ...]:
+    """Sine and cosine of an angle up to some 1e6, and the cosine less one without cancellation.
+
+    Taylor polynomials after taking away quarter turns (Cody and Waite, Software Manual for the
+    Elementary Functions, 1980, ch. 8), to 2e-16 and 1.5e-21 of the angle. The C library branches
+    on the angle, and each wrong guess of the processor costs as much as this whole function.
+
+    Returns
+    -------
+    sine, cosine, cosine_less_1 : float
+    """
+    quarters = (angle * QUARTERS_PER_RADIAN + ROUNDER) - ROUNDER
+    r = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW
+    z = r * r
+    w = z * z
+    sine = r + r * z * (
+        ((-1.0 / 6.0 + z * (1.0 / 120.0)) + w * (-1.0 / 5040.0 + z * (1.0 / 362880.0)))
+        + (w * w) * ((-1.0 / 39916800.0 + z * (1.0 / 6227020800.0)) - w * (1.0 / 1307674368000.0))
+    )
+    less_1 = (
+        w
+        * (
+            ((1.0 / 24.0 - z * (1.0 / 720.0)) + w * (1.0 / 40320.0 - z * (1.0 / 3628800.0)))
+            + (w * w)
+            * ((1.0 / 479001600.0 - z * (1.0 / 87178291200.0)) + w * (1.0 / 20922789888000.0))
+        )
+        - 0.5 * z
+    )
+    cosine = 1.0 + less_1
+    quarter = int(quarters) & 3
+    if quarter & 1:
+        sine, cosine = cosine, -sine
+    if quarter & 2:
+        sine = -sine
+        cosine = -cosine
+    if quarter:
+        less_1 = cosine - 1.0
+    return sine, cosine, less_1
+
 
 @compiled
 def oscillator(beta: float, kappa: float, force: float, omega: float) -> Oscillator:
@@ -122,8 +169,7 @@ def increments(
     """
     beta, kappa, force, omega, regime, split, slow, fast, gain_re, gain_im, rate, _ = osc
     angle = omega * tau
-    sin_f = math.sin(angle)
-    cos_f = math.cos(angle)
+    sin_f, cos_f, cos_less_1 = sine_cosine(angle)
     sin1 = sin0 * cos_f + cos0 * sin_f
     cos1 = cos0 * cos_f - sin0 * sin_f
     if rate * tau <= TAYLOR_RANGE:
@@ -153,8 +199,9 @@ def increments(
         s_dot_less_1 = c - beta * s - 1.0
     else:
         decay = math.exp(-beta * tau)
-        c = decay * math.cos(split * tau)
-        s = decay * math.sin(split * tau) / split
+        sine, cosine, _ = sine_cosine(split * tau)
+        c = decay * cosine
+        s = decay / split * sine
         c_less_1 = c + beta * s - 1.0
         s_less_tau = s - tau
         s_dot_less_1 = c - beta * s - 1.0
@@ -162,8 +209,7 @@ def increments(
     if regime == RESONANT:
         q_re, q_im, q_dot_re, q_dot_im = _resonant(beta, split, omega, c_less_1, s, tau)
     else:
-        # gain (exp(i angle) - C - i omega S) and its derivative; cos - 1 without cancellation.
-        cos_less_1 = -sin_f * sin_f / (1.0 + cos_f) if cos_f > 0.0 else cos_f - 1.0
+        # gain (exp(i angle) - C - i omega S) and its derivative.
         re = cos_less_1 - c_less_1
         im = sin_f - omega * s
         q_re = gain_re * re - gain_im * im
@@ -217,6 +263,13 @@ def fourth_derivative(osc: Oscillator, a: float, j: float, sin: float) -> float:
 
 
 @compiled
+def fifth_derivative(osc: Oscillator, j: float, snap: float, cos: float) -> float:
+    """Fifth derivative of the displacement, by differentiating the equation of motion."""
+    force3 = osc[2] * osc[3] * osc[3] * osc[3]
+    return -force3 * cos - 2.0 * osc[0] * snap - osc[1] * j
+
+
+@compiled
 def higher_derivatives(
     osc: Oscillator, a: float, j: float, sin: float, cos: float
 ) -> tuple[float, ...]:
@@ -228,8 +281,18 @@ def higher_derivatives(
         x'''' and x'''''.
     """
     snap = fourth_derivative(osc, a, j, sin)
-    force3 = osc[2] * osc[3] * osc[3] * osc[3]
-    return snap, -force3 * cos - 2.0 * osc[0] * snap - osc[1] * j
+    return snap, fifth_derivative(osc, j, snap, cos)
+
+
+@compiled
+def energy_norm(osc: Oscillator, lower: float, upper: float) -> float:
+    """Bound on a derivative of the displacement, from it (`upper`) and the one below it.
+
+    sqrt(kappa x**2 + v**2) of a damped oscillator grows by at most force * span over a time `span`,
+    and the n-th derivative of the motion obeys the same equation with the force's n-th derivative:
+    |x^(n+1)| <= energy_norm(osc, x^(n), x^(n+1)) + force * omega**n * span on [0, span].
+    """
+    return math.sqrt(osc[1] * lower * lower + upper * upper)
 
 
 @compiled
@@ -277,6 +340,7 @@ def _taylor(osc, a0, j0, sin0, cos0, tau):
     force_even = -osc[2] * omega * omega * sin0
     force_odd = -osc[2] * omega * omega * omega * cos0
     decrease = -omega * omega
+    twice = 2.0 * beta
     reach = osc[10] * tau
     lower = a0
     upper = j0
@@ -290,7 +354,7 @@ def _taylor(osc, a0, j0, sin0, cos0, tau):
         dv += upper * power * tau
         power *= tau / n
         dx += upper * power
-        following = force_even - 2.0 * beta * upper - kappa * lower
+        following = (force_even - kappa * lower) - twice * upper
         lower = upper
         upper = following
         force_next = force_even * decrease
