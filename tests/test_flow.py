@@ -16,6 +16,8 @@ from mpmath import mp, mpf
 from damper.flow import (
     TAYLOR_RANGE,
     acceleration,
+    advance,
+    arrive,
     derivative_bounds,
     energy_norm,
     higher_derivatives,
@@ -331,3 +333,18 @@ def test_sine_and_cosine_near_quarter_turns(quarters: int) -> None:
         with mp.workdps(40):
             assert abs(sine - mp.sin(mpf(angle))) < 2e-16 + 1.5e-21 * angle
             assert abs(cosine - mp.cos(mpf(angle))) < 2e-16 + 1.5e-21 * angle
+
+
+@pytest.mark.parametrize("beta", [0.0, 1e-9, 0.05, 0.999999, 1.0, 3.0, 1e3])
+@pytest.mark.parametrize("omega", [0.37, 1.0, 7.3])
+@pytest.mark.parametrize("tau", [2.0, 25.293586195180865])
+def test_state_formed_as_such_is_the_one_by_increments(
+    beta: float, omega: float, tau: float
+) -> None:
+    """To the rounding of v tau, by which they may differ."""
+    osc = oscillator(beta, 1.0, 1.0, omega)
+    x, v, sin, cos = 0.7, -1.3, math.sin(0.4), math.cos(0.4)
+    dx, v1 = advance(osc, x, v, sin, cos, tau)
+    end, speed = arrive(osc, x, v, sin, cos, tau)
+    assert end == pytest.approx(x + dx, abs=1e-13)
+    assert speed == pytest.approx(v1, abs=1e-13)

@@ -30,8 +30,10 @@ MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
 NEAR_MARGIN = 1e-3
 #: Largest correction by its second or third term for which the series of the root is used.
 NEAR_BEND = 0.2
-#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time.
-HORIZON = 25.0
+#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time. The sine
+#: and cosine of this one are doubles to 5e-21, so many such segments of an undamped flight do not
+#: add up one rounding.
+HORIZON = 25.293586195180865
 #: Certified steps in one segment before the search gives up and says so.
 MAX_STEPS = 100_000
 #: Wall code of a search that ran out of steps.

@@ -25,6 +25,7 @@ from damper.flow import (
     Oscillator,
     acceleration,
     advance,
+    arrive,
     higher_derivatives,
     increments,
     oscillator,
@@ -400,15 +401,21 @@ def run(
             code = TOO_MANY_EVENTS
             break
 
+        if hit == 0.0 and mode == FLIGHT:
+            # Cut, not ended: how the errors of many such segments add up is all that matters.
+            end_x, end_v = arrive(free, x, v, sin0, cos0, duration)
+            dx = end_x - x
+            end_rate = rate + side * (end_v - v)
         # Step over the event into the next segment.
         x += dx
-        time += duration
-        if time >= period:
-            whole = math.floor(time / period)
-            time -= whole * period
-            periods += whole
-            if time < 0.0:
-                time = 0.0
+        left = period - time
+        if duration < left:
+            time += duration
+        else:
+            # In an order that loses no digit: a flight cut many times would lose the same one.
+            rest = duration - left
+            time = rest % period
+            periods += 1.0 + math.floor((rest - time) / period + 0.5)
         cause = NOTHING
         speed = 0.0
         if mode == TAIL:

@@ -257,6 +257,25 @@ def advance(
 
 
 @compiled
+def arrive(
+    osc: Oscillator, x: float, v: float, sin: float, cos: float, tau: float
+) -> tuple[float, ...]:
+    """State after a long time, formed as such: increments round in units of v tau."""
+    beta, kappa, _, _, regime, split, _, _, _, _, _, _ = osc
+    if regime != UNDERDAMPED and regime != RESONANT:
+        dx, v = advance(osc, x, v, sin, cos, tau)
+        return x + dx, v
+    decay = math.exp(-beta * tau)
+    sine, cosine, _ = sine_cosine(split * tau)
+    c = decay * cosine
+    s = decay / split * sine
+    a, j = acceleration(osc, 0.0, 0.0, sin, cos)
+    dx, dv, _, _ = increments(osc, 0.0, 0.0, a, j, sin, cos, tau)
+    end = x * (c + beta * s) + v * s + dx
+    return end, v * (c - beta * s) - kappa * s * x + dv
+
+
+@compiled
 def fourth_derivative(osc: Oscillator, a: float, j: float, sin: float) -> float:
     """Fourth derivative of the displacement, by differentiating the equation of motion."""
     return -osc[2] * osc[3] * osc[3] * sin - 2.0 * osc[0] * j - osc[1] * a
