@@ -50,6 +50,9 @@ def test_best_clearance_is_the_one_with_the_smallest_largest_amplitude(cube: xr.
             worst[d] = max(amplitudes)
         assert best.worst == pytest.approx(min(worst.values()), rel=2e-6)
         assert worst[best.clearance] == best.worst
+        place = list(worst).index(best.clearance)
+        around = [math.nan, *worst.values(), math.nan]
+        np.testing.assert_equal(best.beside, (around[place], around[place + 2]))
         assert best.interior == (best.clearance not in (2.0, 30.0))
         # The linear response is largest at resonance: 1 / (2 zeta) there.
         assert best.undamped == pytest.approx(25.0, rel=1e-9)
@@ -188,7 +191,7 @@ def test_single_restitution_has_one_row_without_a_name(cube: xr.Dataset) -> None
     alone = cube.isel(restitution=1)
     text, markdown = make(alone, SETTINGS, ABOUT)
     assert len(rows(text)) == 1
-    assert "| best clearance, F0/K | largest amplitude, F0/K | band |" in markdown
+    assert "| best clearance, F0/K | largest amplitude, F0/K | beside it, F0/K | band |" in markdown
     assert "not tested" in markdown
 
 

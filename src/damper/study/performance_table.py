@@ -7,6 +7,7 @@ those of paper A that ``shared/design/model.md`` numbers A8 to A10, in our words
 
 import csv
 import io
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -28,8 +29,8 @@ NEAR = 0.1
 class Best:
     """The best clearance at one place along the other axes.
 
-    `worst` is the largest amplitude over the range there and `undamped` the one without a damper;
-    `band` is the width of the frequencies whose amplitude ratio lies below the limit, `lowest` the
+    `worst` is the largest amplitude over the range there, `beside` those at the neighbouring
+    clearances (NaN beyond the axis), and `undamped` the one without a damper; `band` is the width of the frequencies whose amplitude ratio lies below the limit, `lowest` the
     smallest amplitude ratio and `at` its frequency; `interior` is False where the best clearance
     is the first or last one of the axis.
     """
@@ -37,6 +38,7 @@ class Best:
     where: dict[str, float]
     clearance: float
     worst: float
+    beside: tuple[float, float]
     undamped: float
     band: float
     lowest: float
@@ -104,6 +106,10 @@ def best_clearances(cube: xr.Dataset, along: str, over: str, damped: float) -> l
                 where,
                 float(here[over][place]),
                 float(worst[place]),
+                tuple(
+                    float(worst[k]) if 0 <= k < worst.size else math.nan
+                    for k in (place - 1, place + 1)
+                ),
                 float((line.peak_displacement / line.amplitude_ratio).max()),
                 float(_cells(line[along].values)[ratio < damped].sum()),
                 float(ratio[low]),
@@ -244,6 +250,8 @@ def to_csv(found: list[Best], along: str, over: str) -> str:
     heads = (
         f"best_{over}",
         "worst_amplitude",
+        "worst_amplitude_below",
+        "worst_amplitude_above",
         "undamped_amplitude",
         "band",
         "lowest_amplitude_ratio",
@@ -263,6 +271,7 @@ def _numbers(best: Best) -> Iterator[str]:
     for value in (
         best.clearance,
         best.worst,
+        *best.beside,
         best.undamped,
         best.band,
         best.lowest,
@@ -290,6 +299,7 @@ def to_markdown(
             *(f"{value:g}" for value in best.where.values()),
             f"{best.clearance:g}{'' if best.interior else ' (end of the axis)'}",
             f"{best.worst:.3g} of {best.undamped:.3g}",
+            ", ".join(f"{worst:.3g}" for worst in best.beside),
             f"{best.band:.3g}",
             f"{best.lowest:.3f} at {best.at:g}",
             f"{best.impacts:.2f}",
@@ -306,6 +316,10 @@ def to_markdown(
         f"the best {over} is below {settings['damped']:g} times the one without a damper. The last "
         "three columns belong to the point of the lowest amplitude ratio.",
         "",
+        f"Beside it: the largest amplitudes at the neighbouring values of the {over}. Where motion "
+        "is chaotic, amplitudes depend on the length of the record and on rounding, and what "
+        "looks best may be chance: then these differ widely.",
+        "",
         fixed_values(about),
         "",
         *markdown_table(
@@ -313,6 +327,7 @@ def to_markdown(
                 *names,
                 f"best {over}{units[settings['over']]}",
                 f"largest amplitude{units['peak_displacement']}",
+                f"beside it{units['peak_displacement']}",
                 f"band{units[settings['along']]}",
                 "lowest amplitude ratio",
                 "impacts per period",
