@@ -30,9 +30,10 @@ class Best:
     """The best clearance at one place along the other axes.
 
     `worst` is the largest amplitude over the range there, `beside` those at the neighbouring
-    clearances (NaN beyond the axis), and `undamped` the one without a damper; `band` is the width of the frequencies whose amplitude ratio lies below the limit, `lowest` the
-    smallest amplitude ratio and `at` its frequency; `interior` is False where the best clearance
-    is the first or last one of the axis.
+    clearances (NaN beyond the axis), and `undamped` the one without a damper; `band` is the width
+    of the frequencies whose amplitude ratio lies below the limit, `lowest` the smallest amplitude
+    ratio and `at` its frequency; `interior` is False where the best clearance is the first or last
+    one of the axis.
     """
 
     where: dict[str, float]
