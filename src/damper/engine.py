@@ -53,6 +53,9 @@ DEFAULT_ACCURACY = 1e-12
 DEFAULT_MAX_EVENTS = 1_000_000
 
 
+_REST = State(0.0, 0.0, 0.0, 0.0)
+
+
 class Trajectory:
     """One resumable run of the event loop.
 
@@ -89,7 +92,7 @@ class Trajectory:
     ) -> None:
         check_engine_settings(accuracy, max_events)
         p = parameters
-        state = state or State(0.0, 0.0, 0.0, 0.0)
+        state = state or _REST
         check_state(p, state)
         self.model = prepare(
             p.mass_ratio,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from damper.engine import slack
@@ -71,11 +72,14 @@ def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
     """
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
-    parameters, units = _scaled({k: v for k, v in values.items() if k not in INITIAL_NAMES})
+    kind, names, given = _language(tuple(values))
+    scaled = kind(**{name: values[name] for name in names})
+    if isinstance(scaled, Parameters):
+        parameters, units = scaled, NO_UNITS
+    else:
+        parameters, units = scaled.dimensionless, scaled.units
     initial = {
-        name: check_quantity(name, values[name]) / _initial_size(name, units)
-        for name in INITIAL_NAMES
-        if name in values
+        name: check_quantity(name, values[name]) / _initial_size(name, units) for name in given
     }
     if primary == "steady":
         for name in ("initial_displacement", "initial_velocity"):
@@ -88,13 +92,17 @@ def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
     return Point(parameters, units, initial, primary)
 
 
-def _scaled(values: Mapping[str, float]) -> tuple[Parameters, Units]:
-    kind, names = (SIParameters, SI_NAMES) if is_si(values) else (Parameters, PARAMETER_NAMES)
-    check_names(values, names)
-    given = kind(**values)
-    if isinstance(given, Parameters):
-        return given, NO_UNITS
-    return given.dimensionless, given.units
+# The points of a study all have the same names.
+@lru_cache(maxsize=16)
+def _language(
+    names: tuple[str, ...],
+) -> tuple[type[Parameters] | type[SIParameters], tuple[str, ...], tuple[str, ...]]:
+    """Return the class of the parameters, their names and those of the initial quantities."""
+    initial = tuple(name for name in INITIAL_NAMES if name in names)
+    parameters = tuple(name for name in names if name not in INITIAL_NAMES)
+    si = is_si(parameters)
+    check_names(parameters, SI_NAMES if si else PARAMETER_NAMES)
+    return SIParameters if si else Parameters, parameters, initial
 
 
 def check_names(given: Iterable[str], names: Iterable[str]) -> None:
