@@ -203,10 +203,10 @@ def test_reference_says_what_the_classes_say():
     text = (ROOT / "docs/reference.md").read_text()
     for row in (
         "| `transient` | integer | forcing periods | **required** | >= 0 |",
-        "| `clearance` | $d$ | F0/K, m | **required** | >= 0 |",
+        "| `clearance` | $d$ | F0/K | **required** | >= 0 |",
         "| `primary_mass` | $M$ | kg | **required** | > 0 |",
         "| `observers.impact_section.samples` | integer | | `100` | >= 1 and <= 100000 |",
-        "| `observers.bursts.threshold.speed` | number | F0/sqrt(K M) | | > 0 |",
+        "| `observers.bursts.threshold.speed` | number | F0/sqrt(K M), m/s | | > 0 |",
         "| `axes.<name>.follow` | one of | | | `up`, `down`, `both` |",
         "| `engine.accuracy` | number | sqrt(M/K) | `1e-12` | >= 1e-15 and <= 0.001 |",
         "| `free_velocity` | `sample` | F0/sqrt(K M), m/s |",

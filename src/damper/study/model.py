@@ -220,6 +220,7 @@ class Study(Strict):
             _relate_initial(raw["initial"], parameters, axes, faults)
         if model is not None and not faults.lines:
             model._check_steady(faults)
+            model._check_stretch(faults)
         _follow_one(sound, faults)
         values = {name: axis and axis_values(axis) for name, axis in sound.items()}
         _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -235,6 +236,29 @@ class Study(Strict):
                     registry[kind].fit(settings, offer, found)
                     with faults.of(section, as_part(stem)):
                         found.settle()
+
+    def _check_stretch(self, faults: Faults) -> None:
+        """Refuse a sampled stretch that leaves the record, and a figure that starts after it."""
+        sampled = self.observers.get("trajectory")
+        if sampled is None:
+            return
+        loc = ("observers", "trajectory")
+        # As the observer counts its steps.
+        rate, left = sampled.samples_per_period, self.periods - sampled.start
+        length = left if sampled.length is None else sampled.length
+        steps = math.floor(left * rate + 1e-9) if sampled.length is None else round(length * rate)
+        if steps < 1 or steps / rate > left + 1e-9:
+            message = (
+                f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
+                f"record of {self.periods} periods"
+            )
+            faults.add(loc, message, f"start + length <= {self.periods}, at least one sample step")
+            return
+        for stem, figure in self.figures.items():
+            start = getattr(figure, "start", 0.0)
+            if figure.kind == "trajectory" and start >= length:
+                message = f"starts {start:g} periods into a sampled stretch of {length:g}"
+                faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
 
     def _check_steady(self, faults: Faults) -> None:
         """Refuse a start on a steady response that does not exist."""

@@ -182,7 +182,10 @@ def _quantities() -> Iterable[str]:
 
 def _quantity(quantity: Quantity) -> tuple[str, ...]:
     default = "**required**" if quantity.default is None else _as_code(quantity.default)
-    name, units = f"`{quantity.name}`", _units(quantity.units)
+    # The parameters of an SI study have names of their own; initial quantities have not.
+    both = quantity in INITIAL_QUANTITIES
+    name, units = f"`{quantity.name}`", _units(quantity.units) if both else quantity.units
+    units = "" if units == "1" else units
     return name, quantity.symbol, units, default, limits_of(quantity), quantity.long_name
 
 

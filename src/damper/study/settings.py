@@ -24,7 +24,7 @@ from damper.study.fields import (
     Text,
 )
 from damper.study.schema import Schema
-from damper.variables import SPEED
+from damper.variables import SI_UNITS, SPEED
 
 OptionalText = Annotated[str | None, Text()]
 Assumed = Annotated[
@@ -254,7 +254,7 @@ class Threshold(Strict):
     ] = None
     speed: Annotated[
         float | None,
-        Number(gt=0, units=SPEED),
+        Number(gt=0, units=f"{SPEED}, {SI_UNITS[SPEED]}"),
         Field(
             description="Absolute approach speed, in m/s in a study in SI units; not with fraction."
         ),
