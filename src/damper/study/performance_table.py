@@ -193,7 +193,7 @@ def _plastic(cube: xr.Dataset, contact: xr.DataArray) -> Statement:
     sticks = float((bursts * cube.complete_fraction.fillna(0.0)).sum() / bursts.sum())
     measured = (
         f"{int((contact & plastic).sum())} points with impacts, {chatter} of them chatter; "
-        f"{sticks:.0%} of the impacts end in sticking, after the others the wall draws away at once"
+        f"{sticks:.0%} of the bursts end in sticking, after the others the wall draws away at once"
     )
     if chatter:
         return Statement("A9", text, measured, "does not hold")
