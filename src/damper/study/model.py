@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
@@ -10,36 +9,15 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
 
-from damper.linear import steady_gain
-from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
+from damper.quantities import ALL
 from damper.study.axes import axis_values, coordinate_name
-from damper.study.branches import DIRECTIONS
-from damper.study.fields import (
-    Faults,
-    ListOf,
-    Number,
-    Section,
-    Strict,
-    Text,
-    as_mapping,
-    nearest,
-)
-from damper.study.products import FIGURES, TABLES, Offer, Product, product
+from damper.study.fields import Faults, ListOf, Number, Section, Strict, Text, as_mapping
+from damper.study.products import FIGURES, TABLES, Product, product
+from damper.study.rules import relate
 from damper.study.schema import Schema
-from damper.study.settings import (
-    MOST_DRAWS,
-    OBSERVERS,
-    SECTIONS,
-    Axis,
-    Fixed,
-    Initial,
-    observer,
-)
-from damper.study.yaml_file import as_part, dump_yaml, words
+from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
+from damper.study.yaml_file import dump_yaml
 from damper.variables import TIME
-
-MOST_SLICES = 1000
-"""One slice is one job; beyond this the workflow spends its time on bookkeeping."""
 
 _NONE: dict[str, Any] = {}
 
@@ -209,171 +187,7 @@ class Study(Strict):
     def relate(cls, data: dict[str, Any], model: Study | None, faults: Faults) -> None:
         # Works on the raw data: a mistake in one entry is to hide nothing about the others.
         raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
-        parameters, axes, observers = raw["parameters"], raw["axes"], raw["observers"]
-        if isinstance(observers, dict):
-            _relate_observers(observers, faults)
-        if not isinstance(axes, dict):
-            return
-        sound = _sound_axes(axes) if model is None else model.axes
-        if isinstance(parameters, dict):
-            _give_once(parameters, axes, faults)
-            _relate_initial(raw["initial"], parameters, axes, faults)
-        if model is not None and not faults.lines:
-            model._check_steady(faults)
-            model._check_stretch(faults)
-        _follow_one(sound, faults)
-        values = {name: axis and axis_values(axis) for name, axis in sound.items()}
-        _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
-        if not isinstance(observers, dict):
-            return
-        offer = Offer(values, observers, **_branches(sound, raw["initial"]))
-        for section, registry in (("figures", FIGURES), ("tables", TABLES)):
-            entries = raw[section]
-            for stem, settings in entries.items() if isinstance(entries, dict) else ():
-                kind = settings.get("kind") if isinstance(settings, dict) else None
-                if isinstance(kind, str) and kind in registry:
-                    found = Faults()
-                    registry[kind].fit(settings, offer, found)
-                    with faults.of(section, as_part(stem)):
-                        found.settle()
-
-    def _check_stretch(self, faults: Faults) -> None:
-        """Refuse a sampled stretch that leaves the record, and a figure that starts after it."""
-        sampled = self.observers.get("trajectory")
-        if sampled is None:
-            return
-        loc = ("observers", "trajectory")
-        # As the observer counts its steps.
-        rate, left = sampled.samples_per_period, self.periods - sampled.start
-        length = left if sampled.length is None else sampled.length
-        steps = math.floor(left * rate + 1e-9) if sampled.length is None else round(length * rate)
-        if steps < 1 or steps / rate > left + 1e-9:
-            message = (
-                f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
-                f"record of {self.periods} periods"
-            )
-            faults.add(loc, message, f"start + length <= {self.periods}, at least one sample step")
-            return
-        for stem, figure in self.figures.items():
-            start = getattr(figure, "start", 0.0)
-            if figure.kind == "trajectory" and start >= length:
-                message = f"starts {start:g} periods into a sampled stretch of {length:g}"
-                faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
-
-    def _check_steady(self, faults: Faults) -> None:
-        """Refuse a start on a steady response that does not exist."""
-        if self.initial.primary != "steady":
-            return
-        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
-        if is_si(given):
-            # The frequency ratio as `SIParameters` forms it.
-            sizes = (given[n] for n in ("primary_mass", "stiffness", "forcing_frequency"))
-            resonant = 0.0 in given["damping"] and any(
-                omega * math.sqrt(mass / stiffness) == 1.0
-                for mass, stiffness, omega in combinations(*sizes)
-            )
-        else:
-            resonant = 0.0 in given["damping_ratio"] and 1.0 in given["frequency_ratio"]
-        if resonant:
-            try:
-                steady_gain(0.0, 1.0)
-            except ValueError as error:
-                faults.add(("initial", "primary"), str(error), "rest")
-
-
-def _relate_observers(observers: dict[str, Any], faults: Faults) -> None:
-    if not observers:
-        faults.add(("observers",), "at least one observer must be given", words(OBSERVERS))
-    if all(section in observers for section in SECTIONS):
-        both = " and ".join(SECTIONS)
-        message = f"{both} cannot both be asked for: both write displacement and velocity"
-        faults.add(("observers",), message, "one of the two")
-
-
-# Names that tell which system of units a study is in.
-_RATIOS = {quantity.name for quantity in QUANTITIES} - {quantity.name for quantity in SI_QUANTITIES}
-_SI_ONLY = {quantity.name for quantity in SI_QUANTITIES} - {q.name for q in QUANTITIES}
-
-
-def _give_once(parameters: dict[str, Any], axes: dict[str, Any], faults: Faults) -> None:
-    given = [name for name in (*parameters, *axes) if isinstance(name, str)]
-    for name in parameters:
-        if name in axes and name in ALL:
-            message = f"'{name}' is given twice: under parameters and under axes"
-            faults.add(("axes", name), message, "one of the two")
-    meant = {nearest(name, ALL) for name in given if name not in ALL}
-    try:
-        si = is_si(given)
-    except ValueError as error:
-        faults.add(("parameters",), str(error))
-        return
-    if not si and not any(name in _RATIOS for name in given):
-        si = any(name in _SI_ONLY for name in meant)
-    for quantity in SI_QUANTITIES if si else QUANTITIES:
-        name = quantity.name
-        if name not in given and name not in meant and quantity.default is None:
-            units = f" in {quantity.units}" if si and quantity.units != "1" else ""
-            allowed = f"{quantity.allowed}{units}, under parameters or as an axis"
-            faults.add(("parameters", name), f"'{name}' is not given", allowed)
-
-
-def _relate_initial(
-    initial: Any, parameters: dict[str, Any], axes: dict[str, Any], faults: Faults
-) -> None:
-    steady = initial == "steady" or (isinstance(initial, dict) and "steady" in initial.values())
-    for name in INITIAL_NAMES:
-        places = [
-            place
-            for place, entries in (("parameters", parameters), ("axes", axes), ("initial", initial))
-            if isinstance(entries, dict) and entries.get(name) is not None
-        ]
-        if "initial" in places and len(places) > 1:
-            message = f"'{name}' is random here and given under {places[0]} as well"
-            faults.add(("initial", name), message, "one of the two")
-        if steady and places and name in ("initial_displacement", "initial_velocity"):
-            message = f"'{name}' is given, but the primary starts on its steady response"
-            faults.add((places[0], name), message, "one of the two")
-
-
-def _follow_one(axes: Mapping[str, Axis | None], faults: Faults) -> None:
-    followed = [name for name, axis in axes.items() if axis and axis.follow]
-    for name in followed[1:]:
-        message = f"'{followed[0]}' is followed already: a run has one neighbour to start from"
-        faults.add(("axes", name, "follow"), message, "follow on one axis")
-    for name in followed[:1]:
-        if name in INITIAL_NAMES:
-            message = f"'{name}' sets where a run starts, so it cannot be followed"
-            faults.add(("axes", name, "follow"), message, "follow on an axis of a parameter")
-
-
-def _branches(axes: Mapping[str, Axis | None], initial: Any) -> dict[str, Any]:
-    """Return the dimensions of several runs at each point, and their values where known."""
-    values: dict[str, tuple[Any, ...]] = {}
-    for axis in axes.values():
-        if axis and axis.follow:
-            values["direction"] = DIRECTIONS[axis.follow]
-    draws = initial.get("draws") if isinstance(initial, dict) else None
-    if isinstance(draws, int) and 1 <= draws <= MOST_DRAWS:
-        values["draw"] = tuple(range(draws))
-    return {"branches": tuple(values), "branch_values": values}
-
-
-def _sound_axes(axes: dict[str, Any]) -> dict[str, Axis | None]:
-    sound: dict[str, Axis | None] = {name: None for name in axes if name in ALL}
-    for name in sound:
-        with Faults().of():
-            sound[name] = Axis.entry(name, axes[name])
-    return sound
-
-
-def _limit_slices(fanned: dict[str, int], faults: Faults) -> None:
-    count = math.prod(fanned.values())
-    if count > MOST_SLICES:
-        sizes = ", ".join(f"{name} ({size} values)" for name, size in fanned.items())
-        longest = max(fanned, key=lambda name: fanned[name])
-        message = f"the fanned axes make {count} slices: {sizes}"
-        allowed = f"at most {MOST_SLICES} slices; take 'fan: true' from {longest}"
-        faults.add(("axes",), message, allowed)
+        relate(raw, model, faults)
 
 
 class Engine(Strict):

@@ -25,8 +25,9 @@ from typing import Any
 
 from damper.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
-from damper.study.model import MOST_SLICES, Settings, Study
+from damper.study.model import Settings, Study
 from damper.study.products import FIGURES, TABLES
+from damper.study.rules import MOST_SLICES
 from damper.study.schema import Draft, Schema, limits_of
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
 from damper.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
