@@ -162,3 +162,13 @@ def test_very_long_trajectory_is_a_small_file(tmp_path: Path) -> None:
         observers={"trajectory": {"samples_per_period": 200, "events": 5000}},
     )
     assert_files("trajectory", long, tmp_path)
+
+
+def test_events_that_did_not_fit_are_told() -> None:
+    few = simulated(observers={"trajectory": {"events": 3}})
+    left_out = int(few.trajectory_events_left_out)
+    above, _ = panels(drawn("trajectory", few))
+    assert left_out > 10
+    assert above.get_title(loc="right").startswith(f"{left_out} events did not fit")
+    whole, _ = panels(drawn("trajectory", simulated()))
+    assert whole.get_title(loc="right") == ""

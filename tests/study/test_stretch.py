@@ -46,3 +46,10 @@ def test_figure_starts_in_the_stretch(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"figures.history.start\n.*starts 2 periods") as caught:
         load_study(study(tmp_path, 4, {"start": 1, "length": 2}, start=2))
     assert "number >= 0 and < 2" in str(caught.value)
+
+
+def test_figure_stops_in_the_stretch(tmp_path: Path) -> None:
+    load_study(study(tmp_path, 4, {"start": 1, "length": 2}, stop=2))
+    with pytest.raises(ConfigError, match=r"figures.history.stop\n.*stops 2.5 periods") as caught:
+        load_study(study(tmp_path, 4, {"start": 1, "length": 2}, stop=2.5))
+    assert "number <= 2" in str(caught.value)

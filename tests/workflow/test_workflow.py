@@ -286,9 +286,11 @@ def test_edit_in_the_package_reruns_what_depends_on_it(small, tmp_path):
 
 def test_one_job_per_point(small):
     axes = {name: spec | {"fan": True} for name, spec in small_study()["axes"].items()}
-    write_small(small, axes=axes)
+    figure = {"kind": "bifurcation", "along": "restitution", "each": "mass_ratio"}
+    write_small(small, axes=axes, figures={"one": figure | {"at": {"frequency_ratio": 1.3}}})
     output = snakemake(small)
     assert jobs(output)["simulate"] == 10
+    assert len(list((small / "results/small/figures").glob("one_mass_ratio~*.png"))) == 2
     path = small / "results/small/slices/mass_ratio~0.1/frequency_ratio~1.3/restitution~0.45.npz"
     assert path.is_file()
     with xr.open_dataset(small / "results/small/cube.nc") as cube:

@@ -23,6 +23,7 @@ _VARIABLES = (
     "trajectory_free_displacement",
     "trajectory_free_velocity",
     "trajectory_mode",
+    "trajectory_events_left_out",
 )
 _STICKING = 1
 #: Points up to which lines stay vectors.
@@ -83,6 +84,9 @@ def draw(
         stuck = _shade_sticking(ax, time, piece)
     below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
     below.set_xlabel(f"time $t$ / (forcing period $2\\pi$/{SYMBOLS[frequency]})")
+    if left_out := int(place.trajectory_events_left_out):
+        say = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
+        above.set_title(say, loc="right")
     figure.align_ylabels()
     head(figure, place, caption)
     legend(figure, _handles(stuck))

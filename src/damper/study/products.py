@@ -63,7 +63,7 @@ MOST_VARIABLES = 4
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
 MOST_PANELS = 12
-"""More maps do not fit a page."""
+"""More panels do not fit a page."""
 
 #: Dimensions of the cube beside the axes -> what their values may be.
 _BRANCHES: dict[str, Kind] = {
@@ -319,7 +319,11 @@ class Bifurcation(Figure):
     Both directions of a continuation are drawn, and all random initial states over each other.
     """
 
-    roles: ClassVar[Mapping[str, Role]] = {"along": Role(), "each": Role(), "rows": Role()}
+    roles: ClassVar[Mapping[str, Role]] = {
+        "along": Role(),
+        "each": Role(),
+        "rows": Role(most=MOST_PANELS),
+    }
     overlays: ClassVar[bool] = True
 
     along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]

@@ -86,10 +86,14 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         faults.add(loc, message, f"start + length <= {study.periods}, at least one sample step")
         return
     for stem, figure in study.figures.items():
-        start = getattr(figure, "start", 0.0)
-        if figure.kind == "trajectory" and start >= length:
-            message = f"starts {start:g} periods into a sampled stretch of {length:g}"
+        if figure.kind != "trajectory":
+            continue
+        if figure.start >= length:
+            message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
+        elif figure.stop is not None and figure.stop > length:
+            message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
+            faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:
