@@ -195,6 +195,13 @@ def test_single_restitution_has_one_row_without_a_name(cube: xr.Dataset) -> None
     assert "not tested" in markdown
 
 
+def test_end_of_the_axis_has_one_neighbour() -> None:
+    peak = np.array([1.0, 2.0]).reshape(1, 1, 2)
+    text, markdown = make(made_up(peak_displacement=peak), SETTINGS, ABOUT)
+    assert "| 1 (end of the axis) | 1 of 2.5 | 2 |" in markdown
+    assert [row["worst_amplitude_below"] for row in rows(text)] == ["nan", "nan"]
+
+
 def test_empty_table_when_every_run_stopped() -> None:
     nothing = made_up(peak_displacement=np.nan)
     found = best_clearances(nothing, "frequency_ratio", "clearance", 0.9)

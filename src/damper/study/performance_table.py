@@ -300,7 +300,7 @@ def to_markdown(
             *(f"{value:g}" for value in best.where.values()),
             f"{best.clearance:g}{'' if best.interior else ' (end of the axis)'}",
             f"{best.worst:.3g} of {best.undamped:.3g}",
-            ", ".join(f"{worst:.3g}" for worst in best.beside),
+            ", ".join(f"{worst:.3g}" for worst in best.beside if not math.isnan(worst)),
             f"{best.band:.3g}",
             f"{best.lowest:.3f} at {best.at:g}",
             f"{best.impacts:.2f}",
