@@ -1,16 +1,13 @@
 """Continuation: every lane equals a chain made by hand, and finds what no start from rest does."""
 
 import itertools
-import json
-import os
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from mpmath import mp, mpf
+from new_process import in_new_process
 from reference import mp_reference
 from reference.two_impacts import two_impacts
 
@@ -492,14 +489,7 @@ print(json.dumps([COMPILED, {{name: cube[name].values.tolist() for name in cube.
 def test_plain_python_follows_alike() -> None:
     scene, follow = {**SCENE, "clearance": [1.0, 0.3, 2.0]}, {"clearance": "both"}
     code = PLAIN.format(scene=scene, seen=SEEN, follow=follow)
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "DAMPER_COMPILE": "0"},
-    )
-    compiled, plain = json.loads(done.stdout)
+    compiled, plain = in_new_process(code, DAMPER_COMPILE="0")
     assert not compiled
     here = simulate(**scene, transient=1, periods=3, observers=SEEN, follow=follow)
     assert set(plain) == set(here.data_vars)

@@ -1,15 +1,12 @@
 """Many lanes through engine and observers: observers only read, lanes do not touch each other."""
 
 import itertools
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from new_process import in_new_process
 
 from damper import State, lanes
 from damper.engine import Trajectory
@@ -263,18 +260,6 @@ def test_product_has_the_last_axis_fastest() -> None:
 
 
 # --- what is not asked for is not loaded
-
-
-def in_new_process(code: str, **environment: str) -> Any:
-    """Run code that prints JSON in a new interpreter."""
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, **environment},
-    )
-    return json.loads(done.stdout)
 
 
 LOADED = """

@@ -2,12 +2,8 @@
 
 import dataclasses
 import itertools
-import json
 import math
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +13,7 @@ import xarray as xr
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from new_process import in_new_process
 from scipy.integrate import solve_ivp
 
 from damper import Parameters, SIParameters, State, events, simulate
@@ -727,14 +724,7 @@ print(json.dumps([COMPILED, {{name: cube[name].values.tolist() for name in cube.
 
 def test_plain_python_gives_the_same() -> None:
     scene = {**SI, "stiffness": [150.0, 200.0]}
-    done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(scene=scene, seen=EVERYTHING)],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "DAMPER_COMPILE": "0"},
-    )
-    compiled, plain = json.loads(done.stdout)
+    compiled, plain = in_new_process(PLAIN.format(scene=scene, seen=EVERYTHING), DAMPER_COMPILE="0")
     assert not compiled
     here = simulate(**scene, transient=1, periods=3, observers=EVERYTHING, initial="steady")
     assert set(plain) == set(here.data_vars)

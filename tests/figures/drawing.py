@@ -25,6 +25,15 @@ VARIABLES = {
         Variable("chatter", "chatter: 0 none, 1 incomplete, 2 complete", "1", (), "i1"),
     )
 }
+#: A damper in SI units, all but gap and forcing frequency.
+SI = {
+    "primary_mass": 2.0,
+    "damping": 1.2,
+    "stiffness": 800.0,
+    "force_amplitude": 4.0,
+    "free_mass": 0.2,
+    "restitution": 0.6,
+}
 FIXED = {"mass_ratio": 0.1, "damping_ratio": 0.02, "clearance": 0.05, "restitution": 0.5}
 
 

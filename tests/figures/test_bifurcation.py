@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figures import drawing
-from figures.drawing import assert_files, assert_nothing_overlaps
+from figures.drawing import SI, assert_files, assert_nothing_overlaps
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -495,13 +495,8 @@ def test_panel_without_samples_says_so() -> None:
 @pytest.mark.parametrize("section", ["stroboscopic_section", "impact_section"])
 def test_simulated_in_si_both_ways(tmp_path: Path, section: str) -> None:
     cube = simulate(
-        primary_mass=2.0,
-        damping=1.2,
-        stiffness=800.0,
-        force_amplitude=4.0,
-        free_mass=0.2,
+        **SI,
         gap=[0.005, 0.01],
-        restitution=0.6,
         forcing_frequency=[16.0, 18.0, 20.0, 22.0],
         follow={"forcing_frequency": "both"},
         transient=10,

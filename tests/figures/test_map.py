@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts, made_up
+from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts, made_up
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
@@ -249,13 +249,8 @@ def test_one_value_throughout(variable: str, value: float) -> None:
 
 def test_simulated_in_si_from_a_file(tmp_path: Path) -> None:
     cube = simulate(
-        primary_mass=2.0,
-        damping=1.2,
-        stiffness=800.0,
-        force_amplitude=4.0,
-        free_mass=0.2,
+        **SI,
         gap=[0.005, 0.01, 0.02],
-        restitution=0.6,
         forcing_frequency=[18.0, 20.0, 22.0],
         transient=20,
         periods=10,

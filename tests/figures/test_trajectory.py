@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -122,13 +122,8 @@ def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
 
 def test_one_point_of_several_in_si(tmp_path: Path) -> None:
     cube = simulate(
-        primary_mass=2.0,
-        damping=1.2,
-        stiffness=800.0,
-        force_amplitude=4.0,
-        free_mass=0.2,
+        **SI,
         gap=0.01,
-        restitution=0.6,
         forcing_frequency=[18.0, 20.0],
         transient=20,
         periods=2,

@@ -1,11 +1,7 @@
 """Response against closed forms in 60 digits, numerical integration, and its energy balance."""
 
 import itertools
-import json
 import math
-import os
-import subprocess
-import sys
 import warnings
 from collections.abc import Callable
 
@@ -14,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from new_process import in_new_process
 from plain_bursts import Scene
 from reference import two_impacts
 from scipy.integrate import IntegrationWarning, quad, solve_ivp
@@ -667,14 +664,8 @@ print(json.dumps([COMPILED, {{name: array.tolist() for name, array in arrays.ite
 
 def test_plain_python_gives_the_same() -> None:
     lanes = [parameters(name) for name in SCENES]
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", PLAIN.format(lanes=lanes)],
-        env=os.environ | {"DAMPER_COMPILE": "0"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    compiled, plain = json.loads(done.stdout)
+    code = PLAIN.format(lanes=lanes)
+    compiled, plain = in_new_process(code, "-W", "error", DAMPER_COMPILE="0")
     assert not compiled
     here, _ = run_lanes(lanes, ["response"], transient=1, periods=4)
     for name in VARIABLES:

@@ -1,15 +1,12 @@
 """Sampled trajectory against the sections, the event list and the log."""
 
-import json
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from new_process import in_new_process
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
@@ -385,14 +382,8 @@ print(json.dumps([COMPILED, {{name: array.tolist() for name, array in arrays.ite
 
 def test_plain_python_gives_the_same() -> None:
     lanes = [parameters(name) for name in SCENES]
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", PLAIN.format(lanes=lanes)],
-        env=os.environ | {"DAMPER_COMPILE": "0"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    compiled, plain = json.loads(done.stdout)
+    code = PLAIN.format(lanes=lanes)
+    compiled, plain = in_new_process(code, "-W", "error", DAMPER_COMPILE="0")
     assert not compiled
     here, _ = run_lanes(lanes, ["trajectory"], transient=1, periods=2)
     for name, array in here.items():

@@ -1,16 +1,13 @@
 """Branches: who follows whom, against a search by brute force, and draws that anyone can repeat."""
 
-import json
-import os
 import random
-import subprocess
-import sys
 from itertools import product as combinations
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from new_process import in_new_process
 
 from damper.lanes import product
 from damper.study.branches import DIRECTIONS, branches, draws
@@ -148,14 +145,7 @@ def test_draws_do_not_depend_on_the_process(hash_seed: str) -> None:
         "from damper.study.branches import draws\n"
         f"print(json.dumps(draws({DRAWS!r})))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONHASHSEED": hash_seed},
-    )
-    assert json.loads(done.stdout) == draws(DRAWS)
+    assert in_new_process(code, PYTHONHASHSEED=hash_seed) == draws(DRAWS)
 
 
 def test_drawing_leaves_the_callers_generator_alone() -> None:

@@ -1,10 +1,6 @@
 """Where runs start: axes, draws and steady starts, in Python and in study files."""
 
 import itertools
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +10,7 @@ import xarray as xr
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from new_process import in_new_process
 
 from damper import State, simulate
 from damper.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
@@ -164,14 +161,8 @@ def test_draws_do_not_depend_on_the_process() -> None:
     here = simulate(
         **SCENE, transient=0, periods=2, observers=["stroboscopic_section"], initial=initial
     )
-    done = subprocess.run(
-        [sys.executable, "-c", DRAWN.format(scene=SCENE, initial=initial)],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONHASHSEED": "77", "DAMPER_COMPILE": "0"},
-    )
-    positions, displacement = json.loads(done.stdout)
+    code = DRAWN.format(scene=SCENE, initial=initial)
+    positions, displacement = in_new_process(code, PYTHONHASHSEED="77", DAMPER_COMPILE="0")
     assert positions == here.initial_position.values.tolist()
     np.testing.assert_allclose(displacement, here.displacement.values, rtol=1e-10)
 

@@ -1,9 +1,5 @@
 """Slices: the lanes' own numbers, written and read without loss, with the same bytes each time."""
 
-import json
-import os
-import subprocess
-import sys
 import time
 import zipfile
 from pathlib import Path
@@ -11,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from new_process import in_new_process
 
 from damper.lanes import product, run_lanes
 from damper.study.slices import Slice, read_slice, simulate_slice, write_slice
@@ -152,15 +149,8 @@ print(json.dumps([name for name in watched if name in sys.modules]))
 
 def loaded(imported: str, run: str) -> list[str]:
     code = JOB.format(imported=imported, run=run)
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        # numba itself loads scipy and yaml
-        env={**os.environ, "DAMPER_COMPILE": "0"},
-    )
-    return json.loads(done.stdout)
+    # numba itself loads scipy and yaml
+    return in_new_process(code, DAMPER_COMPILE="0")
 
 
 def test_simulation_job_loads_no_xarray(tmp_path: Path) -> None:

@@ -1,0 +1,19 @@
+"""Code that runs in an interpreter of its own, such as one without numba."""
+
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+
+def in_new_process(code: str, *options: str, **environment: str) -> Any:
+    """Run code that prints JSON in a new interpreter, with options such as ``-W error``."""
+    done = subprocess.run(
+        [sys.executable, *options, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **environment},
+    )
+    return json.loads(done.stdout)
