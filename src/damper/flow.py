@@ -336,9 +336,9 @@ def derivative_bounds(
     omega = osc[3]
     force1 = force * omega
     coupling = osc[11]
-    norm0 = math.sqrt(kappa * x * x + v * v) + force * span
-    norm1 = math.sqrt(kappa * v * v + a * a) + force1 * span
-    norm2 = math.sqrt(kappa * a * a + j * j) + force1 * omega * span
+    norm0 = energy_norm(osc, x, v) + force * span
+    norm1 = energy_norm(osc, v, a) + force1 * span
+    norm2 = energy_norm(osc, a, j) + force1 * omega * span
     bound2 = min(norm1, force + coupling * norm0)
     bound3 = min(norm2, force1 + coupling * norm1)
     if osc[4] == OVERDAMPED:

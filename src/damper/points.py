@@ -101,11 +101,11 @@ def _language(
     initial = tuple(name for name in INITIAL_NAMES if name in names)
     parameters = tuple(name for name in names if name not in INITIAL_NAMES)
     si = is_si(parameters)
-    check_names(parameters, SI_NAMES if si else PARAMETER_NAMES)
+    _check_names(parameters, SI_NAMES if si else PARAMETER_NAMES)
     return SIParameters if si else Parameters, parameters, initial
 
 
-def check_names(given: Iterable[str], names: Iterable[str]) -> None:
+def _check_names(given: Iterable[str], names: Iterable[str]) -> None:
     """Raise TypeError unless `given` are among `names` and only phase is missing."""
     given = list(given)
     unknown = [name for name in given if name not in names]

@@ -118,6 +118,10 @@ PARAMETER_NAMES = tuple(quantity.name for quantity in QUANTITIES)
 SI_NAMES = tuple(quantity.name for quantity in SI_QUANTITIES)
 INITIAL_NAMES = tuple(quantity.name for quantity in INITIAL_QUANTITIES)
 
+#: Names that tell which system of units a damper is given in.
+DIMENSIONLESS_ONLY = frozenset(PARAMETER_NAMES) - frozenset(SI_NAMES)
+SI_ONLY = frozenset(SI_NAMES) - frozenset(PARAMETER_NAMES)
+
 #: Name -> quantity, for every name that a study may use.
 ALL = {quantity.name: quantity for quantity in (*QUANTITIES, *SI_QUANTITIES, *INITIAL_QUANTITIES)}
 
@@ -153,8 +157,8 @@ def is_si(names: Iterable[str]) -> bool:
     (True, False)
     """
     names = list(names)
-    si = [name for name in names if name in SI_NAMES and name not in PARAMETER_NAMES]
-    ratios = [name for name in names if name in PARAMETER_NAMES and name not in SI_NAMES]
+    si = [name for name in names if name in SI_ONLY]
+    ratios = [name for name in names if name in DIMENSIONLESS_ONLY]
     if si and ratios:
         raise ValueError(
             f"{', '.join(si)} (SI units) and {', '.join(ratios)} (dimensionless) are mixed: "

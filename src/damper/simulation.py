@@ -8,8 +8,7 @@ import xarray as xr
 
 from damper.engine import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import State
-from damper.points import check_names
-from damper.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, is_si
+from damper.quantities import ALL, INITIAL_NAMES
 from damper.study.branches import DIRECTIONS
 from damper.study.cube import REFERENCES, gather
 from damper.study.slices import simulate_slice
@@ -116,10 +115,6 @@ def simulate(
     everything = locals()
     given = {name: everything[name] for name in everything if name in ALL}
     given = {name: value for name, value in given.items() if value is not None}
-    check_names(
-        (name for name in given if name not in INITIAL_NAMES),
-        SI_NAMES if is_si(given) else PARAMETER_NAMES,
-    )
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
     for name, value in given.items():

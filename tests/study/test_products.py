@@ -320,7 +320,7 @@ def test_known_values_of_branches(
     branches: dict[str, tuple[Any, ...]], at: dict[str, Any], words: str | None
 ) -> None:
     axes = {"frequency_ratio": (1.0, 2.0), "clearance": (1.0, 2.0)}
-    found = told(MAP | {"at": at}, Offer(axes, ["bursts"], tuple(branches), branches))
+    found = told(MAP | {"at": at}, Offer(axes, ["bursts"], branches))
     messages = [fault["message"] for _, fault in found]
     assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
 

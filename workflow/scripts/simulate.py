@@ -3,15 +3,13 @@
 from math import prod
 from pathlib import Path
 
+from damper.study.branches import DIRECTIONS
 from damper.study.slices import simulate_slice, write_slice
 
 params = snakemake.params
-directions = 2 if "both" in params.follow.values() else 1
-lanes = (
-    prod(len(values) for values in params.axes.values())
-    * directions
-    * params.initial.get("draws", 1)
-)
+lanes = prod(len(values) for values in params.axes.values()) * params.initial.get("draws", 1)
+for way in params.follow.values():
+    lanes *= len(DIRECTIONS[way])
 
 with Path(snakemake.log[0]).open("w", buffering=1) as log:
 

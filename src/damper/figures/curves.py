@@ -112,9 +112,8 @@ def _lines(
 
 def _best(array: xr.DataArray, along: str, best: str) -> float:
     """Value of an axis at which the greatest value along another is least; of equals the first."""
+    # NaN where some run stopped.
     greatest = numbers(array, best, along).max(axis=1)
-    # NaN, where some run stopped, is never the least.
-    greatest = np.where(np.isnan(greatest), np.inf, greatest)
     return float(array[best].values[least(greatest)])
 
 

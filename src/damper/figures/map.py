@@ -205,7 +205,7 @@ def _best(
     """Mark the best y of every x; return what the legend has to say of it."""
     known = np.isfinite(values).any(axis=0)
     signed = values if best == "min" else -values
-    rows = [least(np.where(np.isnan(column), np.inf, column)) for column in signed.T[known]]
+    rows = [least(column) for column in signed.T[known]]
     style: dict[str, Any] = {
         "ls": "",
         "marker": "o",

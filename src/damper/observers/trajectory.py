@@ -28,14 +28,13 @@ from damper.engine import (
 )
 from damper.observers.base import Observer, Window, since
 from damper.observers.sections import free_state
+from damper.observers.stretch import SLACK, sample_steps
 from damper.variables import LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import TIME as TIME_UNIT
 
 #: What the pass has written so far.
 _ROWS, _SAMPLES, _EVENTS, _LEFT_OUT = range(4)
-#: Part of a sample step by which a stretch may miss a whole number of them by rounding.
-_SLACK = 1e-9
 
 
 class SampledTrajectory(Observer):
@@ -136,7 +135,7 @@ class SampledTrajectory(Observer):
         # Whole steps to the start keep the instants those of sections at simple fractions.
         self._first = round(self.start * self.samples_per_period)
         self._rest = self.start - self._first / self.samples_per_period
-        if abs(self._rest) * self.samples_per_period < _SLACK:
+        if abs(self._rest) * self.samples_per_period < SLACK:
             self._rest = 0.0
         self._columns = tuple(self.arrays[v.name][lane] for v in self.variables if v.dims)
         self._counts = np.zeros(4, dtype=np.int64)
@@ -163,23 +162,7 @@ class SampledTrajectory(Observer):
 
     def _steps(self, window_length: int) -> int:
         """Sample steps of the stretch, once it is known to lie in the record."""
-        rate = self.samples_per_period
-        if self.length is None:
-            steps = math.floor((window_length - self.start) * rate + _SLACK)
-        else:
-            steps = round(self.length * rate)
-        if steps < 1:
-            raise ValueError(
-                f"start = {self.start!r}, length = {self.length!r}: holds no whole sample step of "
-                f"1/{rate} period within the record of {window_length} periods"
-            )
-        if self.start + steps / rate > window_length + _SLACK / rate:
-            raise ValueError(
-                f"start = {self.start!r}, length = {self.length!r}: the stretch ends "
-                f"{self.start + steps / rate:.9g} periods after the start of the record, which is "
-                f"{window_length} periods long"
-            )
-        return steps
+        return sample_steps(self.samples_per_period, self.start, self.length, window_length)
 
 
 @compiled

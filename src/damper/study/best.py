@@ -7,22 +7,16 @@ _EQUAL = 1e-6
 
 
 def least(values: np.ndarray) -> int:
-    """Index of the first of the least values; NaN counts as none.
+    """Index of the first of the least values; NaN is never the least, unless all are.
 
     Values that differ by a transient's rest are equal, so that where the masses never touch the
     choice is not left to rounding.
-
-    Raises
-    ------
-    ValueError
-        When every value is NaN.
 
     Examples
     --------
     >>> least(np.array([np.nan, 3.0, 2.0000001, 2.0]))
     2
     """
-    lowest = np.nanmin(values) if not np.isnan(values).all() else np.nan
-    if np.isnan(lowest):
-        raise ValueError("every value is missing")
+    values = np.where(np.isnan(values), np.inf, values)
+    lowest = values.min()
     return int(np.argmax(values <= lowest + _EQUAL * abs(lowest)))

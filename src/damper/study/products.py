@@ -79,15 +79,13 @@ class Offer:
     axes: Mapping[str, tuple[float, ...] | None]
     """The values of every axis; an axis in error has none."""
     observers: Collection[str]
-    branches: tuple[str, ...] = ()
-    """Dimensions of the cube beside the axes: direction, draw."""
-    branch_values: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
-    """The values of branches, where they are known."""
+    branches: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    """The values of the cube's dimensions beside the axes: direction, draw."""
 
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...] | None]:
         """Axes and branches with their values."""
-        return {**self.axes, **{name: self.branch_values.get(name) for name in self.branches}}
+        return {**self.axes, **self.branches}
 
     @property
     def variables(self) -> tuple[str, ...]:

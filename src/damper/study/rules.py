@@ -8,7 +8,16 @@ from itertools import product as combinations
 from typing import TYPE_CHECKING, Any
 
 from damper.linear import steady_gain
-from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
+from damper.observers.stretch import sample_steps
+from damper.quantities import (
+    ALL,
+    DIMENSIONLESS_ONLY,
+    INITIAL_NAMES,
+    QUANTITIES,
+    SI_ONLY,
+    SI_QUANTITIES,
+    is_si,
+)
 from damper.study.axes import axis_values
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
@@ -21,10 +30,6 @@ if TYPE_CHECKING:
 
 MOST_SLICES = 1000
 """One slice is one job; beyond this the workflow spends its time on bookkeeping."""
-
-# Names that tell which system of units a study is in.
-_RATIOS = {quantity.name for quantity in QUANTITIES} - {quantity.name for quantity in SI_QUANTITIES}
-_SI_ONLY = {quantity.name for quantity in SI_QUANTITIES} - {q.name for q in QUANTITIES}
 
 
 def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
@@ -56,7 +61,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
     if not isinstance(observers, dict):
         return
-    offer = Offer(values, observers, **_branches(sound, raw["initial"]))
+    offer = Offer(values, observers, _branch_values(sound, raw["initial"]))
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         entries = raw[section]
         for stem, settings in entries.items() if isinstance(entries, dict) else ():
@@ -74,11 +79,10 @@ def _check_stretch(study: Study, faults: Faults) -> None:
     if sampled is None:
         return
     loc = ("observers", "trajectory")
-    # As the observer counts its steps.
-    rate, left = sampled.samples_per_period, study.periods - sampled.start
-    length = left if sampled.length is None else sampled.length
-    steps = math.floor(left * rate + 1e-9) if sampled.length is None else round(length * rate)
-    if steps < 1 or steps / rate > left + 1e-9:
+    length = study.periods - sampled.start if sampled.length is None else sampled.length
+    try:
+        sample_steps(sampled.samples_per_period, sampled.start, sampled.length, study.periods)
+    except ValueError:
         message = (
             f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
             f"record of {study.periods} periods"
@@ -138,8 +142,8 @@ def _give_once(parameters: dict[str, Any], axes: dict[str, Any], faults: Faults)
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
-    if not si and not any(name in _RATIOS for name in given):
-        si = any(name in _SI_ONLY for name in meant)
+    if not si and not any(name in DIMENSIONLESS_ONLY for name in given):
+        si = any(name in SI_ONLY for name in meant)
     for quantity in SI_QUANTITIES if si else QUANTITIES:
         name = quantity.name
         if name not in given and name not in meant and quantity.default is None:
@@ -177,8 +181,8 @@ def _follow_one(axes: Mapping[str, Axis | None], faults: Faults) -> None:
             faults.add(("axes", name, "follow"), message, "follow on an axis of a parameter")
 
 
-def _branches(axes: Mapping[str, Axis | None], initial: Any) -> dict[str, Any]:
-    """Return the dimensions of several runs at each point, and their values where known."""
+def _branch_values(axes: Mapping[str, Axis | None], initial: Any) -> dict[str, tuple[Any, ...]]:
+    """Return the dimensions of several runs at each point, with their values."""
     values: dict[str, tuple[Any, ...]] = {}
     for axis in axes.values():
         if axis and axis.follow:
@@ -186,7 +190,7 @@ def _branches(axes: Mapping[str, Axis | None], initial: Any) -> dict[str, Any]:
     draws = initial.get("draws") if isinstance(initial, dict) else None
     if isinstance(draws, int) and 1 <= draws <= MOST_DRAWS:
         values["draw"] = tuple(range(draws))
-    return {"branches": tuple(values), "branch_values": values}
+    return values
 
 
 def _sound_axes(axes: dict[str, Any]) -> dict[str, Axis | None]:

@@ -1,0 +1,44 @@
+"""The stretch that a sampled trajectory covers. Kept light: studies are checked without engine."""
+
+import math
+
+#: Part of a sample step by which a stretch may miss a whole number of them by rounding.
+SLACK = 1e-9
+
+
+def sample_steps(rate: int, start: float, length: float | None, periods: int) -> int:
+    """Whole sample steps of a stretch, once it is known to lie in the record.
+
+    Parameters
+    ----------
+    rate : int
+        Samples per period.
+    start, length : float
+        In forcing periods; without a length, to the record's last whole step.
+    periods : int
+        Length of the record.
+
+    Raises
+    ------
+    ValueError
+        When the stretch holds no whole step or leaves the record.
+
+    Examples
+    --------
+    >>> sample_steps(4, 0.5, None, 2)
+    6
+    """
+    last = math.floor((periods - start) * rate + SLACK)
+    steps = last if length is None else round(length * rate)
+    if steps < 1:
+        raise ValueError(
+            f"start = {start!r}, length = {length!r}: holds no whole sample step of "
+            f"1/{rate} period within the record of {periods} periods"
+        )
+    if start + steps / rate > periods + SLACK / rate:
+        raise ValueError(
+            f"start = {start!r}, length = {length!r}: the stretch ends "
+            f"{start + steps / rate:.9g} periods after the start of the record, which is "
+            f"{periods} periods long"
+        )
+    return steps
