@@ -62,6 +62,11 @@ class Parameters:
             object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
 
     @property
+    def model(self) -> str:
+        """Which of `damper.models` these parameters ask for."""
+        return "rigid"
+
+    @property
     def period(self) -> float:
         """Forcing period 2 pi / frequency_ratio, in units of sqrt(M/K)."""
         return 2.0 * math.pi / self.frequency_ratio
