@@ -9,7 +9,9 @@ are the primary's second and third derivative in flight, `sin` and `cos` those o
 `periods` and `time` the moment as whole forcing periods and the rest.
 """
 
+from functools import lru_cache
 from importlib import import_module
+from types import ModuleType
 
 import numpy as np
 
@@ -29,7 +31,12 @@ def model_of(parameters: Parameters, accuracy: float) -> Model:
     accuracy : float
         Largest error of an accumulation time.
     """
-    return import_module(f"damper.models.{parameters.model}").prepare(parameters, accuracy)
+    return _module(parameters.model).prepare(parameters, accuracy)
+
+
+@lru_cache
+def _module(model: str) -> ModuleType:
+    return import_module(f"damper.models.{model}")
 
 
 @by_model
