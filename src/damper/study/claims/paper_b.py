@@ -112,7 +112,7 @@ def large_restitution(cubes: Mapping[str, xr.Dataset]) -> Verdict:
         large = chatter.sel(restitution=chatter.restitution >= LARGE)
         share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
         shares = share.values.tolist()
-        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} with {reading.words}")
+        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} if {reading.words}")
         if falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
     masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
@@ -138,9 +138,9 @@ def _judge(
         good = 0
         for label, places in groups(reading.cube):
             sizes = [size(reading.ranges[place]) for place in places]
-            lines.append(f"{label}: {', '.join(f'{value:.3f}' for value in sizes)}")
+            lines.append(f"{label}: {' '.join(f'{value:.3f}' for value in sizes)}")
             good += falls(sizes, step)
-        told.append(f"{reading.words}: at {good} of {len(lines)} ({name} {'; '.join(lines)})")
+        told.append(f"if {reading.words}, at {good} of {len(lines)} {name}s ({', '.join(lines)})")
         if good == len(lines):
             held.append(reading.words)
     other = "mass" if name == "frequency ratio" else "frequency"
