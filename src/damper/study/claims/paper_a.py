@@ -86,7 +86,7 @@ def burst_at_low_frequency(cubes: Cubes) -> Verdict:
     bursts = _bursts(cubes["paper_a_histories"], SLOW)
     if not bursts.sizes["burst"]:
         return Verdict("no chatter", FAILS)
-    near = bursts.isel(burst=int(abs(bursts.burst_onset - ONSET).argmin()))
+    near = bursts.isel(burst=int(np.argmin(np.abs(bursts.burst_onset.values - ONSET))))
     onset, duration = float(near.burst_onset), float(near.burst_duration)
     complete = bool(near.burst_complete == 1)
     first = float(bursts.burst_onset[0])
