@@ -55,6 +55,7 @@ VARIABLES = {
         "impact_loss",
         "energy_residual",
     ),
+    "accumulation": ("complete_bursts",),
     "trajectory": ("trajectory_events_left_out",),
 }
 
