@@ -107,9 +107,7 @@ def tail_duration(
         return 0.0, math.inf
     if gap_rate == 0.0:
         return 0.0, 0.0
-    first, duration = accumulation_times(
-        osc[0], mass_ratio, restitution, push, side * j, gap_rate
-    )
+    first, duration = accumulation_times(osc[0], mass_ratio, restitution, push, side * j, gap_rate)
     lag = (abs(j) / push + 2.0 * osc[0]) * first
     # Sizes, not the fourth derivative itself: its parts need not cancel along the burst.
     snap = osc[2] * osc[3] * osc[3] * abs(sin) + 2.0 * osc[0] * abs(j) + osc[1] * push

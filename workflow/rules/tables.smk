@@ -12,7 +12,7 @@ def _about_table(wildcards):
     return {
         "title": study.title,
         "fixed": study.fixed,
-        "observers": {"bursts": study.observer_settings()["bursts"]},
+        "observers": {k: v for k, v in study.observer_settings().items() if k == "bursts"},
         "assumed": study.assumed,
         "run": {
             "transient": study.transient,
@@ -39,7 +39,10 @@ rule table:
         about=_about_table,
         code=lambda wildcards: code_digest(
             SCRIPTS / "table.py",
-            [TABLES[_table_settings(wildcards)["kind"]], "damper.observers.bursts"],
+            [
+                TABLES[_table_settings(wildcards)["kind"]],
+                *observer_modules([STUDIES[wildcards.study]]),
+            ],
         ),
     message:
         "Write {wildcards.study}: {wildcards.table}"

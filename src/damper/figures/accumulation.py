@@ -30,7 +30,9 @@ _ORDERS: dict[str, tuple[str, str, int, str]] = {
     "second": (BLUE, "^", 3, "-."),
 }
 _BLURRED = {"color": "#E4E4E4", "lw": 0.0}
-_GUIDE = {"lw": 0.8, "alpha": 0.9}
+_GUIDE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
+#: Part of a panel's height that is added above the points for its legend.
+_HEADROOM = 0.25
 _VARIABLES = (
     "rebound_speed",
     "prediction_error_estimate",
@@ -108,9 +110,11 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     blur = float(np.nanmedian(panel[f"completion_{quantity}_uncertainty"]))
     sizes = np.concatenate([np.abs(found.error[_visible(found)]) for found in shown])
     low = 0.1 * SHARP * blur
-    ax.set_ylim(low, max(3.0 * sizes.max(), 10.0 * low))
+    high = max(sizes.max(), 10.0 * low)
+    ax.set_ylim(low, high * (high / low) ** _HEADROOM)
     ax.axhspan(low, SHARP * blur, zorder=0.5, **_BLURRED)
     ax.margins(x=0.04)
+    ax.minorticks_off()  # over ten decades they tell nothing, and take most of the time to draw
     handles = [_guide(ax, found, order) for order, found in drawn.items()]
     ax.legend(handles=handles, loc="upper left", frameon=False, handlelength=2.2)
 
@@ -136,9 +140,9 @@ def _points(ax: Axes, found: Errors, order: str) -> None:
 
 def _guide(ax: Axes, found: Errors, order: str) -> Artist:
     """Draw the law through the errors in which it can be seen; return what the legend says."""
-    colour, _, exponent, dashes = _ORDERS[order]
+    colour, marker, exponent, dashes = _ORDERS[order]
     slope, points = found.slope()
-    style = {"color": BLACK, "ls": dashes, **_GUIDE}
+    style = {"ls": dashes, **_GUIDE}
     if points:
         speed = found.speed[found.asymptotic]
         size = np.abs(found.error[found.asymptotic])
@@ -147,25 +151,16 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
         ax.plot(ends, factor * ends**exponent, zorder=2.2, scalex=False, scaley=False, **style)
     fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
-    return Line2D([], [], label=text, **{**style, "color": colour})
+    return Line2D([], [], label=text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
 
 
 def _handles() -> list[Artist]:
-    def marked(colour: str, marker: str, text: str, **style: Any) -> Artist:
-        return Line2D([], [], ls="", marker=marker, color=colour, label=text, **style)
-
-    small, large = {"ms": 3.5, "mew": 0.0}, {"ms": 4.5, "mew": 0.7, "mec": BLACK}
+    rim = {"ls": "", "marker": "o", "ms": 4.5, "color": "#BBBBBB", "mew": 0.7, "mec": BLACK}
     return [
+        Line2D([], [], label="first impact of a burst (black rim)", **rim),
         *(
-            marked(colour, marker, f"{order} order", **small)
-            for order, (colour, marker, _, _) in _ORDERS.items()
-        ),
-        marked("#BBBBBB", "o", "first impact of a burst (black rim)", **large),
-        *(
-            Line2D([], [], color=BLACK, ls=dashes, label=f"slope {exponent}", **_GUIDE)
+            Line2D([], [], ls=dashes, label=f"slope {exponent}", **_GUIDE)
             for _, _, exponent, dashes in _ORDERS.values()
         ),
-        Patch(
-            label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_BLURRED
-        ),
+        Patch(label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_BLURRED),
     ]

@@ -40,9 +40,7 @@ _OF_IMPACTS = (
     ),
     Variable("first_order_time", "remaining time predicted to first order", TIME_UNIT),
     Variable("second_order_time", "remaining time predicted to second order", TIME_UNIT),
-    Variable(
-        "first_order_displacement", "remaining displacement predicted to first order", LENGTH
-    ),
+    Variable("first_order_displacement", "remaining displacement predicted to first order", LENGTH),
     Variable(
         "second_order_displacement", "remaining displacement predicted to second order", LENGTH
     ),
@@ -107,7 +105,10 @@ class Accumulation(Observer):
         dims = tuple(self._sizes)
         self.variables = [
             count,
-            *(Variable(v.name, v.long_name, v.units, dims[:1], "f8", v.comment) for v in _OF_BURSTS),
+            *(
+                Variable(v.name, v.long_name, v.units, dims[:1], "f8", v.comment)
+                for v in _OF_BURSTS
+            ),
             *(Variable(v.name, v.long_name, v.units, dims, "f8", v.comment) for v in _OF_IMPACTS),
         ]
 
@@ -188,7 +189,9 @@ def _tail_error(model, row):
     free = model[6]
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model[3])
     a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
-    _, error = tail_duration(free, model[0], model[2], float(row[SIDE]), a, j, sin, float(row[RATE]))
+    _, error = tail_duration(
+        free, model[0], model[2], float(row[SIDE]), a, j, sin, float(row[RATE])
+    )
     return error
 
 

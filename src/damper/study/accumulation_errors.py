@@ -194,9 +194,7 @@ def _first_impact(found: Errors) -> FirstImpact:
     size = _sizes(found)
     part = error[made & (size > 0.0)] / size[made & (size > 0.0)]
     error = error[made]
-    return FirstImpact(
-        error.size, _median(error), _worst(error), _median(part), _worst(part)
-    )
+    return FirstImpact(error.size, _median(error), _worst(error), _median(part), _worst(part))
 
 
 def _within(found: Errors, within: float) -> Within:

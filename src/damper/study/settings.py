@@ -336,9 +336,7 @@ class Accumulation(Strict):
     bursts: Annotated[
         int,
         Number(ge=1, le=100_000, whole=True),
-        Field(
-            description="Most complete bursts of each run to use, the first ones of the record."
-        ),
+        Field(description="Most complete bursts of each run to use, the first ones of the record."),
     ] = 20
     impacts: Annotated[
         int,

@@ -87,7 +87,7 @@ def completion_times(
         raise ValueError(f"rebound_speed = {rebound_speed!r}: must be a finite number >= 0")
     if a <= 0.0:
         raise ValueError(
-            f"push = {push!r}: must be a finite number > 0, for a wall that draws away ends no burst"
+            f"push = {push!r}: must be a finite number > 0; a wall that draws away ends no burst"
         )
     r = _inelastic(restitution)
     mu, zeta = _finite("mass_ratio", mass_ratio), _finite("damping_ratio", damping_ratio)
