@@ -192,7 +192,8 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
         assert text.count(f"\n| `{key}` |") == 1, key
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         for kind, cls in registry.items():
-            part = text.split(f"### kind: {kind}\n")[1].split("\n#")[0]
+            own = text.split(f"\n## {section.capitalize()}\n")[1].split("\n## ")[0]
+            part = own.split(f"### kind: {kind}\n")[1].split("\n#")[0]
             for key in paths(cls, f"{section}.<file>."):
                 assert part.count(f"\n| `{key}` |") == 1, key
     for name in ALL:

@@ -100,8 +100,9 @@ def to_markdown(
         "median and worst over the bursts, in per cent of its size, which is its duration, or the "
         "largest distance of the primary at an impact of the burst from where it completes. A wall "
         "that draws away at an impact allows no prediction; nor does a second-order time that is "
-        f"not positive. The last columns say from which impact on all errors are within {within:.2g} "
-        "of what is left of the burst (median, worst), and how much of its size is left then.",
+        "not positive. The last columns say from which impact on all errors are within "
+        f"{within:.2g} of what is left of the burst (median, worst), and how much of its size is "
+        "left then.",
         "",
         fixed_values(about),
     ]
