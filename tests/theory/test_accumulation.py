@@ -281,7 +281,7 @@ def test_invalid_predictions_are_refused(arguments: dict[str, float], words: str
     good = {"side": 1, "time": 2.0, "x": 2.0, "v": 0.1, "rebound_speed": 0.01}
     with pytest.raises(ValueError, match=words):
         predict(P, **good | arguments)
-    with pytest.raises(ValueError, match="restitution = 1.0"):
+    with pytest.raises(ValueError, match=r"restitution = 1\.0"):
         predict(Parameters(0.5, 0.2, 0.3, 0.5, 1.0), **good)
     with pytest.raises(TypeError, match="x = '2'"):
         predict(P, **good | {"x": "2"})
