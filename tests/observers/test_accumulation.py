@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
-from plain_bursts import Scene, all_bursts
+from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
 from reference import mp_reference
 
 from damper import Parameters, simulate
@@ -18,22 +18,6 @@ from damper.lanes import run_lanes
 from damper.observers import make_observers
 from damper.theory.accumulation import predict
 
-#: Model section 7.
-SLOW = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
-#: Model section 8, A3: complete bursts of some sixty impacts in every half period.
-PAPER_A = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.2,
-    "clearance": 0.03,
-    "restitution": 0.8,
-}
 PREDICTED = (
     "first_order_time",
     "second_order_time",
