@@ -148,7 +148,7 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
         size = np.abs(found.error[found.asymptotic])
         factor = np.exp(np.median(np.log(size) - exponent * np.log(speed)))
         ends = np.array([0.3 * speed.min(), 3.0 * speed.max()])
-        ax.plot(ends, factor * ends**exponent, zorder=2.2, scalex=False, scaley=False, **style)
+        ax.plot(ends, factor * ends**exponent, zorder=2.8, scalex=False, scaley=False, **style)
     fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
     return Line2D([], [], label=text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
