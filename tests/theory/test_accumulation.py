@@ -117,6 +117,16 @@ def test_times_are_the_formulas_of_the_model() -> None:
         assert second == pytest.approx(t1 + bend - drag, abs=1e-12 * (t1 + abs(bend) + drag))
 
 
+def test_first_order_displacement_is_the_common_velocity_for_that_time() -> None:
+    """V = (x' + mu y') / (1 + mu) with y' = x' - w on the right wall."""
+    w, v, mu = 0.01, 0.1, P.mass_ratio
+    found = predict(P, 1, 2.0, 2.0, v, w)
+    common = (v + mu * (v - w)) / (1 + mu)
+    assert found.first_order_displacement == pytest.approx(
+        common * found.first_order_time, rel=1e-13
+    )
+
+
 def test_first_order_is_that_of_nordmark_and_piiroinen() -> None:
     """2 r v / (a (1 - r)) with the approach speed v of the impact, w = r v."""
     v, a, r = 0.3, 0.7, 0.8

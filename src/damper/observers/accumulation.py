@@ -165,10 +165,10 @@ def _follow(model, log, periods, time, now, kept, of_bursts, of_impacts):
                     _close(model, row, now, kept, of_bursts[number], of_impacts[number])
                 now[_COMPLETE] += 1.0
             now[_WALL] = _NONE
-        elif cause == IMPACT and since(row, model[4], periods, time) >= 0.0:
+        elif cause == IMPACT:
             if row[SIDE] != now[_WALL]:
                 now[_WALL] = row[SIDE]
-                now[_COUNT] = 0.0
+                now[_COUNT] = 0.0 if since(row, model[4], periods, time) >= 0.0 else -1.0
             if now[_COUNT] < 0.0:
                 continue
             count = int(now[_COUNT])
