@@ -14,8 +14,10 @@ from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
 from reference import mp_reference
 
 from damper import Parameters, simulate
+from damper.engine import Trajectory
 from damper.lanes import run_lanes
 from damper.observers import make_observers
+from damper.observers.base import Window
 from damper.theory.accumulation import predict
 
 PREDICTED = (
@@ -247,6 +249,15 @@ def test_stopped_run_keeps_the_bursts_before() -> None:
 def test_nothing_to_list_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} = 0: must be at least 1"):
         make_observers({"accumulation": {name: 0}})
+
+
+def test_another_model_is_refused() -> None:
+    """Its bursts end by other formulas, so predictions would be silently wrong."""
+    (observer,) = make_observers(["accumulation"])
+    trajectory = Trajectory(Parameters(**SLOW))
+    trajectory.model = tuple(trajectory.model)
+    with pytest.raises(ValueError, match="accumulation: its formulas are those of the rigid"):
+        observer.begin(0, trajectory, Window(0.0, 0.0, 1))
 
 
 CODE = f"""

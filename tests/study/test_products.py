@@ -120,6 +120,13 @@ def test_accumulation_table_needs_its_observer(tmp_path: Path) -> None:
     assert "tables.one.within\n    out of range" in blame(tmp_path, TRAJECTORY, tables=tables)
 
 
+def test_accumulation_is_of_the_rigid_damper(tmp_path: Path) -> None:
+    parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
+    message = blame(tmp_path, TRAJECTORY, parameters=parameters)
+    assert "observers.accumulation\n    its formulas are those of the rigid damper" in message
+    assert "this is the grounded one" in message
+
+
 # What is refused.
 
 MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {

@@ -293,6 +293,8 @@ def test_invalid_predictions_are_refused(arguments: dict[str, float], words: str
         predict(P, **good | arguments)
     with pytest.raises(ValueError, match=r"restitution = 1\.0"):
         predict(Parameters(0.5, 0.2, 0.3, 0.5, 1.0), **good)
+    with pytest.raises(ValueError, match="must be a rigid damper, the grounded one"):
+        predict(Parameters(0.5, 0.2, 0.3, 0.5, 0.6, support_stiffness_ratio=0.1), **good)
     with pytest.raises(TypeError, match="x = '2'"):
         predict(P, **good | {"x": "2"})
 

@@ -41,7 +41,7 @@ rule table:
             SCRIPTS / "table.py",
             [
                 TABLES[_table_settings(wildcards)["kind"]],
-                *observer_modules([STUDIES[wildcards.study]]),
+                *simulation_modules(STUDIES[wildcards.study]),
             ],
         ),
     message:

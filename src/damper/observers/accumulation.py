@@ -10,7 +10,11 @@ import numpy as np
 
 from damper.compiled import compiled
 from damper.contact import tail_duration
-from damper.engine import (
+from damper.engine import Trajectory
+from damper.flow import acceleration, sine_cosine
+from damper.models.rigid import Rigid
+from damper.observers.base import Observer, Window, since
+from damper.segment import (
     CAUSE,
     FIRST,
     IMPACT,
@@ -21,12 +25,9 @@ from damper.engine import (
     STICK,
     TAIL,
     TIME,
-    Trajectory,
     V,
     X,
 )
-from damper.flow import acceleration, sine_cosine
-from damper.observers.base import Observer, Window, since
 from damper.theory.accumulation import predict_tail
 from damper.variables import LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
@@ -93,7 +94,7 @@ class Accumulation(Observer):
     Raises
     ------
     ValueError
-        When either is below 1.
+        When either is below 1; when a run is not of the rigid damper.
     """
 
     def __init__(self, bursts: int = 20, impacts: int = 100) -> None:
@@ -122,6 +123,11 @@ class Accumulation(Observer):
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
+        if not isinstance(trajectory.model, Rigid):
+            raise ValueError(
+                "accumulation: its formulas are those of the rigid damper without support, "
+                "not of this model"
+            )
         super().begin(lane, trajectory, window)
         bursts, impacts = self._sizes.values()
         self._now = np.array([_UNKNOWN, 0.0, 0.0, 0.0])
@@ -168,7 +174,7 @@ def _follow(model, log, periods, time, now, kept, of_bursts, of_impacts):
         elif cause == IMPACT:
             if row[SIDE] != now[_WALL]:
                 now[_WALL] = row[SIDE]
-                now[_COUNT] = 0.0 if since(row, model[4], periods, time) >= 0.0 else -1.0
+                now[_COUNT] = 0.0 if since(row, model.period, periods, time) >= 0.0 else -1.0
             if now[_COUNT] < 0.0:
                 continue
             count = int(now[_COUNT])
@@ -186,11 +192,11 @@ def _follow(model, log, periods, time, now, kept, of_bursts, of_impacts):
 
 @compiled
 def _tail_error(model, row):
-    free = model[6]
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model[3])
+    free = model.free
+    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
     _, error = tail_duration(
-        free, model[0], model[2], float(row[SIDE]), a, j, sin, float(row[RATE])
+        free, model.mass_ratio, model.restitution, float(row[SIDE]), a, j, sin, float(row[RATE])
     )
     return error
 
@@ -200,7 +206,7 @@ def _close(model, end, now, kept, of_burst, of_impacts):
     """Compare a burst with theory; it ends where the row `end` starts."""
     side = float(end[SIDE])
     x_end = float(end[X])
-    sharp = float(now[_TAIL_ERROR]) + 2.0 * _ROUNDING * model[4]
+    sharp = float(now[_TAIL_ERROR]) + 2.0 * _ROUNDING * model.period
     of_burst[0] = side
     of_burst[1] = now[_COUNT]
     of_burst[2] = x_end
@@ -211,19 +217,19 @@ def _close(model, end, now, kept, of_burst, of_impacts):
         x = float(kept[k, 2])
         rate = float(kept[k, 4])
         first, second, dx1, dx2, error = predict_tail(
-            model[6],
-            model[7],
-            model[0],
-            model[2],
+            model.free,
+            model.stuck,
+            model.mass_ratio,
+            model.restitution,
             side,
-            model[6][3] * time + model[3],
+            model.free[3] * time + model.phase,
             x,
             float(kept[k, 3]),
             rate,
         )
         entry = of_impacts[k]
         entry[_W] = rate
-        entry[_LEFT] = since(end, model[4], float(kept[k, 0]), time)
+        entry[_LEFT] = since(end, model.period, float(kept[k, 0]), time)
         entry[_LEFT_X] = x_end - x
         entry[_T1] = first
         entry[_T2] = second

@@ -124,8 +124,9 @@ def predict(
     Raises
     ------
     ValueError
-        For another side, restitution = 1, a negative rebound speed, what is not finite, and a wall
-        that does not push just after the impact: such a burst need not complete.
+        For a damper that is not rigid, another side, restitution = 1, a negative rebound speed,
+        what is not finite, and a wall that does not push just after the impact: such a burst need
+        not complete.
     TypeError
         When a value is not a real number.
 
@@ -144,6 +145,8 @@ def predict(
     if w < 0.0:
         raise ValueError(f"rebound_speed = {rebound_speed!r}: must be a finite number >= 0")
     p = parameters
+    if p.model != "rigid":
+        raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
     _inelastic(p.restitution)
     heavier = 1.0 + p.mass_ratio
     free = oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio)
