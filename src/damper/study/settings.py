@@ -331,7 +331,7 @@ class Response(Strict):
 
 
 class Accumulation(Strict):
-    """Complete bursts beside theory: what is left of each after each impact, and predictions."""
+    """Complete bursts of the rigid damper beside theory: what is left after each impact."""
 
     bursts: Annotated[
         int,
