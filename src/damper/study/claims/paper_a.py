@@ -304,7 +304,7 @@ CLAIMS = (
         "A6",
         "predicted completion point and duration agree with the simulation",
         "no number",
-        ("accumulation/figures/accumulation",),
+        ("accumulation/figures/error_frequency_ratio~0.2",),
         prediction,
     ),
     Claim(
