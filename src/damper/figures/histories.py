@@ -97,11 +97,12 @@ def draw(
     for ax, value in zip(axes, values, strict=True):
         run = place.sel({panels: value})
         ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold", pad=3.0)
-        ax.set_title(_class(run), loc="right", pad=3.0)
         last, handles = _history(ax, run, start, stop, place.sizes["instant"] * len(values))
+        ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
         shown |= handles
-    axes[-1].set_xlim(start, end)
+    if end > start:  # some run got there
+        axes[-1].set_xlim(start, end)
     axes[-1].set_ylim(-1.2, 1.2)
     axes[-1].set_yticks([-1, 0, 1])
     frequency = SYMBOLS[forcing_frequency(place)]
@@ -115,11 +116,12 @@ def draw(
 _ORDER = ("free", "walls", "complete", "incomplete", "sticking")
 
 
-def _class(run: xr.Dataset) -> str:
+def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
     kind, visible = int(run.chatter), int(run.visible_impacts)
     if kind < 0:
         return "run stopped"
-    return f"{_CLASSES[kind]}, most visible impacts in a burst: {visible}"
+    elsewhere = " (at other times)" if kind and not {"complete", "incomplete"} & set(shown) else ""
+    return f"{_CLASSES[kind]}{elsewhere}, most visible impacts in a burst: {visible}"
 
 
 def _remarks(place: xr.Dataset) -> list[str]:

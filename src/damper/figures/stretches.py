@@ -63,10 +63,8 @@ def listed_until(place: xr.Dataset) -> float:
     place : xarray.Dataset
         As for `chatter`.
     """
-    onsets = place.burst_onset.values
-    if np.isnan(onsets[-1]):
-        return np.inf
-    return float(onsets[-1] + place.burst_duration.values[-1] - place.trajectory_start)
+    onset = place.burst_onset.values[-1] - float(place.trajectory_start)
+    return np.inf if np.isnan(onset) else float(onset + place.burst_duration.values[-1])
 
 
 def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:

@@ -92,7 +92,8 @@ def _check_stretch(study: Study, faults: Faults) -> None:
     for stem, figure in study.figures.items():
         if not isinstance(figure, Trajectory):
             continue
-        if isinstance(figure, Histories) and not study.observers["bursts"].records:
+        bursts = study.observers.get("bursts")  # `Histories.needs` tells if there is none
+        if isinstance(figure, Histories) and bursts is not None and not bursts.records:
             message = "shades bursts one by one, but the observer bursts lists none"
             faults.add(("figures", stem), message, "records >= 1 for bursts, such as records: 50")
         if figure.start >= length:
