@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 #: Part of the largest coordinate within which two points of a section are one.
-SAME = 1e-5
+SAME = 1e-6
 
 
 def section_period(points: np.ndarray, same: float = SAME) -> int:
@@ -15,7 +15,7 @@ def section_period(points: np.ndarray, same: float = SAME) -> int:
     ----------
     points : ndarray, shape (n, m)
         Points in the order in which they were taken.
-    same : float, default 1e-5
+    same : float, default 1e-6
         Part of the largest coordinate within which two points are one; more than what is left of
         the transient.
 
