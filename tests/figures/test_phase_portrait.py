@@ -1,5 +1,6 @@
 """Phase portraits and Poincare maps of simulated trajectories."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,24 @@ def test_labels_and_files(cube: xr.Dataset, tmp_path: Path) -> None:
     for k, box in enumerate(boxes):
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
     assert_files("phase_portrait", cube, tmp_path, columns="restitution")
+
+
+@pytest.mark.parametrize("restitution", [0.566, [0.566, 0.582], [0.5, 0.566, 0.582]])
+def test_tick_labels_do_not_touch(restitution: float | list[float]) -> None:
+    wide = simulated(restitution=restitution, transient=60)  # a transient spreads the section
+    columns = wide.restitution.size
+    figure = drawn("phase_portrait", wide, columns="restitution" if columns > 1 else None)
+    renderer = figure.canvas.get_renderer()
+    for row in table(figure, columns):
+        boxes = [
+            label.get_window_extent(renderer)
+            for ax in row
+            for tick, label in zip(ax.get_xticks(), ax.get_xticklabels(), strict=True)
+            if ax.get_xlim()[0] <= tick <= ax.get_xlim()[1]
+        ]
+        assert len(boxes) >= 2 * columns
+        for left, right in pairwise(boxes):
+            assert left.x1 + 4 < right.x0
 
 
 def test_si_units() -> None:

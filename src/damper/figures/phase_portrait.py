@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from damper.figures.layout import head, place_text, say, select
 from damper.figures.stretches import half_gap
@@ -29,6 +30,8 @@ _BEYOND = {"facecolor": "#E8E8E8", "lw": 0.0}
 _MARGIN = 0.15
 #: Points of a motion up to which its lines stay vectors.
 _MOST_POINTS = 5_000
+#: Columns -> most steps between ticks of their abscissas: values on the section are long.
+_STEPS = {1: 9, 2: 5, 3: 3}
 #: Distinct points of a section up to which each is drawn large.
 _FEW = 16
 
@@ -148,8 +151,10 @@ def _label(axes: np.ndarray, place: xr.Dataset) -> None:
         label("relative displacement", "$(y - x)$", length),
         label("relative velocity", r"$(\dot y - \dot x)$", speed),
     )
+    steps = _STEPS.get(axes.shape[1], 2)
     for row, (x, y) in zip(axes, (primary, relative, primary), strict=True):
         row[0].set_ylabel(y)
+        row[0].xaxis.set_major_locator(MaxNLocator(steps))  # shared along the row
         for ax in row:
             ax.set_xlabel(x)
     axes[0, 0].figure.align_ylabels()
