@@ -57,13 +57,15 @@ VARIABLES = {
         "energy_residual",
     ),
     "accumulation": ("complete_bursts",),
-    "trajectory": ("trajectory_events_left_out",),
+    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
 
 MOST_VARIABLES = 4
 """Panels of curves that fit one above the other."""
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
+MOST_COLUMNS = 3
+"""More columns of phase portraits are too narrow for their titles."""
 MOST_ROWS = 6
 """More rows of square panels do not fit a page."""
 MOST_PANELS = 12
@@ -474,6 +476,48 @@ class Trajectory(Figure):
             faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
+class Histories(Trajectory):
+    """The free mass between the walls over time, with a panel for each value of an axis.
+
+    Bursts of chatter and stretches of sticking are shaded.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[str, Text(), Field(description="Axis of whose values each makes a panel.")]
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        super().needs(settings, offer, faults)
+        if "bursts" not in offer.observers:
+            faults.add((), "needs bursts among the observers", "bursts: {records: 50}")
+
+
+class PhasePortrait(Figure):
+    """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
+
+    columns: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis of whose values each makes a column of panels; "
+            f"{MOST_COLUMNS} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "trajectory" not in offer.observers:
+            faults.add((), "needs trajectory among the observers", "trajectory")
+        if not any(section in offer.observers for section in SECTIONS):
+            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+
+
 class Accumulation(Figure):
     """Errors of the predicted completion of bursts over the rebound speed, log-log.
 
@@ -586,6 +630,8 @@ FIGURES: dict[str, type[Product]] = {
     "curves": Curves,
     "trajectory": Trajectory,
     "accumulation": Accumulation,
+    "histories": Histories,
+    "phase_portrait": PhasePortrait,
 }
 TABLES: dict[str, type[Product]] = {
     "intervals": Intervals,
