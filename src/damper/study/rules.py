@@ -56,6 +56,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
     if study is not None and not faults.lines:
         _check_steady(study, faults)
         _check_stretch(study, faults)
+        _check_records(study, faults)
     _follow_one(sound, faults)
     values = {name: axis and axis_values(axis) for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -98,6 +99,23 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         elif figure.stop is not None and figure.stop > length:
             message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+
+
+def _check_records(study: Study, faults: Faults) -> None:
+    """Refuse a figure of bursts in time where bursts are not listed, or timed from elsewhere."""
+    sampled, bursts = study.observers.get("trajectory"), study.observers.get("bursts")
+    kinds = [figure.kind for figure in study.figures.values()]
+    if "free_mass" not in kinds or sampled is None or bursts is None:
+        return
+    if not bursts.records:
+        message = "a figure of kind free_mass needs bursts listed one by one (records: 0)"
+        faults.add(("observers", "bursts", "records"), message, "integer >= 1")
+    if sampled.start:
+        message = (
+            "a figure of kind free_mass needs the motion from the start of the record on, from "
+            f"which bursts are timed (start: {sampled.start:g})"
+        )
+        faults.add(("observers", "trajectory", "start"), message, "0")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:
