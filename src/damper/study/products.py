@@ -57,7 +57,7 @@ VARIABLES = {
         "impact_loss",
         "energy_residual",
     ),
-    "trajectory": ("trajectory_events_left_out",),
+    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
 
 SECTION_VARIABLES = ("displacement", "velocity")
@@ -525,13 +525,16 @@ class FreeMass(Figure):
         Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
         Field(
             description="Time since the start of the record: the burst of chatter with the onset "
-            "nearest to it is shown at large; the first one when not given."
+            "nearest to it is shown at large; the first one of the stretch when not given."
         ),
     ] = None
     stop: Annotated[
         float | None,
         Number(gt=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
-        Field(description="Where the whole history ends; with the record when not given."),
+        Field(
+            description="Where the whole history ends, likewise; with the stretch that the "
+            "observer samples when not given."
+        ),
     ] = None
     caption: Caption = None
 

@@ -102,20 +102,12 @@ def _check_stretch(study: Study, faults: Faults) -> None:
 
 
 def _check_records(study: Study, faults: Faults) -> None:
-    """Refuse a figure of bursts in time where bursts are not listed, or timed from elsewhere."""
-    sampled, bursts = study.observers.get("trajectory"), study.observers.get("bursts")
+    """Refuse a figure of single bursts where bursts are not listed."""
+    bursts = study.observers.get("bursts")
     kinds = [figure.kind for figure in study.figures.values()]
-    if "free_mass" not in kinds or sampled is None or bursts is None:
-        return
-    if not bursts.records:
-        message = "a figure of kind free_mass needs bursts listed one by one (records: 0)"
+    if "free_mass" in kinds and bursts is not None and not bursts.records:
+        message = "a figure of kind free_mass needs bursts listed one by one (value: 0)"
         faults.add(("observers", "bursts", "records"), message, "integer >= 1")
-    if sampled.start:
-        message = (
-            "a figure of kind free_mass needs the motion from the start of the record on, from "
-            f"which bursts are timed (start: {sampled.start:g})"
-        )
-        faults.add(("observers", "trajectory", "start"), message, "0")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:
