@@ -169,12 +169,21 @@ def _motion(
     rows = slice(max(int(np.searchsorted(time, start)) - 1, 0), np.searchsorted(time, stop) + 1)
     shown = values[rows]
     ax.plot(time[rows], shown, rasterized=shown.size > _MOST_POINTS, **_LINE)
-    for burst in bursts:
-        if burst.chatter and burst.onset < stop and burst.end > start:
-            ax.axvspan(burst.onset, burst.end, color=_CHATTER[burst.complete][1], **_SHADE)
-    for first, last in sticking_spans(time, run.trajectory_mode.values):
-        if first < stop and last > start:
-            ax.axvspan(first, last, **_STUCK)
+    for complete, (_, colour) in _CHATTER.items():
+        kind = [b for b in bursts if b.chatter and b.complete is complete]
+        _shade(ax, [(b.onset, b.end) for b in kind], span, _SHADE | {"color": colour})
+    _shade(ax, sticking_spans(time, run.trajectory_mode.values), span, _STUCK)
+
+
+def _shade(
+    ax: Axes,
+    stretches: Sequence[tuple[float, float]],
+    span: tuple[float, float],
+    style: Mapping[str, Any],
+) -> None:
+    """Shade the stretches that reach into a span of time, as one artist: there may be hundreds."""
+    shown = [(a, b - a) for a, b in stretches if a < span[1] and b > span[0]]
+    ax.broken_barh(shown, (0.0, 1.0), transform=ax.get_xaxis_transform(), **style)
 
 
 def _dimensions(ax: Axes, burst: Burst) -> None:
