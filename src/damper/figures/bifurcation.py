@@ -77,7 +77,14 @@ def draw(
     Returns
     -------
     matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        When a range is marked and the cube has no `chatter` to compare it with.
     """
+    if mark is not None and "chatter" not in cube:
+        raise ValueError("mark is compared with where chatter is found, but the cube has none")
     known = [name for name in (*variables, "chatter") if name in cube]
     own = [dim for dim in ("direction", "draw", "sample") if dim in cube.dims]
     keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
@@ -108,7 +115,7 @@ def draw(
         ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_remarks(place))
+    head(figure, place, caption, remarks=_remarks(place, variables[0]))
     legend(figure, _handles(place, mark_label))
     return figure
 
@@ -220,9 +227,9 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
     return ScaledTranslation(0.0, points / 72.0, ax.get_figure().dpi_scale_trans)
 
 
-def _remarks(place: xr.Dataset) -> list[str]:
+def _remarks(place: xr.Dataset, variable: str) -> list[str]:
     # "primary displacement once per forcing period" -> where the section lies
-    section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
+    section = place[variable].attrs.get("long_name", "").removeprefix(f"primary {variable} ")
     remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
     return remarks + ([f"section {section}"] if section else [])
 

@@ -33,7 +33,7 @@ _VARIABLES = (
     "trajectory_events_left_out",
     *BURST_VARIABLES,
 )
-_IMPACT = 0
+_IMPACT, _STICKING = 0, 1
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 5_000
 #: Part of a burst's length that is shown before and after it.
@@ -108,7 +108,6 @@ def draw(
     units = place.trajectory_time.attrs["units"]
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
     left[0].set_title("whole history", loc="left", fontweight="bold")
-    left[0].set_title(_left_out(place, bursts), loc="right", fontsize=6.0)
     left[0].set_xlim(start, stop)
     if chosen is None:
         for ax in right:
@@ -120,8 +119,8 @@ def draw(
     for ax in (left[4], right[4]):
         ax.set_xlabel(label("time", "$t$", units))
     figure.align_ylabels()
-    head(figure, place, caption)
-    legend(figure, _handles(bursts))
+    head(figure, place, caption, remarks=_left_out(place, bursts))
+    legend(figure, _handles(bursts, bool((run.trajectory_mode == _STICKING).any())))
     return figure
 
 
@@ -189,10 +188,11 @@ def _shade(
 def _dimensions(ax: Axes, burst: Burst) -> None:
     """Write onset, duration and sticking of the burst above the panel, all from the record."""
     wall = "right" if burst.wall > 0 else "left"
-    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {burst.visible} visible impacts"
-    kind = ("complete" if burst.complete else "incomplete") + " chatter" * burst.chatter
-    kind += "" if burst.chatter else " burst, too short for chatter"
-    kind += "" if burst.complete else ": no sticking follows"
+    plural = "" if burst.visible == 1 else "s"
+    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {burst.visible} visible impact{plural}"
+    kind = "complete " if burst.complete else "incomplete "
+    kind += "chatter" if burst.chatter else "burst, no chatter"
+    kind += "" if burst.complete else "; no sticking follows"
     ax.set_title(f"{first}\n{kind}", loc="left", fontsize=7.0, pad=23.0)
     over = ax.get_xaxis_transform()
     for moment in (burst.onset, burst.end):
@@ -240,26 +240,27 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
     if shown:
         ax.set_ylim(0.0, 1.12 * max(burst.duration for burst in shown))
     else:
+        ax.set_yticks([])
         say(ax, "no chatter in this stretch")
 
 
-def _left_out(place: xr.Dataset, bursts: Sequence[Burst]) -> str:
+def _left_out(place: xr.Dataset, bursts: Sequence[Burst]) -> list[str]:
     """Say what the record did not have room for."""
     told = []
     if missing := int(place.trajectory_events_left_out):
         told.append(f"{missing} events did not fit (observers: trajectory: events)")
-    if list_is_full(place) and bursts:
+    if list_is_full(place):
         told.append(f"bursts listed to $t$ = {bursts[-1].end:.0f} (observers: bursts: records)")
-    return "\n".join(told)
+    return told
 
 
-def _handles(bursts: Sequence[Burst]) -> list[Artist]:
+def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
     handles: list[Artist] = [
         Patch(color=colour, alpha=_SHADE["alpha"], lw=0.0, label=text)
         for complete, (text, colour) in _CHATTER.items()
         if any(burst.chatter and burst.complete is complete for burst in bursts)
     ]
-    if any(burst.complete for burst in bursts):
+    if stuck:
         handles.append(Patch(label="sticking", **_STUCK))
     handles.append(Line2D([], [], label=r"walls $y-x = \pm d$", **_WALL))
     return handles
