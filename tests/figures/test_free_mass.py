@@ -252,3 +252,9 @@ def test_si(tmp_path: Path) -> None:
     assert left[4].get_xlabel() == "time $t$ / s"
     assert left[1].get_ylabel().endswith("/ m")
     assert {line.get_ydata()[0] for line in left[1].lines[1:]} == {-0.001, 0.001}
+
+
+def test_a_run_without_motion_is_refused(cube: xr.Dataset) -> None:
+    nothing = cube.assign(trajectory_time=np.nan * cube.trajectory_time)
+    with pytest.raises(ValueError, match="no motion was sampled: the run stopped before"):
+        draw(nothing)

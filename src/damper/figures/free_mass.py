@@ -83,11 +83,13 @@ def draw(
     Raises
     ------
     ValueError
-        When a variable is missing, or the stretch begins at `stop` or later.
+        When a variable is missing, the stretch is empty or begins at `stop` or later.
     """
     place = select(cube, _VARIABLES, at, ("instant", "burst"))
     run = place.isel(instant=np.isfinite(place.trajectory_time.values))
     time = run.trajectory_time.values + float(run.trajectory_start)
+    if not time.size:
+        raise ValueError("no motion was sampled: the run stopped before the stretch began")
     start, end = float(time[0]), float(time[-1])
     stop = end if stop is None else min(stop, end)
     if not start < stop:
