@@ -6,7 +6,15 @@ from typing import Any
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
     name: f"damper.figures.{name}"
-    for name in ("bifurcation", "map", "curves", "trajectory", "free_mass", "schematic")
+    for name in (
+        "bifurcation",
+        "map",
+        "curves",
+        "trajectory",
+        "accumulation",
+        "free_mass",
+        "schematic",
+    )
 }
 
 
