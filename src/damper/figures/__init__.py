@@ -14,6 +14,8 @@ FIGURES = {
         "histories",
         "phase_portrait",
         "accumulation",
+        "free_mass",
+        "schematic",
     )
 }
 
@@ -25,7 +27,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     ----------
     kind : str
         A key of `FIGURES`.
-    cube : xarray.Dataset
+    cube : xarray.Dataset, or None for a kind that shows no results
     **settings
         Those of the kind's ``draw``.
 

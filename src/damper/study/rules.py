@@ -60,6 +60,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _check_theory(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
+        _check_records(study, faults)
     _follow_one(sound, faults)
     values = {name: axis and axis_values(axis) for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -106,6 +107,15 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         elif figure.stop is not None and figure.stop > length:
             message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+
+
+def _check_records(study: Study, faults: Faults) -> None:
+    """Refuse a figure of single bursts where bursts are not listed."""
+    bursts = study.observers.get("bursts")
+    kinds = [figure.kind for figure in study.figures.values()]
+    if "free_mass" in kinds and bursts is not None and not bursts.records:
+        message = "a figure of kind free_mass needs bursts listed one by one (value: 0)"
+        faults.add(("observers", "bursts", "records"), message, "integer >= 1")
 
 
 def _check_model(study: Study, faults: Faults) -> None:
