@@ -76,6 +76,7 @@ LAYERS = {
     "engine": 4,
     "event_list": 4,
     "observers": 5,
+    "theory": 6,
     "points": 6,
     "lanes": 6,
     "study": 7,
