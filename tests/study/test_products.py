@@ -22,7 +22,7 @@ GOOD: dict[str, Any] = {
         "mass_ratio": {"values": [0.1, 0.2]},
         "frequency_ratio": {"start": 0.8, "stop": 1.2, "step": 0.1},
         "clearance": {"start": 0.5, "stop": 2, "step": 0.5},
-        "restitution": {"values": [0.5]},
+        "restitution": {"values": [0.5, 0.6]},
     },
     "transient": 10,
     "periods": 10,
@@ -36,6 +36,14 @@ GOOD: dict[str, Any] = {
 MAP = {"kind": "map", "variable": "chatter", "x": "frequency_ratio", "y": "clearance"}
 CURVES = {"kind": "curves", "variables": ["rms_ratio"], "along": "frequency_ratio"}
 BIFURCATION = {"kind": "bifurcation", "along": "frequency_ratio"}
+FEW = {"frequency_ratio": 0.9, "clearance": 1.5}
+LIMIT = {
+    "kind": "map",
+    "variable": "complete_fraction",
+    "x": "clearance",
+    "y": "restitution",
+    "at": {"mass_ratio": 0.1, "frequency_ratio": 0.9},
+}
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
 TRAJECTORY = {"kind": "trajectory", "at": POINT}
 
@@ -67,6 +75,10 @@ ACCEPTED = [
     CURVES | {"lines": "mass_ratio", "best": "clearance", "log": True},
     CURVES | {"variables": ["rms_ratio", "chatter"], "lines": "clearance", "each": "mass_ratio"},
     BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}},
+    BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}, "theory": "two_impacts"},
+    LIMIT | {"theory": "small_mass_limit"},
+    LIMIT | {"x": "restitution", "y": "clearance", "theory": "small_mass_limit"},
+    {"kind": "slow_manifold", "panels": "mass_ratio", "at": FEW},
     TRAJECTORY | {"start": 1, "stop": 2.5},
     {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
 ]
@@ -347,7 +359,8 @@ def test_settings_are_the_arguments_of_draw(kind: str) -> None:
     draw = import_module(DRAWN[kind]).draw
     arguments = inspect.signature(draw).parameters
     fields = FIGURES[kind].model_fields
-    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each"}
+    measured = {"section"} if kind == "bifurcation" else set()
+    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each"} | measured
     for name, argument in arguments.items():
         if name != "cube":
             required = argument.default is inspect.Parameter.empty

@@ -1,10 +1,12 @@
 """Figures of a cube, as SVG and PNG."""
 
+from damper.figures import modules
+
 
 def _settings(wildcards):
     study = STUDIES[wildcards.study]
     name, place = study.figure_files()[wildcards.figure]
-    settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
+    settings = study.figure_settings(name)
     return settings | {"at": settings.get("at", {}) | place}
 
 
@@ -20,10 +22,7 @@ rule figure:
         "logs/benchmarks/{study}/figures/{figure}.tsv"
     params:
         settings=_settings,
-        code=lambda wildcards: code_digest(
-            SCRIPTS / "figure.py",
-            [f"damper.figures.{_settings(wildcards)['kind']}"],
-        ),
+        code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_settings(wildcards))),
     message:
         "Draw {wildcards.study}: {wildcards.figure}"
     script:

@@ -1,6 +1,7 @@
 """Bifurcation diagrams: displacement and velocity on the section over one parameter."""
 
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
+from damper.figures import THEORY
 from damper.figures.layout import head, legend, place_label, place_text, say, select
 from damper.figures.style import (
     BLACK,
@@ -41,6 +43,8 @@ def draw(
     along: str,
     rows: str | None = None,
     at: Mapping[str, Any] | None = None,
+    theory: str | None = None,
+    section: Mapping[str, Mapping[str, Any]] | None = None,
     caption: str | None = None,
 ) -> Figure:
     """Draw displacement (left) and velocity (right) on the section over one axis.
@@ -58,6 +62,10 @@ def draw(
         Axis whose values make one row of panels each.
     at : mapping, optional
         Value of every other axis.
+    theory : {"two_impacts"}, optional
+        Draw the closed-form motion with two impacts per period over the points.
+    section : mapping, optional
+        The section's observer with its settings, which a cube does not hold; needed for `theory`.
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
@@ -72,11 +80,15 @@ def draw(
     values = place[rows].values.tolist() if rows else [None]
     figure = Figure(figsize=(PAGE, 1.1 + 1.55 * len(values)), layout="constrained")
     axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
+    drawn: dict[str, Artist] = {}
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
         for ax, name in zip(row, _PANELS, strict=True):
             _points(ax, panel, along, name)
         _mark_chatter(row, panel, along)
+        if theory:
+            for handle in import_module(THEORY[theory]).overlay(row, panel, along, section or {}):
+                drawn[str(handle.get_label())] = handle
         if value is not None:
             title = place_text(place, rows, value)
             row[0].set_title(title, loc="left", fontweight="bold", pad=_above(place))
@@ -87,7 +99,7 @@ def draw(
     figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
     head(figure, place, caption, remarks=_remarks(place))
-    legend(figure, _handles(place))
+    legend(figure, [*_handles(place), *drawn.values()])
     return figure
 
 

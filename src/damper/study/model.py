@@ -136,6 +136,12 @@ class Study(Strict):
             for name, settings in self.observers.items()
         }
 
+    def figure_settings(self, name: str) -> dict[str, Any]:
+        """Return the settings of a figure as it is drawn, `at` without what `each` adds."""
+        figure = self.figures[name]
+        settings = figure.model_dump(exclude={"each"}, exclude_none=True)
+        return settings | figure.measured(self.observer_settings())
+
     @property
     def fan_axes(self) -> tuple[str, ...]:
         """Axes along which each value is a job of its own."""

@@ -14,6 +14,8 @@ if TYPE_CHECKING:  # the Snakefile reads TABLES
 TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
+    "small_mass_limit": "damper.study.small_mass_table",
+    "two_impacts": "damper.study.two_impacts_table",
 }
 
 

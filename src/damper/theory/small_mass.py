@@ -98,7 +98,7 @@ def completes(reduced_gap: float, restitution: float) -> bool:
     >>> completes(0.2, 0.591), completes(0.2, 0.592)
     (True, False)
     """
-    return _follow(reduced_gap, restitution, _SURE) is not None
+    return _follow(first_impact(reduced_gap), restitution, _SURE) is not None
 
 
 def completion(reduced_gap: float, restitution: float) -> float:
@@ -119,7 +119,7 @@ def completion(reduced_gap: float, restitution: float) -> float:
     ValueError
         When an argument is out of range.
     """
-    end = _follow(reduced_gap, restitution, _CLOSED)
+    end = _follow(first_impact(reduced_gap), restitution, _CLOSED)
     if end is None:
         return math.nan
     left, rebound = end
@@ -162,17 +162,18 @@ def _bisect(gap: float) -> float:
         return math.nan
     if gap == 0.0:
         return 1.0
+    theta = first_impact(gap)
     low, high = 0.0, 1.0
     while low < (middle := 0.5 * (low + high)) < high:
-        if completes(gap, middle):
+        if _follow(theta, middle, _SURE) is not None:
             low = middle
         else:
             high = middle
     return low
 
 
-def _follow(gap: float, restitution: float, part: float) -> tuple[float, float] | None:
-    """Follow a burst until what is left of it takes less than a part of the push.
+def _follow(theta: float, restitution: float, part: float) -> tuple[float, float] | None:
+    """Follow a burst from its first impact until the rest takes less than a part of the push.
 
     Returns
     -------
@@ -181,8 +182,8 @@ def _follow(gap: float, restitution: float, part: float) -> tuple[float, float] 
         outlasts the push.
     """
     r = _checked("restitution", restitution, 1.0, "1")
-    left = math.pi - first_impact(gap)
-    rebound = r * _less_cosine(math.pi - left)
+    left = math.pi - theta
+    rebound = r * _less_cosine(theta)
     while left > 0.0:
         push = math.sin(left)
         bound = part * left if left <= 0.5 * math.pi else part * left * push
@@ -200,22 +201,31 @@ def _follow(gap: float, restitution: float, part: float) -> tuple[float, float] 
 def _flight(left: float, rebound: float) -> tuple[float, float] | None:
     """Duration and approach speed of the next flight; None if it outlasts the push."""
     sine, cosine = math.sin(left), math.cos(left)
-    time = left
-    # At pi: rebound left - 2 sin(left) sin(left/2)^2 + cos(left) (left - sin(left)).
-    gap = _gap(time, rebound, sine, cosine)
+    gap, rate = _motion(left, rebound, sine, cosine)
     if gap >= 0.0:
         return None
+    time = left
+    if 2.0 * rebound < sine * left:
+        # A start with the acceleration of now. Wherever the gap falls, one step leads to the right
+        # of the root.
+        guess = 2.0 * rebound / sine
+        near, slope = _motion(guess, rebound, sine, cosine)
+        if slope < 0.0 and guess - near / slope < left:
+            time = guess - near / slope
+            gap, rate = _motion(time, rebound, sine, cosine)
     while True:
-        rate = rebound - sine * math.sin(time) + cosine * _less_cosine(time)
         earlier = time - gap / rate
         if not 0.0 < earlier < time:
             return time, -rate
         time = earlier
-        gap = _gap(time, rebound, sine, cosine)
+        gap, rate = _motion(time, rebound, sine, cosine)
 
 
-def _gap(time: float, rebound: float, sine: float, cosine: float) -> float:
-    return rebound * time - sine * _less_cosine(time) + cosine * _less_sine(time)
+def _motion(time: float, rebound: float, sine: float, cosine: float) -> tuple[float, float]:
+    """Gap and its rate in a flight."""
+    versine = _less_cosine(time)
+    gap = rebound * time - sine * versine + cosine * _less_sine(time)
+    return gap, rebound - sine * math.sin(time) + cosine * versine
 
 
 def _less_cosine(angle: float) -> float:
