@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from reference.accumulation import small_mass_critical_restitution
@@ -81,6 +81,7 @@ def test_small_gaps() -> None:
 
 
 @given(st.floats(1e-300, math.pi) | st.just(0.0))
+@example(0.0205)  # theta just below 1/2, where a series takes over
 def test_first_impact_solves_its_equation(gap: float) -> None:
     theta = first_impact(gap)
     with mp.workdps(400):

@@ -17,8 +17,9 @@ from damper.theory.two_impacts import Orbit
 
 #: Points of the curve between two of the diagram, and most of them in all.
 _BETWEEN, _MOST = 4, 600
+#: The stable motion lies beneath the points, as a band of which a rim shows where they agree.
 _CURVES: dict[bool, dict[str, Any]] = {
-    True: {"color": GREEN, "lw": 1.1, "ls": "-", "zorder": 3.0},
+    True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
     False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.5)), "zorder": 3.0},
 }
 #: Width of the bars along the lower edge, in points.
