@@ -341,3 +341,19 @@ def test_refused(tmp_path: Path, name: str) -> None:
     message = blame(tmp_path, **changes)
     for part in parts:
         assert part in message, message
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"figures": {"a": MAP | {"variable": "chatter"}}},
+        {"figures": {"a": LINE | {"theory": "two_impacts"}}},
+        {"tables": {"a": {"kind": "small_mass_limit"}}},
+        {"tables": {"a": {"kind": "two_impacts", "along": "clearance"}}},
+    ],
+)
+def test_other_models_are_refused(tmp_path: Path, asked: dict[str, Any]) -> None:
+    parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
+    message = blame(tmp_path, parameters=parameters, **asked)
+    assert "its formulas are those of the rigid damper, this is the grounded one" in message
+    load(tmp_path, parameters=parameters, figures={"a": LINE})

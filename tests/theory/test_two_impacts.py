@@ -269,3 +269,10 @@ def test_momentum_restitution_and_path(
         expected = r * r * math.exp(-2.0 * zeta * math.pi / omega)
         scale = abs(orbit.multipliers[0]) ** 4
         assert abs(volume - expected) <= 1e-9 * max(1.0, scale)
+
+
+def test_other_models_are_refused() -> None:
+    p = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5, support_stiffness_ratio=0.1)
+    for function in (orbits, largest_clearance):
+        with pytest.raises(ValueError, match="that of the rigid damper, this is the grounded one"):
+            function(p)

@@ -65,9 +65,21 @@ def slices_of(wildcards):
     ]
 
 
-def observer_modules(studies):
-    """Modules of the observers that studies ask for: others do not concern their results."""
-    return sorted({f"damper.observers.{name}" for study in studies for name in study.observers})
+def simulation_modules(study):
+    """Modules of the model and the observers of a study: others do not concern its results."""
+    return [
+        f"damper.models.{study.model}",
+        *sorted(f"damper.observers.{name}" for name in study.observers),
+    ]
+
+
+def tell_cost():
+    """Print what the run cost, and keep it beside the page: it is in no other output."""
+    text = cost_by_stage()
+    if text:
+        print(text, file=sys.stderr)
+        if Path(RESULTS).is_dir():
+            Path(RESULTS, "cost.txt").write_text(f"{text}\n", encoding="utf-8")
 
 
 def cost_by_stage():
@@ -75,9 +87,9 @@ def cost_by_stage():
     cost = {}
     for path in sorted(Path("logs/benchmarks").rglob("*.tsv")):
         if path.stat().st_mtime >= STARTED:
-            # <study>/<stage>... or compile/<observers>.tsv
+            # <study>/<stage>... or <stage>/... for what belongs to no study
             first, second, *_ = path.relative_to("logs/benchmarks").with_suffix("").parts
-            stage = first if first == "compile" else second
+            stage = first if first in ("compile", "claims", "report") else second
             seconds = float(path.read_text().splitlines()[1].split("\t")[0])
             jobs, total = cost.get(stage, (0, 0.0))
             cost[stage] = jobs + 1, total + seconds

@@ -44,7 +44,10 @@ rule table:
         about=_about_table,
         code=lambda wildcards: code_digest(
             SCRIPTS / "table.py",
-            [TABLES[_table_settings(wildcards)["kind"]], "damper.observers.bursts"],
+            [
+                TABLES[_table_settings(wildcards)["kind"]],
+                *simulation_modules(STUDIES[wildcards.study]),
+            ],
         ),
     message:
         "Write {wildcards.study}: {wildcards.table}"

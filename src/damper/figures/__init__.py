@@ -7,7 +7,7 @@ from typing import Any
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
     name: f"damper.figures.{name}"
-    for name in ("bifurcation", "map", "curves", "trajectory", "slow_manifold")
+    for name in ("bifurcation", "map", "curves", "trajectory", "accumulation", "slow_manifold")
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.
 THEORY = {name: f"damper.figures.{name}" for name in ("two_impacts", "small_mass_limit")}

@@ -13,9 +13,11 @@ from damper.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,
     INITIAL_NAMES,
+    MODEL_NAMES,
     QUANTITIES,
     SI_ONLY,
     SI_QUANTITIES,
+    check_model,
     is_si,
 )
 from damper.study.axes import axis_values
@@ -54,6 +56,8 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _give_once(parameters, axes, faults)
         _relate_initial(raw["initial"], parameters, axes, faults)
     if study is not None and not faults.lines:
+        _check_model(study, faults)
+        _check_theory(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
     _follow_one(sound, faults)
@@ -98,6 +102,32 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         elif figure.stop is not None and figure.stop > length:
             message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+
+
+def _check_model(study: Study, faults: Faults) -> None:
+    """Refuse values that ask for two models at once, anywhere in the study."""
+    given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
+    # The values that decide: the ends of the axes, as only they can be zero or infinite.
+    names = {"restitution", *(name for names in MODEL_NAMES.values() for name in names)}
+    ends = {name: {min(given[name]), max(given[name])} for name in ALL if name in names & {*given}}
+    for values in combinations(*ends.values()):
+        try:
+            check_model(dict(zip(ends, values, strict=True)))
+        except ValueError as error:
+            faults.add(("parameters",), str(error))
+            return
+
+
+def _check_theory(study: Study, faults: Faults) -> None:
+    """Refuse to compare a model with theory that is not its own."""
+    if study.model == "rigid":
+        return
+    message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+    places = [("observers", "accumulation")] if "accumulation" in study.observers else []
+    for section, made in (("figures", study.figures), ("tables", study.tables)):
+        places += [(section, name) for name, product in made.items() if product.theoretical]
+    for place in places:
+        faults.add(place, message, "a study of the rigid damper")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

@@ -1,1 +1,1 @@
-"""Closed forms and limits to lay beside simulations; nothing here runs the event loop."""
+"""Closed forms and limits to compare simulations with."""

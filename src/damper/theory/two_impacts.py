@@ -180,6 +180,11 @@ def orbits(parameters: Parameters) -> list[Orbit]:
         and none for an undamped primary with 1/frequency_ratio = 3, 5, ...: half a period brings
         it back mirrored whatever the force does, so that no impact could change its momentum.
 
+    Raises
+    ------
+    ValueError
+        For another model than the rigid one.
+
     Examples
     --------
     >>> fast, slow = orbits(Parameters(0.1, 0.1, 1.0, 5.5, 0.5))
@@ -218,6 +223,11 @@ def largest_clearance(parameters: Parameters) -> float:
     float
         Infinite where there is one for any clearance; 0 where there is none at all. At this
         clearance the two orbits meet.
+
+    Raises
+    ------
+    ValueError
+        For another model than the rigid one.
     """
     linear = _linear_form(parameters)
     if linear is None:
@@ -243,6 +253,8 @@ def _speeds(parameters: Parameters) -> _Speeds:
 def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None:
     """Return alpha, beta of the sine and cosine V alpha + d beta; None where there is no orbit."""
     p = parameters
+    if p.model != "rigid":
+        raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
     half = math.pi / p.frequency_ratio
     free = _free_flow(p)
     osc = oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio)
