@@ -237,7 +237,7 @@ def test_schematic_waits_for_no_simulation(small):
     assert jobs(snakemake(small, "-n")) == everything
     snakemake(small, target)
     made = {path.name for path in (small / "results").rglob("*") if path.is_file()}
-    assert made - {".gitkeep"} == {"model.svg", "model.png"}
+    assert made - {".gitkeep", "cost.txt"} == {"model.svg", "model.png"}
     # Another drawing under the same name is drawn anew.
     write_small(small, figures={"model": model | {"drawing": "collision_system"}})
     assert jobs(snakemake(small, "-n", target)) == {"figure": 1}

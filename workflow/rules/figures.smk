@@ -1,22 +1,17 @@
 """Figures of a cube, as SVG and PNG; schematics need none."""
 
-
-def _figure(wildcards):
-    """The figure behind a file, and the coordinates at which the file is made."""
-    study = STUDIES[wildcards.study]
-    name, place = study.figure_files()[wildcards.figure]
-    return study.figures[name], place
+from damper.figures import modules
 
 
 def _settings(wildcards):
-    figure, place = _figure(wildcards)
-    return figure.drawn_with(place)
+    return STUDIES[wildcards.study].figure_settings(wildcards.figure)
 
 
 def _cube(wildcards):
     """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
-    figure, _ = _figure(wildcards)
-    return f"{RESULTS}/{wildcards.study}/cube.nc" if figure.of_cube else []
+    study = STUDIES[wildcards.study]
+    name, _ = study.figure_files()[wildcards.figure]
+    return f"{RESULTS}/{wildcards.study}/cube.nc" if study.figures[name].of_cube else []
 
 
 rule figure:
@@ -31,10 +26,7 @@ rule figure:
         "logs/benchmarks/{study}/figures/{figure}.tsv"
     params:
         settings=_settings,
-        code=lambda wildcards: code_digest(
-            SCRIPTS / "figure.py",
-            [f"damper.figures.{_settings(wildcards)['kind']}"],
-        ),
+        code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_settings(wildcards))),
     message:
         "Draw {wildcards.study}: {wildcards.figure}"
     script:

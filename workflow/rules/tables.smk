@@ -1,5 +1,6 @@
 """Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
 
+from damper.study.settings import SECTIONS
 from damper.study.tables import TABLES
 
 
@@ -12,7 +13,11 @@ def _about_table(wildcards):
     return {
         "title": study.title,
         "fixed": study.fixed,
-        "observers": {k: v for k, v in study.observer_settings().items() if k == "bursts"},
+        "observers": {
+            name: settings
+            for name, settings in study.observer_settings().items()
+            if name in ("bursts", *SECTIONS)
+        },
         "assumed": study.assumed,
         "run": {
             "transient": study.transient,

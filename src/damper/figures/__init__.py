@@ -1,5 +1,6 @@
 """Figures: cubes -> plots, one file each. matplotlib is imported here only."""
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
@@ -16,8 +17,11 @@ FIGURES = {
         "accumulation",
         "free_mass",
         "schematic",
+        "slow_manifold",
     )
 }
+#: What `theory` of a kind may be -> module; each has an `overlay`.
+THEORY = {name: f"damper.figures.{name}" for name in ("two_impacts", "small_mass_limit")}
 
 
 def draw(kind: str, cube: Any, **settings: Any) -> Any:
@@ -43,3 +47,9 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     if kind not in FIGURES:
         raise ValueError(f"unknown figure kind {kind!r}: must be one of {', '.join(FIGURES)}")
     return import_module(FIGURES[kind]).draw(cube, **settings)
+
+
+def modules(settings: Mapping[str, Any]) -> list[str]:
+    """Modules that draw a figure of these settings: kind, and theory if any."""
+    theory = settings.get("theory")
+    return [FIGURES[settings["kind"]], *([THEORY[theory]] if theory else [])]

@@ -1,6 +1,7 @@
 """Bifurcation diagrams: displacement and velocity on the section over one parameter."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
+from damper.figures import THEORY
 from damper.figures.layout import head, legend, place_label, place_text, say, select
 from damper.figures.style import (
     BLACK,
@@ -47,6 +49,8 @@ def draw(
     variables: Sequence[str] = SECTION_VARIABLES,
     mark: tuple[float, float] | None = None,
     mark_label: str | None = None,
+    theory: str | None = None,
+    section: Mapping[str, Mapping[str, Any]] | None = None,
     caption: str | None = None,
 ) -> Figure:
     """Draw displacement (left) and velocity (right) on the section over one axis.
@@ -71,6 +75,10 @@ def draw(
         within it there is chatter, and at which of those outside.
     mark_label : str, optional
         What the mark is, for the legend.
+    theory : {"two_impacts"}, optional
+        Draw the closed-form motion with two impacts per period over the points.
+    section : mapping, optional
+        The section's observer with its settings, which a cube does not hold; needed for `theory`.
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
@@ -96,6 +104,7 @@ def draw(
         height += 0.3 + 0.2 * len(values)
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(len(values), len(variables), sharex=True, squeeze=False)
+    drawn: dict[str, Artist] = {}
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
         for ax, name in zip(row, variables, strict=True):
@@ -109,6 +118,11 @@ def draw(
         if titles:
             style = {"fontweight": "bold"} if mark is None else {"fontsize": 7.0}
             row[0].set_title("\n".join(titles), loc="left", pad=_above(place), **style)
+        if theory:
+            for handle in import_module(THEORY[theory]).overlay(
+                dict(zip(variables, row, strict=True)), panel, along, section or {}
+            ):
+                drawn[str(handle.get_label())] = handle
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(label(name, VARIABLE_SYMBOLS[name], place[name].attrs["units"]))
     for ax in axes[-1]:
@@ -116,7 +130,7 @@ def draw(
     figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
     head(figure, place, caption, remarks=_remarks(place, variables[0]))
-    legend(figure, _handles(place, mark_label))
+    legend(figure, [*_handles(place, mark_label), *drawn.values()])
     return figure
 
 

@@ -1,6 +1,7 @@
 """Maps: one variable in colour over two parameters."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from damper.figures import THEORY
 from damper.figures.layout import (
     edges,
     geometric,
@@ -81,6 +83,7 @@ def draw(
     panels: str | None = None,
     at: Mapping[str, Any] | None = None,
     best: str | None = None,
+    theory: str | None = None,
     caption: str | None = None,
 ) -> Figure:
     """Draw one variable in colour over two axes.
@@ -99,6 +102,9 @@ def draw(
     best : {"min", "max"}, optional
         Mark, for every x, the y at which the variable is least or greatest; of equals the
         smallest y.
+    theory : {"small_mass_limit"}, optional
+        Draw the small-mass limit of the restitution up to which bursts complete; x and y must be
+        restitution and clearance (or gap).
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
@@ -120,6 +126,9 @@ def draw(
             marks |= _contour(ax, panel, x, y, values)
         if best:
             marks |= _best(ax, panel, x, y, values, best)
+        if theory:
+            for handle in import_module(THEORY[theory]).overlay(ax, panel, x, y):
+                marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, variable, values)
         if value is not None:
             ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold")

@@ -142,6 +142,12 @@ class Study(Strict):
             for name, settings in self.observers.items()
         }
 
+    def figure_settings(self, stem: str) -> dict[str, Any]:
+        """Return the settings with which one of `figure_files` is drawn."""
+        name, place = self.figure_files()[stem]
+        figure = self.figures[name]
+        return figure.drawn_with(place) | figure.measured(self.observer_settings())
+
     @property
     def fan_axes(self) -> tuple[str, ...]:
         """Axes along which each value is a job of its own."""

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from damper.quantities import ALL
+from damper.quantities import ALL, INITIAL_NAMES
 from damper.study.axes import coordinate_name
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
@@ -61,6 +61,12 @@ VARIABLES = {
     "accumulation": ("complete_bursts",),
     "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
+
+#: What the small-mass limit speaks of, and names of the free travel.
+_OF_BURSTS = ("complete_fraction", "chatter")
+_FREE_TRAVEL = ("clearance", "gap")
+#: Kinds that are theory themselves.
+_THEORETICAL = ("slow_manifold", "small_mass_limit", "two_impacts")
 
 SECTION_VARIABLES = ("displacement", "velocity")
 """What every section writes, sample by sample."""
@@ -113,6 +119,11 @@ class Product(Strict):
 
     kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
 
+    @property
+    def theoretical(self) -> bool:
+        """Whether it shows a theory of the rigid damper."""
+        return getattr(self, "theory", None) is not None or self.kind in _THEORETICAL
+
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         """Note what `settings`, as written, ask of the study in vain."""
@@ -125,6 +136,10 @@ class Product(Strict):
     def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
         """Return the file stems with the coordinates at which each is made."""
         return {stem: {}}
+
+    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+        """Return further settings: what it must know of how the study measures."""
+        return {}
 
 
 class Place(Kind):
@@ -368,7 +383,21 @@ class Bifurcation(Figure):
     mark_label: Annotated[str | None, Text(), Field(description="What the mark is; with mark.")] = (
         None
     )
+    theory: Annotated[
+        str | None,
+        Choice("two_impacts"),
+        Field(
+            description="Theory to draw over it: the closed-form motion with two impacts per "
+            "period, where it exists and where it is stable."
+        ),
+    ] = None
     caption: Caption = None
+
+    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+        """Return the section, if theory is to be drawn on it."""
+        if self.theory is None:
+            return {}
+        return {"section": {name: observers[name] for name in SECTIONS if name in observers}}
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
@@ -420,11 +449,34 @@ class Map(Figure):
             "greatest (max); of equals the smallest y."
         ),
     ] = None
+    theory: Annotated[
+        str | None,
+        Choice("small_mass_limit"),
+        Field(
+            description="Theory to draw over it: the restitution up to which bursts complete, in "
+            "the limit of a small free mass; with complete_fraction or chatter, over restitution "
+            "and clearance (or gap)."
+        ),
+    ] = None
     caption: Caption = None
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         _written(("variable",), settings.get("variable"), offer, faults)
+        if settings.get("theory") == "small_mass_limit":
+            cls._fits_limit(settings, faults)
+
+    @classmethod
+    def _fits_limit(cls, settings: dict[str, Any], faults: Faults) -> None:
+        variable, axes = settings.get("variable"), [settings.get("x"), settings.get("y")]
+        if isinstance(variable, str) and variable not in _OF_BURSTS:
+            message = f"the small-mass limit does not speak of '{variable}'"
+            faults.add(("theory",), message, f"a map of {words(_OF_BURSTS)}")
+        if all(isinstance(name, str) for name in axes) and not (
+            "restitution" in axes and any(name in axes for name in _FREE_TRAVEL)
+        ):
+            message = f"the small-mass limit has no place over {words(axes)}"
+            faults.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
 
 class Curves(Figure):
@@ -515,6 +567,27 @@ class Trajectory(Figure):
         if model is not None and model.stop is not None and model.stop <= model.start:
             message = f"start ({show(model.start)}) must be less than stop ({show(model.stop)})"
             faults.add(("stop",), message, f"number > {show(model.start)}")
+
+
+class SlowManifold(Figure):
+    """Amplitude of the free mass against that of the primary, cycle by cycle, over the manifold.
+
+    Uses the events of the trajectory; a light free mass and a slowly changing amplitude show it.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[
+        str | None, Text(), Field(description="Axis of whose values each makes a panel.")
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "trajectory" not in offer.observers:
+            faults.add((), "needs trajectory among the observers", "trajectory")
 
 
 class Histories(Trajectory):
@@ -722,6 +795,58 @@ class Performance(Product):
             _count((role,), name, offer.axes.get(name), Role(least=2), faults)
 
 
+class SmallMassLimit(Product):
+    """The border between complete and incomplete bursts beside its small-mass limit."""
+
+    resolution: Annotated[
+        float, Number(gt=0), Field(description="Restitution to which borders are bisected.")
+    ] = 1e-4
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "bursts" not in offer.observers:
+            faults.add((), "needs bursts among the observers", "bursts")
+        if offer.branches:
+            message = (
+                "borders are bisected by runs from one initial state, but this study has "
+                f"several at each point ({', '.join(offer.branches)})"
+            )
+            faults.add((), message, "a study without follow and without draws")
+        for names in (("restitution",), _FREE_TRAVEL):
+            found = next((name for name in names if name in offer.axes), None)
+            if found is None:
+                faults.add((), f"needs an axis of the {' or '.join(names)}", words(names))
+            else:
+                _count((), found, offer.axes[found], Role(least=2), faults)
+
+
+class TwoImpacts(Product):
+    """Where the closed-form motion with two impacts per period exists and is stable."""
+
+    along: Annotated[str, Text(), Field(description="Axis on which the ranges lie.")]
+    resolution: Annotated[
+        float,
+        Number(gt=0),
+        Field(description="How closely the ends of the ranges are found, in units of the axis."),
+    ] = 1e-3
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if not any(section in offer.observers for section in SECTIONS):
+            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+        if "impacts" not in offer.observers:
+            faults.add((), "needs impacts among the observers", "impacts")
+        name = settings.get("along")
+        if not isinstance(name, str):
+            return
+        if name not in offer.axes:
+            faults.unknown(("along",), "axis", name, offer.axes)
+        elif name in INITIAL_NAMES:
+            message = f"'{name}' sets where a run starts, which the closed form does not depend on"
+            faults.add(("along",), message, "an axis of a parameter")
+        _count(("along",), name, offer.axes.get(name), Role(least=2), faults)
+
+
 FIGURES: dict[str, type[Product]] = {
     "bifurcation": Bifurcation,
     "map": Map,
@@ -732,11 +857,14 @@ FIGURES: dict[str, type[Product]] = {
     "phase_portrait": PhasePortrait,
     "free_mass": FreeMass,
     "schematic": Schematic,
+    "slow_manifold": SlowManifold,
 }
 TABLES: dict[str, type[Product]] = {
     "intervals": Intervals,
     "performance": Performance,
     "accumulation": Agreement,
+    "small_mass_limit": SmallMassLimit,
+    "two_impacts": TwoImpacts,
 }
 
 

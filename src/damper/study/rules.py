@@ -134,9 +134,14 @@ def _check_model(study: Study, faults: Faults) -> None:
 
 def _check_theory(study: Study, faults: Faults) -> None:
     """Refuse to compare a model with theory that is not its own."""
-    if study.model != "rigid" and "accumulation" in study.observers:
-        message = f"its formulas are those of the rigid damper, this is the {study.model} one"
-        faults.add(("observers", "accumulation"), message, "a study of the rigid damper")
+    if study.model == "rigid":
+        return
+    message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+    places = [("observers", "accumulation")] if "accumulation" in study.observers else []
+    for section, made in (("figures", study.figures), ("tables", study.tables)):
+        places += [(section, name) for name, product in made.items() if product.theoretical]
+    for place in places:
+        faults.add(place, message, "a study of the rigid damper")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

@@ -16,6 +16,8 @@ GOOD, DAMPED = 0.5, 0.9
 TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
+    "small_mass_limit": "damper.study.small_mass_table",
+    "two_impacts": "damper.study.two_impacts_table",
     "accumulation": "damper.study.accumulation_table",
 }
 

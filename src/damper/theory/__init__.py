@@ -1,1 +1,1 @@
-"""Closed forms to compare simulations with."""
+"""Closed forms and limits to compare simulations with."""

@@ -1,0 +1,56 @@
+"""The small-mass limit r_crit(G), drawn over a map of bursts."""
+
+import math
+from functools import cache
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from damper.figures.style import BLACK, VERMILION
+from damper.study.closed_forms import damper_at, reduced_gap
+from damper.theory.small_mass import critical_restitution
+
+#: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
+_GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 31) ** 3])
+_CURVE = {"color": VERMILION, "lw": 1.4}
+
+
+def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
+    """Draw r_crit(2 d / A) over one panel of a map, A the steady amplitude of the primary alone.
+
+    Parameters
+    ----------
+    ax : Axes
+    panel : xarray.Dataset
+        The panel's part of the cube: scalar coordinates, and the axes of the map.
+    x, y : str
+        Restitution and clearance (or gap), either way round.
+
+    Returns
+    -------
+    list of Artist
+        What the legend has to say.
+    """
+    free = y if x == "restitution" else x
+    limits = ax.get_xlim(), ax.get_ylim()
+    # G is proportional to the free travel.
+    scale = reduced_gap(damper_at(panel, restitution=0.0, **{free: 1.0})[0])
+    if scale == 0.0:  # undamped at resonance: no amplitude lasts
+        return []
+    values = _GAPS / scale
+    pair = (values, _critical()) if free == x else (_critical(), values)
+    # A dark rim, so that the line is seen on every colour.
+    ax.plot(*pair, **_CURVE, path_effects=[withStroke(linewidth=2.4, foreground=BLACK)])
+    ax.set(xlim=limits[0], ylim=limits[1])
+    text = r"small-mass limit $r_\mathrm{crit}(2d/A)$"
+    return [Line2D([], [], label=text, **_CURVE)]
+
+
+@cache
+def _critical() -> np.ndarray:
+    """r_crit along the curve, the same in every panel."""
+    return critical_restitution(_GAPS)

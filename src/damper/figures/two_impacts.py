@@ -1,0 +1,127 @@
+"""The closed-form motion with two impacts per period, drawn over a bifurcation diagram."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from damper.figures.style import GREEN
+from damper.study.closed_forms import admissible_orbits, dense, section_point
+from damper.study.runs import runs
+from damper.theory.two_impacts import Orbit
+
+#: Points of the curve between two of the diagram, and most of them in all.
+_BETWEEN, _MOST = 4, 600
+#: The stable motion lies beneath the points, as a band of which a rim shows where they agree.
+_CURVES: dict[bool, dict[str, Any]] = {
+    True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
+    False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.5)), "zorder": 3.0},
+}
+#: Width of the bars along the lower edge, in points.
+_EXISTS, _STABLE = 1.2, 3.2
+
+
+def overlay(
+    axes: Mapping[str, Axes],
+    panel: xr.Dataset,
+    along: str,
+    section: Mapping[str, Mapping[str, Any]],
+) -> list[Artist]:
+    """Draw both closed-form motions on the section over one row of a bifurcation diagram.
+
+    Parameters
+    ----------
+    axes : mapping of str to Axes
+        Of `displacement`, `velocity`, or both.
+    panel : xarray.Dataset
+        The row's part of the cube: scalar coordinates, and the axis of the abscissa.
+    along : str
+        Axis of the abscissa.
+    section : mapping
+        The section's observer with its settings.
+
+    Returns
+    -------
+    list of Artist
+        What the legend has to say.
+    """
+    grid = panel[along].values
+    values = dense(grid, _BETWEEN, _MOST)
+    found = admissible_orbits(panel, along, values)
+    stable = np.array([[bool(o and o.stable) for o in both] for both, _ in found])
+    exists = np.array([[o is not None for o in both] for both, _ in found])
+    points = np.full((*exists.shape, 2), np.nan)
+    sides = np.zeros(exists.shape)
+    for i, (both, units) in enumerate(found):
+        for k, orbit in enumerate(both):
+            if orbit is not None:
+                sides[i, k] = _side(orbit, section)
+                points[i, k] = np.multiply(
+                    section_point(orbit, section), (units.length, units.speed)
+                )
+    for name, ax in axes.items():
+        column = ("displacement", "velocity").index(name)
+        limits = ax.get_ylim()
+        for is_stable, style in _CURVES.items():
+            for side in np.unique(sides[exists]):
+                shown = exists & (stable == is_stable) & (sides == side)
+                for branch in np.where(shown, points[..., column], np.nan).T:
+                    ax.plot(values, branch, **style)
+        held = points[stable, column]
+        ax.set_ylim(_with(limits, held))
+        for where, width in ((exists, _EXISTS), (stable, _STABLE)):
+            _bars(ax, values, where.any(axis=1), width)
+    return _handles(stable.any(), (exists & ~stable).any())
+
+
+def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
+    """Sign that changes where an impact passes the section: the velocity jumps there."""
+    if "stroboscopic_section" not in section:
+        return 0.0
+    at = section["stroboscopic_section"].get("at", 0.0)
+    return math.copysign(
+        1.0, math.sin(math.tau * at + orbit.parameters.phase - orbit.forcing_phase)
+    )
+
+
+def _with(limits: tuple[float, float], values: np.ndarray) -> tuple[float, float]:
+    """Limits of an ordinate that show some values as well."""
+    if not values.size:
+        return limits
+    low, high = min(limits[0], values.min()), max(limits[1], values.max())
+    margin = 0.03 * (high - low)
+    return (
+        low - margin if low < limits[0] else limits[0],
+        high + margin if high > limits[1] else limits[1],
+    )
+
+
+def _bars(ax: Axes, values: np.ndarray, where: np.ndarray, width: float) -> None:
+    """Mark ranges along the lower edge."""
+    middle = 0.5 * (values[1:] + values[:-1])
+    edges = np.concatenate([values[:1], middle, values[-1:]])
+    for first, last in runs(where):
+        ax.plot(
+            [edges[first], edges[last + 1]],
+            [0.0, 0.0],
+            transform=ax.get_xaxis_transform(),
+            color=GREEN,
+            lw=width,
+            solid_capstyle="butt",
+            clip_on=False,
+            zorder=4.0,
+        )
+
+
+def _handles(stable: bool, unstable: bool) -> list[Artist]:
+    texts = {
+        True: "two impacts per period, closed form: stable (thick bar below)",
+        False: "two impacts per period, closed form: unstable (thin bar)",
+    }
+    shown = [kind for kind, seen in ((True, stable), (False, unstable)) if seen]
+    return [Line2D([], [], label=texts[kind], **_CURVES[kind]) for kind in shown]

@@ -1,0 +1,107 @@
+"""Closed forms of `damper.theory` at the places of a cube, for figures and tables."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damper.linear import steady_amplitude
+from damper.parameters import Parameters, Units
+from damper.points import read_point
+from damper.quantities import PARAMETER_NAMES, SI_NAMES
+from damper.theory.two_impacts import Orbit, orbits
+
+
+def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:
+    """Dimensionless parameters, and sizes of the units, of one place of a cube.
+
+    Parameters
+    ----------
+    place : xarray.Dataset
+        Scalar coordinates give the parameters, in either system of units.
+    **values : float
+        Parameters along the dimensions that `place` still has.
+
+    Raises
+    ------
+    TypeError
+        When a parameter is missing.
+    """
+    point = read_point(_scalars(place) | values)
+    return point.parameters, point.units
+
+
+def reduced_gap(parameters: Parameters) -> float:
+    """G = 2 d / A of the small-mass limit, A the steady amplitude of the primary alone.
+
+    Examples
+    --------
+    >>> reduced_gap(Parameters(1e-4, 0.0, 0.5, clearance=1.0, restitution=0.5))
+    1.5
+    """
+    amplitude = steady_amplitude(parameters.damping_ratio, parameters.frequency_ratio)
+    return 2.0 * parameters.clearance / amplitude
+
+
+def admissible_orbits(
+    place: xr.Dataset, along: str, values: Iterable[float]
+) -> list[tuple[list[Orbit | None], Units]]:
+    """Motions with two impacts per period at every value of one axis.
+
+    Parameters
+    ----------
+    place : xarray.Dataset
+        As for `damper_at`, without the axis `along`.
+    along : str
+        Axis of a parameter, or any other one, which changes nothing.
+    values : iterable of float
+
+    Returns
+    -------
+    list of (orbits, units)
+        At every value the fast and the slow motion, None where there is none whose free mass
+        stays between the walls, and the sizes of the units.
+    """
+    scalars = _scalars(place)
+    varies = along in PARAMETER_NAMES or along in SI_NAMES
+    found = []
+    for value in values:
+        point = read_point(scalars | ({along: float(value)} if varies else {}))
+        both: list[Orbit | None] = [None, None]
+        for k, orbit in enumerate(orbits(point.parameters)):
+            both[k] = orbit if orbit.admissible else None
+        found.append((both, point.units))
+    return found
+
+
+def section_point(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> tuple[float, float]:
+    """Displacement and velocity of a motion on a section, as its observer would record them.
+
+    Raises
+    ------
+    ValueError
+        When there is not one section.
+    """
+    if set(section) == {"stroboscopic_section"}:
+        return orbit.stroboscopic(section["stroboscopic_section"].get("at", 0.0))
+    if set(section) == {"impact_section"}:
+        return orbit.after_impact(section["impact_section"].get("wall", "right"))
+    raise ValueError(
+        f"section = {section!r}: must be one of stroboscopic_section, impact_section, with settings"
+    )
+
+
+def dense(values: np.ndarray, between: int, most: int) -> np.ndarray:
+    """Ascending values with some in between each two, for curves; `most` of them or the values."""
+    values = np.sort(values)
+    steps = min(between, max(most // max(len(values), 1), 1))
+    parts = np.arange(steps) / steps
+    inner = values[:-1, None] + np.diff(values)[:, None] * parts
+    return np.concatenate([inner.ravel(), values[-1:]])
+
+
+def _scalars(place: xr.Dataset) -> dict[str, float]:
+    """Parameters that are scalar coordinates."""
+    names = dict.fromkeys((*PARAMETER_NAMES, *SI_NAMES))
+    return {n: float(place[n]) for n in names if n in place.coords and place[n].ndim == 0}

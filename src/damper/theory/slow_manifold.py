@@ -1,0 +1,176 @@
+"""Slow invariant manifold: amplitude of the walls against that of the free mass, as mu -> 0.
+
+Where the free mass is light, the primary's amplitude changes little from one impact to the next
+while the free mass settles to two impacts per cycle between walls that go as xi d sin(psi). The
+motions of that kind lie on a curve, along which the slow decay or growth of the primary's amplitude
+then moves (Gendelman, J. Sound Vib. 331, 2012, 4599-4608, for the vibro-impact nonlinear energy
+sink; there in other units):
+
+    xi^2 = (theta - 1)^2 + rho^2 theta^2,      rho = (2/pi) (1 - r)/(1 + r)
+
+`xi` is the primary's amplitude over the clearance d, `theta` the peak of the free mass's triangle
+wave over d, reached at the impacts. It follows from `damper.theory.two_impacts` with mu = 0.
+
+In between two impacts the phase psi of the walls and the free mass's speed change by an area-
+contracting map with determinant r^2 and trace 2 r - K, K = (pi^2/4) (1 + r)^2 (theta - 1)/theta.
+Its multipliers lie inside the unit circle for -(1 - r)^2 < K < (1 + r)^2, that is
+
+    1/(1 + rho^2) < theta < 1/(1 - 4/pi^2) = 1.681...
+
+Below is the fold, where xi is least: smaller amplitudes hold no such motion, and the branch below
+it is unstable (a saddle). Above, the symmetric motion gives way to an unsymmetric one; that end
+does not depend on the restitution. Derivation: docs/theory.md.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+#: Theta up to which the upper branch is stable.
+SYMMETRIC_LIMIT = 1.0 / (1.0 - 4.0 / math.pi**2)
+
+
+class ManifoldPoint(NamedTuple):
+    """A point of the manifold."""
+
+    theta: float
+    xi: float
+
+
+def amplitude(theta: ArrayLike, restitution: float) -> np.ndarray:
+    """Amplitude xi of the primary on the manifold, over the clearance.
+
+    Parameters
+    ----------
+    theta : array_like
+        Peak of the free mass's triangle wave over the clearance; >= 0.
+    restitution : float
+        0 <= r <= 1.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `theta`.
+
+    Raises
+    ------
+    ValueError
+        When an argument is out of range.
+
+    Examples
+    --------
+    >>> float(amplitude(2.0, 1.0))
+    1.0
+    """
+    theta = _not_negative("theta", theta)
+    return np.hypot(theta - 1.0, slope(restitution) * theta)
+
+
+def branches(xi: ArrayLike, restitution: float) -> tuple[np.ndarray, np.ndarray]:
+    """Both theta of an amplitude: on the branch above the fold and on the one below.
+
+    Parameters
+    ----------
+    xi : array_like
+        Amplitude of the primary over the clearance; >= 0.
+    restitution : float
+        0 <= r <= 1.
+
+    Returns
+    -------
+    upper, lower : ndarray
+        Of the shape of `xi`; NaN below the fold. The lower one is NaN as well where it would be
+        negative, for xi > 1: there is none.
+
+    Raises
+    ------
+    ValueError
+        When an argument is out of range.
+    """
+    xi = _not_negative("xi", xi)
+    square = 1.0 + slope(restitution) ** 2
+    rest = xi * xi * square - (square - 1.0)
+    spread = np.sqrt(np.where(rest >= 0.0, rest, np.nan))
+    upper = (1.0 + spread) / square
+    # The product of both is (1 - xi^2) / (1 + rho^2): their difference would cancel.
+    lower = (1.0 - xi) * (1.0 + xi) / (1.0 + spread)
+    return upper, np.where(lower >= 0.0, lower, np.nan)
+
+
+def fold(restitution: float) -> ManifoldPoint:
+    """Least amplitude of the manifold: below it the free mass falls out of step.
+
+    Parameters
+    ----------
+    restitution : float
+        0 <= r <= 1.
+
+    Returns
+    -------
+    ManifoldPoint
+
+    Raises
+    ------
+    ValueError
+        When the restitution is out of range.
+
+    Examples
+    --------
+    >>> fold(1.0)
+    ManifoldPoint(theta=1.0, xi=0.0)
+    """
+    rho = slope(restitution)
+    return ManifoldPoint(1.0 / (1.0 + rho * rho), rho / math.hypot(1.0, rho))
+
+
+def stable(theta: ArrayLike, restitution: float) -> np.ndarray:
+    """Whether the motion at `theta` is stable while the amplitude stands still.
+
+    Parameters
+    ----------
+    theta : array_like
+        >= 0.
+    restitution : float
+        0 <= r <= 1.
+
+    Returns
+    -------
+    ndarray of bool
+        Of the shape of `theta`; never with r = 1, where the map keeps areas and deviations neither
+        die out nor grow.
+
+    Raises
+    ------
+    ValueError
+        When an argument is out of range.
+    """
+    theta = _not_negative("theta", theta)
+    inside = (theta > fold(restitution).theta) & (theta < SYMMETRIC_LIMIT)
+    return inside & (restitution < 1.0)
+
+
+def slope(restitution: float) -> float:
+    """Return rho = (2/pi) (1 - r)/(1 + r).
+
+    Parameters
+    ----------
+    restitution : float
+        0 <= r <= 1.
+
+    Raises
+    ------
+    ValueError
+        When the restitution is out of range.
+    """
+    if not 0.0 <= restitution <= 1.0:
+        raise ValueError(f"restitution = {restitution!r}: must be a number from 0 to 1")
+    return 2.0 / math.pi * (1.0 - restitution) / (1.0 + restitution)
+
+
+def _not_negative(name: str, values: ArrayLike) -> np.ndarray:
+    array = np.asarray(values, dtype=float)
+    if not (array >= 0.0).all():
+        raise ValueError(f"{name} = {values!r}: must be numbers >= 0")
+    return array

@@ -1,0 +1,334 @@
+"""Theory drawn over simulations: where its lines lie, and that nothing is paid for unasked."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from new_process import in_new_process
+
+import damper
+from damper.figures import FIGURES, THEORY, modules
+from damper.figures.style import BLUE, GREEN, VERMILION
+from damper.study.amplitudes import amplitudes
+from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
+from damper.theory.small_mass import critical_restitution
+from damper.theory.two_impacts import orbits
+
+SECTION = {"stroboscopic_section": {"at": 0.25}}
+SI = {
+    "primary_mass": 2.0,
+    "damping": 4.0,
+    "stiffness": 200.0,
+    "force_amplitude": 10.0,
+    "free_mass": 0.2,
+    "restitution": 0.6,
+}
+
+
+def lines(ax: Axes, colour: str) -> list[Line2D]:
+    return [line for line in ax.lines if to_rgba(line.get_color()) == to_rgba(colour)]
+
+
+def curves(ax: Axes, dashed: bool) -> np.ndarray:
+    """Points of the closed form's curves; the bars along the edge left out."""
+    found = [
+        line.get_xydata()
+        for line in lines(ax, GREEN)
+        if line.get_transform() == ax.transData and (line.get_linestyle() == "--") == dashed
+    ]
+    points = np.concatenate(found)
+    return points[np.isfinite(points).all(axis=1)]
+
+
+def bars(ax: Axes) -> list[tuple[float, float, float]]:
+    """Ends and width of the bars along the lower edge."""
+    return [
+        (*line.get_xdata(), line.get_linewidth())
+        for line in lines(ax, GREEN)
+        if line.get_transform() != ax.transData
+    ]
+
+
+# --- two impacts per period
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    return damper.simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=[1.0, 1.1],
+        clearance=np.arange(2.0, 16.1, 1.0),
+        restitution=0.6,
+        transient=150,
+        periods=10,
+        observers={"stroboscopic_section": SECTION["stroboscopic_section"], "impacts": {}},
+    )
+
+
+def over_clearance(cube: xr.Dataset, **settings: Any) -> Figure:
+    settings = {"along": "clearance", "rows": "frequency_ratio", "section": SECTION} | settings
+    return drawn("bifurcation", cube, theory="two_impacts", **settings)
+
+
+def test_curves_are_the_closed_form(cube: xr.Dataset) -> None:
+    figure = over_clearance(cube)
+    assert_nothing_overlaps(figure)
+    for row, omega in enumerate((1.0, 1.1)):
+        for column in (0, 1):
+            ax = figure.axes[2 * row + column]
+            for dashed in (False, True):
+                points = curves(ax, dashed)
+                assert len(points) > 10
+                for d, y in points[::7]:
+                    p = damper.Parameters(0.1, 0.02, omega, d, 0.6)
+                    values = [
+                        orbit.stroboscopic(0.25)[column]
+                        for orbit in orbits(p)
+                        if orbit.admissible and orbit.stable != dashed
+                    ]
+                    assert min(abs(y - value) for value in values) < 1e-9
+
+
+def test_simulation_lies_on_the_stable_curve(cube: xr.Dataset) -> None:
+    ax = over_clearance(cube).axes[0]
+    x, y = curves(ax, dashed=False).T
+    inside = cube.sel(frequency_ratio=1.0, clearance=slice(9.0, 12.0))
+    assert inside.clearance.size == 4
+    for d in inside.clearance.values:
+        found = inside.displacement.sel(clearance=d).values[-1]
+        assert y[np.argmin(abs(x - d))] == pytest.approx(found, abs=1e-6)
+    low, high = ax.get_ylim()
+    assert low <= y.min()
+    assert y.max() <= high
+
+
+def test_bars_mark_existence_and_stability(cube: xr.Dataset) -> None:
+    ax = over_clearance(cube).axes[0]
+    widths = sorted({width for *_, width in bars(ax)})
+    assert len(widths) == 2
+    (stable,) = [bar for bar in bars(ax) if bar[2] == widths[1]]
+    exists = [bar for bar in bars(ax) if bar[2] == widths[0]]
+    # The ranges that the table finds for restitution 0.6: 7.578 to 12.66, from 2.408 on.
+    assert stable[:2] == pytest.approx((7.578, 12.66), abs=0.3)
+    assert (exists[0][0], exists[-1][1]) == pytest.approx((2.408, 16.0), abs=0.3)
+
+
+def test_legend_tells_solid_from_dashed(cube: xr.Dataset) -> None:
+    texts = legend_texts(over_clearance(cube))
+    assert "two impacts per period, closed form: stable (thick bar below)" in texts
+    assert "two impacts per period, closed form: unstable (thin bar)" in texts
+    only = cube.isel(frequency_ratio=[0]).sel(clearance=slice(9.0, 12.0))
+    assert not any("unstable" in text for text in legend_texts(over_clearance(only, rows=None)))
+
+
+def test_no_line_joins_both_sides_of_an_impact() -> None:
+    """Where the impact's instant passes the section, the velocity jumps."""
+    omega = np.linspace(0.68, 0.8, 13)
+    cube = damper.simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=omega,
+        clearance=5.0,
+        restitution=0.3,
+        transient=10,
+        periods=2,
+        observers=["stroboscopic_section"],
+    )
+    section = {"stroboscopic_section": {"at": 0.0}}
+    figure = drawn(
+        "bifurcation", cube, along="frequency_ratio", theory="two_impacts", section=section
+    )
+    steps = [
+        np.nanmax(abs(np.diff(line.get_ydata())), initial=0.0)
+        for line in lines(figure.axes[1], GREEN)
+        if line.get_transform() == figure.axes[1].transData
+    ]
+    ends = curves(figure.axes[1], dashed=False)[:, 1]
+    assert abs(np.diff(ends)).max() > 0.3  # the jump is in the range
+    assert max(steps) < 0.1
+
+
+def test_impact_section_and_si_units() -> None:
+    gaps = [0.3, 0.4, 0.5]
+    cube = damper.simulate(
+        **SI, forcing_frequency=11.0, gap=gaps, transient=200, periods=20,
+        observers={"impact_section": {"wall": "left", "samples": 20}},
+    )  # fmt: skip
+    section = {"impact_section": {"wall": "left"}}
+    figure = drawn("bifurcation", cube, along="gap", theory="two_impacts", section=section)
+    for column in (0, 1):
+        points = np.concatenate([curves(figure.axes[column], dashed) for dashed in (False, True)])
+        assert len(points)
+        for gap, y in points:
+            p = damper.SIParameters(**SI, forcing_frequency=11.0, gap=gap)
+            units = (p.units.length, p.units.speed)
+            values = [o.after_impact("left")[column] for o in orbits(p.dimensionless)]
+            assert min(abs(y - units[column] * value) for value in values) < 1e-9
+
+
+def test_section_must_be_told(cube: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match=r"section = .*must be one of stroboscopic_section"):
+        over_clearance(cube, section=None)
+
+
+# --- small-mass limit
+
+
+@pytest.fixture(scope="module")
+def light() -> xr.Dataset:
+    return damper.simulate(
+        mass_ratio=1e-4,
+        damping_ratio=0.05,
+        frequency_ratio=[0.3, 1.2],
+        clearance=np.linspace(0.05, 1.5, 6),
+        restitution=np.linspace(0.0, 0.9, 10),
+        initial="steady",
+        transient=5,
+        periods=5,
+        observers=["bursts"],
+    )
+
+
+LIMIT = {"variable": "complete_fraction", "theory": "small_mass_limit"}
+
+
+@pytest.mark.parametrize("upright", [True, False])
+def test_limit_is_drawn_in_place(light: xr.Dataset, upright: bool) -> None:
+    names = ("clearance", "restitution") if upright else ("restitution", "clearance")
+    figure = drawn("map", light, x=names[0], y=names[1], panels="frequency_ratio", **LIMIT)
+    assert_nothing_overlaps(figure)
+    assert r"small-mass limit $r_\mathrm{crit}(2d/A)$" in legend_texts(figure)
+    for ax, omega in zip(figure.axes, (0.3, 1.2), strict=False):
+        (line,) = lines(ax, VERMILION)
+        d, r = line.get_data() if upright else line.get_data()[::-1]
+        amplitude = 1.0 / math.hypot(1.0 - omega**2, 2.0 * 0.05 * omega)
+        inside = d < 1.5
+        assert inside.sum() > 10
+        np.testing.assert_allclose(r[inside], critical_restitution(2.0 * d[inside] / amplitude))
+        # The axes stay those of the map.
+        assert (ax.get_xlim() if upright else ax.get_ylim())[1] < 1.7
+
+
+def test_limit_in_si_units_and_at_undamped_resonance() -> None:
+    cube = damper.simulate(
+        **{**SI, "damping": 0.0, "restitution": [0.2, 0.4]},
+        forcing_frequency=[5.0, 10.0],
+        gap=[0.1, 0.2],
+        transient=2,
+        periods=2,
+        observers=["bursts"],
+    )
+    figure = drawn("map", cube, x="gap", y="restitution", panels="forcing_frequency", **LIMIT)
+    (line,) = lines(figure.axes[0], VERMILION)
+    # F0/K = 0.05 m, omega = 0.5: A = 0.05 / 0.75, and the gap is 2 d.
+    gap, r = line.get_data()
+    np.testing.assert_allclose(
+        r, critical_restitution(gap * 0.75 / 0.05 * (1.0 - 1e-15)), atol=1e-12
+    )
+    assert not lines(figure.axes[1], VERMILION)
+
+
+# --- slow manifold
+
+
+@pytest.fixture(scope="module")
+def decay() -> xr.Dataset:
+    return damper.simulate(
+        mass_ratio=0.005,
+        damping_ratio=0.0,
+        frequency_ratio=0.5,
+        clearance=1e4,
+        restitution=[0.3, 0.6],
+        initial_displacement=2.5e4,
+        transient=0,
+        periods=250,
+        observers={"trajectory": {"samples_per_period": 1, "events": 3000}},
+    )
+
+
+def test_amplitudes_follow_the_manifold(decay: xr.Dataset) -> None:
+    for restitution in (0.3, 0.6):
+        found = amplitudes(decay.sel(restitution=restitution))
+        low, high = fold(restitution), amplitude(SYMMETRIC_LIMIT, restitution)
+        inside = (found.xi > 1.3 * low.xi) & (found.xi < 0.8 * high)
+        assert inside.sum() > 20
+        assert found.two_impacts[inside].all()
+        upper, _ = branches(found.xi[inside], restitution)
+        assert abs(found.theta[inside] - upper).max() < 0.03
+        # Below the fold it falls out of step.
+        assert found.xi.min() < 0.9 * low.xi
+
+
+def test_amplitudes_of_a_run_with_known_ones() -> None:
+    """On the closed-form motion every cycle is the same, and has two impacts."""
+    p = damper.Parameters(0.1, 0.02, 1.1, 5.0, 0.6)
+    orbit = next(orbit for orbit in orbits(p) if orbit.stable)
+    cube = damper.simulate(
+        mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.1, clearance=5.0, restitution=0.6,
+        state=orbit.start, transient=0, periods=7, observers={"trajectory": {}},
+    )  # fmt: skip
+    found = amplitudes(cube)
+    assert len(found.two_impacts) >= 5
+    assert found.two_impacts.all()
+    x, u, v = orbit.displacement, orbit.velocity_before, orbit.velocity_after
+    np.testing.assert_allclose(found.theta, (x + 5.0) / 5.0)
+    np.testing.assert_allclose(found.xi, math.sqrt(x * x + 0.5 * (u * u + v * v)) / 5.0)
+
+
+def test_sticking_and_further_impacts_are_told_apart() -> None:
+    cube = damper.simulate(
+        mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25,
+        restitution=[0.0, 0.3], transient=0, periods=3, observers={"trajectory": {}},
+    )  # fmt: skip
+    for restitution in (0.0, 0.3):
+        found = amplitudes(cube.sel(restitution=restitution))
+        assert found.two_impacts.size
+        assert not found.two_impacts.any()
+
+
+def test_manifold_figure(decay: xr.Dataset, tmp_path: Path) -> None:
+    figure = drawn("slow_manifold", decay, panels="restitution")
+    assert_nothing_overlaps(figure)
+    assert len(legend_texts(figure)) == 6
+    assert len(figure.axes) == 2
+    for ax, restitution in zip(figure.axes, (0.3, 0.6), strict=True):
+        (points,) = lines(ax, BLUE)
+        found = amplitudes(decay.sel(restitution=restitution))
+        assert len(points.get_xdata()) == found.two_impacts.sum()
+        (solid,) = [line for line in ax.lines if line.get_linewidth() == 1.2]
+        xi, theta = solid.get_data()
+        np.testing.assert_allclose(xi, amplitude(theta, restitution))
+        assert theta[[0, -1]] == pytest.approx([fold(restitution).theta, SYMMETRIC_LIMIT])
+    assert_files("slow_manifold", decay, tmp_path, panels="restitution")
+
+
+def test_manifold_without_impacts() -> None:
+    cube = damper.simulate(
+        mass_ratio=0.005, damping_ratio=0.1, frequency_ratio=0.5, clearance=50.0, restitution=0.5,
+        transient=0, periods=3, observers={"trajectory": {}},
+    )  # fmt: skip
+    (ax,) = drawn("slow_manifold", cube).axes
+    assert [text.get_text() for text in ax.texts] == ["no impacts on the right wall"]
+
+
+# --- cost
+
+
+def test_only_what_is_asked_for_counts_and_loads() -> None:
+    assert modules({"kind": "bifurcation"}) == [FIGURES["bifurcation"]]
+    both = modules({"kind": "map", "theory": "small_mass_limit"})
+    assert both == [FIGURES["map"], THEORY["small_mass_limit"]]
+    code = (
+        "import json, sys, damper.figures.map, damper.figures.bifurcation\n"
+        "print(json.dumps([m for m in sys.modules if m.startswith('damper.theory')]))"
+    )
+    assert in_new_process(code) == []

@@ -1,0 +1,163 @@
+"""The small-mass limit against arbitrary precision, the engine at a tiny mass, and itself."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from reference.accumulation import small_mass_critical_restitution
+
+import damper
+from damper.theory.small_mass import (
+    completes,
+    completion,
+    critical_restitution,
+    first_impact,
+)
+
+GAPS = st.floats(1e-3, 3.1)
+
+
+def burst_completes(gap: float, restitution: mpf) -> bool:
+    """Bounce on the wall sin(psi) in 60 digits, each flight by bisection of its gap."""
+    with mp.workdps(60):
+        psi = mp.findroot(lambda t: t - mp.sin(t) - mpf(gap), mp.cbrt(6 * mpf(gap)))
+        w = restitution * (1 - mp.cos(psi))
+        while psi < mp.pi:
+            push = mp.sin(psi)
+
+            def above(tau, psi=psi, w=w):
+                return w * tau + mp.sin(psi + tau) - mp.sin(psi) - tau * mp.cos(psi)
+
+            if 2 * w < mpf(10) ** -6 * push * (mp.pi - psi) * (1 - restitution):
+                return True
+            if above(mp.pi - psi) >= 0:
+                return False
+            # The push is at most 1, so the flight lasts at least 2 w.
+            low, tau = w, mp.pi - psi
+            while tau - low > mpf(10) ** -45 * low:
+                middle = (low + tau) / 2
+                low, tau = (middle, tau) if above(middle) > 0 else (low, middle)
+            w = -restitution * (w + mp.cos(psi + tau) - mp.cos(psi))
+            psi += tau
+    return False
+
+
+@pytest.mark.parametrize(
+    ("gap", "expected"), [(0.05, 0.7918), (0.1, 0.7060), (0.2, 0.5918), (0.5, 0.3944), (1, 0.2189)]
+)
+def test_stated_values(gap: float, expected: float) -> None:
+    assert critical_restitution(gap) == pytest.approx(expected, abs=5e-5)
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.5, 2.5])
+def test_limit_to_the_last_digits(gap: float) -> None:
+    limit = mpf(float(critical_restitution(gap)))
+    near = mpf(10) ** -13
+    assert burst_completes(gap, limit * (1 - near))
+    assert not burst_completes(gap, limit * (1 + near))
+
+
+def test_limit_against_general_event_search() -> None:
+    found = small_mass_critical_restitution(0.3, digits=5)
+    assert critical_restitution(0.3) == pytest.approx(found, abs=1e-5)
+
+
+def test_ends() -> None:
+    assert critical_restitution(0.0) == 1.0
+    assert critical_restitution(math.pi) == 0.0
+    assert math.isnan(critical_restitution(3.15))
+    assert critical_restitution([[1.0, 2.0]]).shape == (1, 2)
+
+
+def test_small_gaps() -> None:
+    """Many small bounces lose w at the rate (1 - r) a / 2 and keep w / a^(1/3) otherwise."""
+    gap = 1e-4
+    integral = math.sqrt(math.pi) * math.gamma(5.0 / 6.0) / math.gamma(4.0 / 3.0)
+    expected = (6.0 * gap) ** (5.0 / 9.0) / integral
+    assert 1.0 - critical_restitution(gap) == pytest.approx(expected, rel=0.02)
+
+
+@given(st.floats(1e-300, math.pi) | st.just(0.0))
+@example(0.0205)  # theta just below 1/2, where a series takes over
+def test_first_impact_solves_its_equation(gap: float) -> None:
+    theta = first_impact(gap)
+    with mp.workdps(400):
+        residual = mpf(theta) - mp.sin(mpf(theta)) - mpf(gap)
+        rate = 1 - mp.cos(mpf(theta))
+        # A rounding of theta, or of G where the root is steep in it.
+        assert abs(residual) <= 4e-16 * (theta * rate + gap)
+
+
+@settings(max_examples=30, deadline=None)
+@given(GAPS, GAPS)
+def test_limit_falls_with_the_gap(one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    first, second = critical_restitution([low, high])
+    assert first >= second
+
+
+@settings(max_examples=30, deadline=None)
+@given(GAPS, st.floats(0.0, 1.0))
+def test_bursts_complete_up_to_the_limit_and_no_further(gap: float, restitution: float) -> None:
+    limit = critical_restitution(gap)
+    if abs(restitution - limit) > 1e-14:
+        assert completes(gap, restitution) == (restitution < limit)
+    assert completes(gap, restitution) == math.isfinite(completion(gap, restitution))
+
+
+@settings(max_examples=30, deadline=None)
+@given(GAPS, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_completion_is_later_the_more_elastic(gap: float, one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    limit = float(critical_restitution(gap))
+    first, second = completion(gap, low * limit), completion(gap, high * limit)
+    assert first_impact(gap) <= first <= second * (1.0 + 1e-15) < math.pi
+
+
+@pytest.mark.parametrize("omega", [0.2, 0.7, 1.6])
+@pytest.mark.parametrize(("gap", "part"), [(0.05, 0.9), (0.5, 0.5), (0.5, 0.999), (2.0, 0.9)])
+def test_completion_against_the_engine(omega: float, gap: float, part: float) -> None:
+    """At a mass ratio of 1e-13, whatever the frequency."""
+    restitution = part * float(critical_restitution(gap))
+    amplitude = 1.0 / (1.0 - omega**2)
+    d = 0.5 * gap * abs(amplitude)
+    p = damper.Parameters(1e-13, 0.0, omega, d, restitution)
+    speed = amplitude * omega
+    # Above resonance the walls start to the left: the same, mirrored.
+    side = math.copysign(1.0, amplitude)
+    start = damper.State(0.0, speed, -side * d, speed)
+    rows = damper.events(p, start, until=math.pi / omega)
+    first, stick = rows[0], rows[rows["kind"] == 1][0]
+    assert first["side"] == stick["side"] == side
+    assert omega * first["time"] == pytest.approx(first_impact(gap), abs=1e-11)
+    assert omega * stick["time"] == pytest.approx(completion(gap, restitution), abs=1e-10)
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.5, 1.5])
+def test_engine_changes_its_mind_at_the_limit(gap: float) -> None:
+    limit = float(critical_restitution(gap))
+    d = 0.5 * gap / 0.75
+    for restitution, complete in ((limit - 1e-8, True), (limit + 1e-8, False)):
+        p = damper.Parameters(1e-13, 0.0, 0.5, d, restitution)
+        rows = damper.events(p, damper.State(0.0, 0.5 / 0.75, -d, 0.5 / 0.75), until=2.0 * math.pi)
+        assert (rows["kind"] == 1).any() == complete
+
+
+@pytest.mark.parametrize("gap", [-0.1, 3.2, math.nan])
+def test_gap_out_of_range(gap: float) -> None:
+    with pytest.raises(ValueError, match=r"reduced_gap = .*: must be a number from 0 to pi"):
+        first_impact(gap)
+
+
+@pytest.mark.parametrize("restitution", [-0.1, 1.1, math.nan])
+def test_restitution_out_of_range(restitution: float) -> None:
+    with pytest.raises(ValueError, match=r"restitution = .*: must be a number from 0 to 1"):
+        completes(1.0, restitution)
+
+
+def test_negative_gaps() -> None:
+    with pytest.raises(ValueError, match="must be numbers >= 0"):
+        critical_restitution(np.array([0.1, -0.1]))

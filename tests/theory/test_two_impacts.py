@@ -1,0 +1,278 @@
+"""Two impacts per period against 50 digits, an independent closed form, and the engine."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from reference.two_impacts import two_impacts
+
+import damper
+from damper.engine import Trajectory
+from damper.lanes import run_lanes
+from damper.theory.two_impacts import Orbit, largest_clearance, orbits
+
+EXAMPLE = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5)
+#: Stable and unstable ones, light and heavy damping, below and above resonance.
+SCENES = [
+    EXAMPLE,
+    damper.Parameters(0.1, 0.02, 0.8, 5.0, 0.3),
+    damper.Parameters(0.1, 0.02, 1.15, 5.0, 0.6, phase=1.0),
+    damper.Parameters(0.3, 0.0, 1.0, 3.0, 0.7, phase=-2.0),
+    damper.Parameters(2.0, 0.3, 1.7, 0.2, 0.9),
+    damper.Parameters(0.01, 1.5, 0.6, 0.3, 0.8),
+    damper.Parameters(0.001, 0.05, 0.3, 1.0, 0.2),
+]
+POSITIVE = st.floats(0.05, 3.0)
+
+
+def exact_speeds(p: damper.Parameters) -> list[mpf]:
+    """Speeds of the free mass in 50 digits, from steady plus free motion."""
+    with mp.workdps(60):
+        mu, z, w, d, r = (
+            mpf(x)
+            for x in (p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution)
+        )
+        flow = mp.expm(mp.matrix([[0, 1], [-1, -2 * z]]) * mp.pi / w) + mp.eye(2)
+        free = mp.lu_solve(flow, mp.matrix([0, 1]))
+        amplitude = 1 / mp.sqrt((1 - w**2) ** 2 + (2 * z * w) ** 2)
+        s = mp.pi / (2 * w) - 2 * mu * free[0]
+        c = ((2 * mu * r - 1 + r) / (1 + r) - 2 * mu * free[1]) / w
+        square = s**2 + c**2
+        root = mp.sqrt((s * d) ** 2 - square * (d**2 - amplitude**2))
+        return [v for v in ((s * d + root) / square, (s * d - root) / square) if v > 0]
+
+
+def test_stated_example() -> None:
+    fast, slow = orbits(EXAMPLE)
+    assert fast.speed == pytest.approx(4.594001326355, abs=5e-13)
+    assert fast.displacement == pytest.approx(1.716240408729, abs=5e-13)
+    assert fast.approach_speed == pytest.approx(6.737868611987, abs=5e-13)
+    assert fast.peak == pytest.approx(2.58569621, abs=5e-9)
+    assert fast.forcing_phase == pytest.approx(4.3308, abs=5e-5)
+    assert abs(fast.multipliers[0]) == pytest.approx(0.727671, abs=5e-7)
+    assert fast.stable
+    assert slow.speed == pytest.approx(0.318, abs=5e-4)
+    assert abs(slow.multipliers[0]) == pytest.approx(46.0, abs=0.1)
+    assert not slow.stable
+
+
+@pytest.mark.parametrize(
+    ("mu", "zeta", "omega", "d", "r", "digits"),
+    [
+        (0.1, 0.1, 1.0, 5.5, 0.5, 1e-14),
+        (0.1, 1e-5, 1.0, 5.5, 0.5, 1e-13),
+        (0.1, 1e-9, 1.0 + 1e-7, 12.0, 0.9, 1e-13),
+        (5.0, 0.0, 2.3, 0.1, 0.3, 1e-14),
+        (1e-4, 2.0, 0.7, 0.3, 0.8, 1e-14),
+        (0.2, 40.0, 0.4, 0.02, 0.6, 1e-13),
+        # 1/omega nearly odd and hardly damped: half a period nearly mirrors the motion.
+        (1e-6, 1e-4, 1.0 / 3.0, 0.5, 0.6, 1e-10),
+    ],
+)
+def test_speeds_in_fifty_digits(
+    mu: float, zeta: float, omega: float, d: float, r: float, digits: float
+) -> None:
+    p = damper.Parameters(mu, zeta, omega, d, r)
+    expected = exact_speeds(p)
+    assert expected
+    assert [orbit.speed for orbit in orbits(p)] == pytest.approx(
+        [float(v) for v in expected], rel=10 * digits
+    )
+
+
+def test_against_independent_closed_form() -> None:
+    """Every number, and admissibility by fine sampling, at random places."""
+    rng = np.random.default_rng(5)
+    compared = admissible = 0
+    while compared < 60:
+        mu, d = 10 ** rng.uniform([-3, -2], [0.5, 1])
+        zeta, omega, r = rng.choice([0, 0.01, 0.2, 1, 3]), rng.uniform(0.2, 3), rng.uniform(0, 1)
+        expected = two_impacts(mu, zeta, omega, d, r)
+        found = orbits(damper.Parameters(mu, zeta, omega, d, r))
+        assert len(found) == len(expected)
+        for mine, other in zip(found, expected, strict=True):
+            assert mine.speed == pytest.approx(other.speed, rel=1e-9)
+            assert mine.displacement == pytest.approx(other.x0, rel=1e-9, abs=1e-10)
+            assert mine.velocity_before == pytest.approx(other.velocity_before, rel=1e-9)
+            assert mine.velocity_after == pytest.approx(other.velocity_after, rel=1e-9, abs=1e-12)
+            assert math.remainder(mine.forcing_phase - other.forcing_phase, math.tau) == (
+                pytest.approx(0.0, abs=1e-9)
+            )
+            sizes = np.sort(abs(other.multipliers))[::-1]
+            np.testing.assert_allclose(abs(mine.multipliers), sizes, rtol=1e-5, atol=1e-7)
+            assert mine.admissible == other.admissible
+            assert mine.admissible == math.isfinite(mine.peak)
+            if mine.admissible:
+                assert mine.peak == pytest.approx(other.peak, rel=1e-7)
+            compared += 1
+            admissible += mine.admissible
+    assert 10 < admissible < compared - 10
+
+
+# Against the engine.
+
+
+@pytest.mark.parametrize("p", SCENES)
+def test_engine_runs_along_it(p: damper.Parameters) -> None:
+    ran = 0
+    for orbit in orbits(p):
+        if not orbit.admissible:
+            continue
+        start = orbit.start
+        # An unstable one is left as soon as roundings have grown.
+        grows = max(abs(orbit.multipliers[0]), 1.0)
+        halves = 200 if orbit.stable else max(int(math.log(1e6) / math.log(grows)), 1)
+        half = math.pi / p.frequency_ratio
+        rows = damper.events(p, start, until=start.time + (halves + 0.5) * half)
+        assert len(rows) == halves
+        signs = -((-1.0) ** np.arange(halves))
+        np.testing.assert_array_equal(rows["kind"], 0)
+        np.testing.assert_array_equal(rows["side"], signs)
+        times = start.time + half * np.arange(1, halves + 1)
+        np.testing.assert_allclose(rows["time"], times, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(signs * rows["x"], orbit.displacement, atol=1e-7)
+        np.testing.assert_allclose(signs * rows["v"], orbit.velocity_after, atol=1e-7)
+        np.testing.assert_allclose(rows["approach_speed"], orbit.approach_speed, atol=1e-7)
+        ran += 1
+    assert ran
+
+
+@pytest.mark.parametrize("p", SCENES)
+def test_multipliers_against_differences_of_engine_runs(p: damper.Parameters) -> None:
+    """Half-period map of the state in mid-flight, differentiated numerically."""
+    checked = 0
+    for orbit in orbits(p):
+        if orbit.admissible:
+            expected = np.sort(abs(orbit.multipliers))
+            found = np.sort(abs(np.linalg.eigvals(differences(orbit))))
+            np.testing.assert_allclose(found, expected, rtol=2e-5, atol=1e-5 * expected[-1])
+            checked += 1
+    assert checked
+
+
+def differences(orbit: Orbit) -> np.ndarray:
+    p = orbit.parameters
+    half = math.pi / p.frequency_ratio
+    start = orbit.start
+    run = Trajectory(p, start)
+    begin = start.time + 0.4 * half
+    run.skip(*run.whole_periods(begin))
+    here = run.state_at(*run.whole_periods(begin))
+    middle = np.array([here.x, here.v, here.y, here.u])
+
+    def after(state: np.ndarray) -> np.ndarray:
+        run = Trajectory(p, damper.State(*state.tolist(), begin))
+        end = run.whole_periods(begin + half)
+        run.skip(*end)
+        there = run.state_at(*end)
+        return -np.array([there.x, there.v, there.y, there.u])
+
+    np.testing.assert_allclose(after(middle), middle, atol=1e-8 * (1.0 + abs(middle).max()))
+    size = 1e-5 * min(1.0, p.clearance)
+    columns = [
+        (after(middle + step) - after(middle - step)) / (2.0 * size) for step in size * np.eye(4)
+    ]
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize(
+    ("section", "at"),
+    [("stroboscopic_section", 0.1), ("stroboscopic_section", 0.7), ("impact_section", None)],
+)
+@pytest.mark.parametrize("p", SCENES[:4])
+def test_section_is_the_observers(p: damper.Parameters, section: str, at: float | None) -> None:
+    orbit = next(orbit for orbit in orbits(p) if orbit.admissible)
+    # Observers count their periods from the start of the run.
+    begun = orbit.start.time / p.period
+    for wall in ("right", "left") if at is None else (None,):
+        values = {name: getattr(p, name) for name in damper.Parameters.__dataclass_fields__}
+        observer: dict[str, Any] = {section: {"wall": wall} if wall else {"at": at}}
+        arrays, _ = run_lanes([values], observer, transient=0, periods=2, state=orbit.start)
+        expected = orbit.after_impact(wall) if wall else orbit.stroboscopic(begun + at)
+        samples = np.array([arrays["displacement"][0, 0], arrays["velocity"][0, 0]])
+        np.testing.assert_allclose(samples, expected, atol=1e-9)
+
+
+# Cases of their own.
+
+
+def test_undamped_resonance_has_one() -> None:
+    """There the force puts in what the impacts take: V = pi / (4 mu), by hand."""
+    for d in (0.5, 3.0, 40.0):
+        p = damper.Parameters(0.1, 0.0, 1.0, d, 0.6)
+        (orbit,) = orbits(p)
+        assert orbit.speed == pytest.approx(math.pi / 0.4, rel=1e-14)
+        assert orbit.forcing_phase == pytest.approx(1.5 * math.pi, rel=1e-14)
+
+
+@pytest.mark.parametrize("omega", [1.0 / 3.0, 0.2, 1.0 / 7.0])
+def test_undamped_odd_subharmonics_have_none(omega: float) -> None:
+    p = damper.Parameters(0.1, 0.0, omega, 0.5, 0.6)
+    assert orbits(p) == []
+    assert largest_clearance(p) == 0.0
+    assert orbits(damper.Parameters(0.1, 0.0, 1.001 * omega, 0.01, 0.6))
+
+
+def test_no_clearance_has_none() -> None:
+    assert orbits(damper.Parameters(0.1, 0.1, 1.0, 0.0, 0.5)) == []
+
+
+def test_a_plastic_impact_into_a_push_is_not_admissible() -> None:
+    """With r = 0 the masses separate only where the wall draws away at once."""
+    seen = set()
+    for omega in np.linspace(0.5, 1.5, 41):
+        for orbit in orbits(damper.Parameters(0.1, 0.1, omega, 2.0, 0.0)):
+            x, v, phase = orbit.displacement, orbit.velocity_after, orbit.forcing_phase
+            pulls = math.sin(phase) - 0.2 * v - x > 0.0
+            if not pulls:
+                assert not orbit.admissible
+            seen.add(pulls)
+    assert seen == {True, False}
+
+
+@given(POSITIVE, st.floats(0.0, 2.0), st.floats(0.2, 3.0), st.floats(0.0, 1.0))
+@settings(deadline=None)
+def test_largest_clearance_is_where_both_meet(
+    mu: float, zeta: float, omega: float, r: float
+) -> None:
+    assume(zeta > 1e-3)
+    largest = largest_clearance(damper.Parameters(mu, zeta, omega, 1.0, r))
+    assume(largest < 1e6)
+    assert orbits(damper.Parameters(mu, zeta, omega, largest * (1.0 + 1e-9), r)) == []
+    near = orbits(damper.Parameters(mu, zeta, omega, largest * (1.0 - 1e-9), r))
+    # Both meet at one sign of the speed; the other one is no motion.
+    assert len(near) in (0, 2)
+    if near:
+        assert near[0].speed == pytest.approx(near[1].speed, rel=1e-2)
+
+
+@given(POSITIVE, st.floats(0.0, 2.0), st.floats(0.2, 3.0), st.floats(0.0, 1.0), POSITIVE)
+@settings(deadline=None, max_examples=50)
+def test_momentum_restitution_and_path(
+    mu: float, zeta: float, omega: float, r: float, d: float
+) -> None:
+    p = damper.Parameters(mu, zeta, omega, d, r)
+    for orbit in orbits(p):
+        u, v = orbit.velocity_before, orbit.velocity_after
+        speed = orbit.speed
+        size = 1e-12 * (abs(u) + abs(v) + mu * speed)
+        assert u + mu * speed == pytest.approx(v - mu * speed, abs=size)
+        assert v + speed == pytest.approx(r * (speed - u), abs=size + 1e-12 * speed)
+        path = 2.0 * (orbit.displacement + d)
+        assert speed * math.pi / omega == pytest.approx(path, rel=1e-12)
+        # Liouville: damping over half a period, and r for each of two directions at an impact.
+        volume = np.prod(orbit.multipliers)
+        expected = r * r * math.exp(-2.0 * zeta * math.pi / omega)
+        scale = abs(orbit.multipliers[0]) ** 4
+        assert abs(volume - expected) <= 1e-9 * max(1.0, scale)
+
+
+def test_other_models_are_refused() -> None:
+    p = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5, support_stiffness_ratio=0.1)
+    for function in (orbits, largest_clearance):
+        with pytest.raises(ValueError, match="that of the rigid damper, this is the grounded one"):
+            function(p)
