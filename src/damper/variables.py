@@ -38,6 +38,7 @@ OWN_DIMENSIONS = {
     "sample": ("sample on the section", "1"),
     "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
     "burst": ("burst in the record", "1"),
+    "since": ("start of the part of the record, in forcing periods", "1"),
     "direction": ("direction in which the followed axis is run through", ""),
     "draw": ("random initial state", "1"),
     "instant": ("sample or event of the trajectory", "1"),

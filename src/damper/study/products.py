@@ -45,6 +45,13 @@ VARIABLES = {
         "complete_fraction",
         "sticking_fraction",
     ),
+    "burst_at": (
+        "burst_at_onset",
+        "burst_at_duration",
+        "burst_at_sticking_time",
+        "burst_at_visible_impacts",
+        "burst_at_complete",
+    ),
     "response": (
         "rms_displacement",
         "peak_displacement",
