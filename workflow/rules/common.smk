@@ -57,6 +57,11 @@ def everything_of(study):
     ]
 
 
+def cubes_beside(product):
+    """Cubes of the other studies that a figure or table needs."""
+    return [f"{RESULTS}/{name}/cube.nc" for name in product.beside.values()]
+
+
 def slices_of(wildcards):
     """Files of all slices of a study."""
     study = STUDIES[wildcards.study]

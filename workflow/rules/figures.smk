@@ -5,12 +5,19 @@ def _settings(wildcards):
     study = STUDIES[wildcards.study]
     name, place = study.figure_files()[wildcards.figure]
     settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
-    return settings | {"at": settings.get("at", {}) | place}
+    return settings | ({"at": settings.get("at", {}) | place} if place else {})
+
+
+def _cubes_beside_figure(wildcards):
+    study = STUDIES[wildcards.study]
+    name, _ = study.figure_files()[wildcards.figure]
+    return cubes_beside(study.figures[name])
 
 
 rule figure:
     input:
-        f"{RESULTS}/{{study}}/cube.nc",
+        cube=f"{RESULTS}/{{study}}/cube.nc",
+        beside=_cubes_beside_figure,
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
         png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",

@@ -4,7 +4,7 @@ from damper.study.tables import TABLES
 
 
 def _table_settings(wildcards):
-    return STUDIES[wildcards.study].tables[wildcards.table].model_dump()
+    return STUDIES[wildcards.study].tables[wildcards.table].model_dump(exclude_none=True)
 
 
 def _about_table(wildcards):
@@ -12,7 +12,11 @@ def _about_table(wildcards):
     return {
         "title": study.title,
         "fixed": study.fixed,
-        "observers": {"bursts": study.observer_settings()["bursts"]},
+        "observers": {
+            name: settings
+            for name, settings in study.observer_settings().items()
+            if name == "bursts"
+        },
         "assumed": study.assumed,
         "run": {
             "transient": study.transient,
@@ -26,6 +30,7 @@ def _about_table(wildcards):
 rule table:
     input:
         cube=f"{RESULTS}/{{study}}/cube.nc",
+        beside=lambda wildcards: cubes_beside(STUDIES[wildcards.study].tables[wildcards.table]),
         compiled=ancient(compiled_for),
     output:
         csv=f"{RESULTS}/{{study}}/tables/{{table}}.csv",

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-import xarray as xr
-
 from damper.figures import draw
 from damper.figures.style import save, style
+from damper.study.cube import open_cubes
 
 settings = dict(snakemake.params.settings)
 
-with style(), xr.open_dataset(snakemake.input[0]) as cube:
+with style(), open_cubes(snakemake.input.cube, settings, snakemake.input.beside) as cube:
     figure = draw(settings.pop("kind"), cube, **settings)
     for path in snakemake.output:
         save(figure, Path(path))

@@ -47,7 +47,13 @@ class ChatterBursts(EachBurst):
             for name, text, units, dtype, comment in (
                 ("chatter_bursts", "bursts that are chatter", "1", "i4", counted),
                 ("chatter_complete", "of these, those that complete", "1", "i4", counted),
-                ("sticking_bursts", "bursts that end in sticking, of any count", "1", "i4", counted),
+                (
+                    "sticking_bursts",
+                    "bursts that end in sticking, of any count",
+                    "1",
+                    "i4",
+                    counted,
+                ),
                 ("chatter_duration", "mean duration of complete chatter bursts", TIME, "f8", ""),
                 (
                     "chatter_onset",
