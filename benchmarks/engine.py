@@ -20,7 +20,8 @@ from scipy.integrate import solve_ivp
 
 import damper
 from damper.compiled import COMPILED
-from damper.engine import COLUMNS, LOG_ROWS, Trajectory
+from damper.engine import LOG_ROWS, Trajectory
+from damper.segment import COLUMNS
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))

@@ -20,9 +20,10 @@ from engine import SCENES, machine
 
 import damper
 from damper.compiled import COMPILED
-from damper.engine import COLUMNS, LOG_ROWS, Trajectory
+from damper.engine import LOG_ROWS, Trajectory
 from damper.observers import OBSERVERS, make_observers
 from damper.observers.base import Window
+from damper.segment import COLUMNS
 
 #: What the restitution study observes.
 STUDY = ("stroboscopic_section", "impacts", "bursts")

@@ -12,8 +12,9 @@ from reference import mp_reference
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, lanes, simulate
-from damper.engine import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING, Trajectory
+from damper.engine import Trajectory
 from damper.lanes import run_lanes
+from damper.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING
 from damper.study.cube import gather
 from damper.study.slices import Slice, read_slice, simulate_slice, write_slice
 

@@ -15,7 +15,9 @@ from scipy.linalg import expm
 import damper
 from damper import Parameters, State
 from damper.compiled import COMPILED
-from damper.engine import (
+from damper.engine import Trajectory
+from damper.models import motion
+from damper.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -35,10 +37,8 @@ from damper.engine import (
     TAIL,
     TIME,
     TOO_MANY_EVENTS,
-    Trajectory,
     V,
     X,
-    motion,
 )
 
 EPS = np.finfo(float).eps

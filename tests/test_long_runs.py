@@ -18,10 +18,11 @@ from scipy.linalg import expm
 import damper
 from damper import Parameters, State
 from damper.compiled import COMPILED
-from damper.engine import PERIOD, Trajectory
+from damper.engine import Trajectory
 from damper.lanes import run_lanes
 from damper.observers import make_observers
 from damper.observers.base import Window
+from damper.segment import PERIOD
 
 #: Plain Python is some 45 times slower, and shows the same.
 LONG = 1_000_000 if COMPILED else 10_000

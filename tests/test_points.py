@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from damper import Parameters, SIParameters, State, events, simulate
-from damper.engine import CAUSE, FLIGHT, GAP, MODE, RATE, SIDE, STICKING, Trajectory
+from damper.engine import Trajectory
 from damper.lanes import run_lanes
 from damper.parameters import NO_UNITS
 from damper.points import read_point
+from damper.segment import CAUSE, FLIGHT, GAP, MODE, RATE, SIDE, STICKING
 
 POINT: dict[str, float] = {
     "mass_ratio": 0.1,

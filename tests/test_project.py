@@ -73,6 +73,8 @@ LAYERS = {
     "flow": 2,
     "linear": 2,
     "contact": 3,
+    "segment": 3,
+    "models": 4,
     "engine": 4,
     "event_list": 4,
     "observers": 5,

@@ -12,6 +12,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,8 @@ def _load_numba() -> Any:
 
 
 _numba = _load_numba()
+#: How compiled code treats x / 0: as arithmetic does, not as Python.
+_OPTIONS = {"error_model": "numpy"}
 _folder = _make_cache_folder() if _numba else None
 
 #: True when the core runs as compiled code.
@@ -91,6 +94,38 @@ def compiled(function: Callable) -> Callable:
     # numba reads this setting while it decorates; other packages' caches keep their place.
     _numba.config.CACHE_DIR = str(_folder) if _folder else ""
     try:
-        return _numba.njit(cache=_folder is not None, error_model="numpy")(function)
+        return _numba.njit(cache=_folder is not None, **_OPTIONS)(function)
     finally:
         _numba.config.CACHE_DIR = before
+
+
+def by_model(function: Callable) -> Callable:
+    """Make a function that each model of the damper implements for itself (a decorator).
+
+    A model is a NamedTuple of constants. ``@function.of(Model)`` gives the implementation for one
+    class of model; the class of the first argument chooses among them. Compiled code chooses while
+    it is compiled, so a run pays nothing for the choice, nor for models it does not use: those
+    need not even be imported.
+    """
+    chosen: dict[type, Callable] = {}
+
+    @wraps(function)
+    def choose(model: tuple, *rest: Any) -> Any:
+        return chosen[type(model)](model, *rest)
+
+    def of(kind: type) -> Callable:
+        def implement(implementation: Callable) -> Callable:
+            chosen[kind] = compiled(implementation)
+            return chosen[kind]
+
+        return implement
+
+    choose.of = of  # type: ignore[attr-defined]
+    if _numba is not None:
+        from numba.extending import overload
+
+        def typed(model: Any, *rest: Any) -> Callable:
+            return chosen[model.instance_class].py_func  # type: ignore[attr-defined]
+
+        overload(choose, jit_options=_OPTIONS, strict=False)(typed)
+    return choose

@@ -11,42 +11,47 @@ from collections.abc import Iterator
 import numpy as np
 
 from damper.compiled import compiled
-from damper.contact import (
-    GAVE_UP,
-    ROUNDING,
-    find_impact,
-    find_release,
-    impact,
-    stays,
-    tail_bounce,
-    tail_duration,
-)
-from damper.flow import (
-    Oscillator,
-    acceleration,
-    advance,
-    arrive,
-    higher_derivatives,
-    increments,
-    oscillator,
-    sine_cosine,
+from damper.contact import GAVE_UP, ROUNDING, impact
+from damper.flow import acceleration, sine_cosine
+from damper.models import (
+    Model,
+    cut_flight,
+    flight,
+    mass_ratio_at,
+    model_of,
+    motion,
+    rests,
+    settle,
+    sticking,
+    time_to_sticking,
 )
 from damper.parameters import NO_UNITS, Parameters, State, Units
-
-# Columns of a log row: one segment, described at its start.
-# FIRST is the approach speed of the first impact of the burst under way, zero if there is none.
-PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, DURATION = range(12)
-COLUMNS = 12
-#: Constants of one run; see `prepare`.
-Model = tuple[float, float, float, float, float, float, Oscillator, Oscillator]
-
-#: How the masses move in a segment. A tail is the closed rest of a complete burst.
-FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
-#: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
-NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
-
-#: Why `run` returned: FINISHED, or the reason that `damper.variables.STATUS` explains.
-FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
+from damper.segment import (
+    CAUSE,
+    COLUMNS,
+    DURATION,
+    FINISHED,
+    FIRST,
+    FLIGHT,
+    GAP,
+    IMPACT,
+    LOG_FULL,
+    MODE,
+    NOTHING,
+    PERIOD,
+    RATE,
+    RELEASE,
+    SEARCH_FAILED,
+    SIDE,
+    SPEED,
+    STICK,
+    STICKING,
+    TAIL,
+    TIME,
+    TOO_MANY_EVENTS,
+    V,
+    X,
+)
 
 LOG_ROWS = 1024
 DEFAULT_ACCURACY = 1e-12
@@ -94,15 +99,7 @@ class Trajectory:
         p = parameters
         state = state or _REST
         check_state(p, state)
-        self.model = prepare(
-            p.mass_ratio,
-            p.damping_ratio,
-            p.frequency_ratio,
-            p.clearance,
-            p.restitution,
-            p.phase,
-            float(accuracy),
-        )
+        self.model = model_of(p, accuracy)
         self.period = p.period
         self.start = self.whole_periods(state.time)
         self._state = np.empty(COLUMNS)
@@ -152,7 +149,7 @@ class Trajectory:
         elapsed = (periods - row[PERIOD]) * self.period + (time - row[TIME])
         x, v, gap, rate = motion(self.model, row, max(float(elapsed), 0.0))
         side = float(row[SIDE])
-        clearance = self.model[1]
+        clearance = self.model.clearance
         return State(x, v, x + side * (clearance - gap), v - side * rate, time)
 
     def segments(
@@ -221,31 +218,6 @@ def slack(clearance: float, x: float, y: float) -> float:
 
 
 @compiled
-def prepare(
-    mass_ratio: float,
-    damping_ratio: float,
-    frequency_ratio: float,
-    clearance: float,
-    restitution: float,
-    phase: float,
-    accuracy: float,
-) -> Model:
-    """Constants of one run: the scalars, and the oscillators of flight and of sticking."""
-    heavier = 1.0 + mass_ratio
-    return (
-        mass_ratio,
-        clearance,
-        restitution,
-        math.atan2(math.sin(phase), math.cos(phase)),
-        2.0 * math.pi / frequency_ratio,
-        # Tails are closed to this error in time.
-        accuracy / max(1.0, frequency_ratio),
-        oscillator(damping_ratio, 1.0, 1.0, frequency_ratio),
-        oscillator(damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, frequency_ratio),
-    )
-
-
-@compiled
 def place(
     model: Model,
     state: np.ndarray,
@@ -257,7 +229,7 @@ def place(
     u: float,
 ) -> None:
     """Write the first segment's start into `state` (section 1's rules for a start on a wall)."""
-    mass_ratio, clearance, _, phase, _, _, free, _ = model
+    clearance = model.clearance
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
     gap = clearance - side * relative
@@ -267,6 +239,7 @@ def place(
     if clearance == 0.0:
         # Stuck between both walls for good, with the common velocity that keeps the momentum.
         side = 0.0
+        mass_ratio = mass_ratio_at(model, periods, time)
         v = (v + mass_ratio * u) / (1.0 + mass_ratio)
         gap = 0.0
         rate = 0.0
@@ -274,10 +247,11 @@ def place(
     elif gap <= slack(clearance, x, y):
         gap = 0.0
         if rate == 0.0:
-            angle = free[3] * time + phase
-            a, j = acceleration(free, x, v, math.sin(angle), math.cos(angle))
-            snap, crackle = higher_derivatives(free, a, j, math.sin(angle), math.cos(angle))
-            if stays(side, a, j, snap, crackle):
+            angle = model.free[3] * time + model.phase
+            sin = math.sin(angle)
+            cos = math.cos(angle)
+            a, j = acceleration(model.free, x, v, sin, cos)
+            if rests(model, periods, time, side, x, v, a, j, sin, cos):
                 mode = STICKING
                 cause = STICK
     state[PERIOD] = periods
@@ -327,7 +301,9 @@ def run(
     code, rows : int
         FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the rows written.
     """
-    mass_ratio, clearance, restitution, phase, period, tolerance, free, stuck = model
+    free = model.free
+    phase = model.phase
+    period = model.period
     omega = free[3]
     keep = len(log) > 0
     # float(): plain Python would otherwise carry slow NumPy scalars through the loop.
@@ -364,17 +340,14 @@ def run(
         hit = 0.0
         end_rate = rate
         if mode == FLIGHT:
-            if cause == RELEASE:
-                a = 0.0
-            duration, hit, dx, end_v, end_rate, steps = find_impact(
-                free, clearance, side, x, v, gap, rate, a, j, sin0, cos0
+            duration, hit, dx, end_v, end_rate, steps = flight(
+                model, cause, side, x, v, gap, rate, a, j, sin0, cos0
             )
         elif mode == STICKING:
-            duration, hit, dx, end_v, steps = find_release(stuck, side, x, v, sin0, cos0)
+            duration, hit, dx, end_v, steps = sticking(model, periods, time, side, x, v, sin0, cos0)
         else:
-            duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
-            common = v - side * mass_ratio / (1.0 + mass_ratio) * rate
-            dx, end_v = advance(stuck, x, common, sin0, cos0, duration)
+            duration, _ = time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin0, cos0)
+            dx, end_v = settle(model, periods, time, side, x, v, rate, sin0, cos0, duration)
             steps = 1
         evaluations += steps
 
@@ -404,11 +377,11 @@ def run(
             code = TOO_MANY_EVENTS
             break
 
+        end_gap = gap
         if hit == 0.0 and mode == FLIGHT:
-            # Cut, not ended: how the errors of many such segments add up is all that matters.
-            end_x, end_v = arrive(free, x, v, sin0, cos0, duration)
-            dx = end_x - x
-            end_rate = rate + side * (end_v - v)
+            dx, end_v, end_gap, end_rate = cut_flight(
+                model, side, x, v, gap, rate, sin0, cos0, duration
+            )
         # Step over the event into the next segment.
         x += dx
         left = period - time
@@ -433,7 +406,7 @@ def run(
                 mode = FLIGHT
                 cause = RELEASE
         elif hit == 0.0:
-            gap += (rate * duration) + side * (dx - v * duration)
+            gap = end_gap
             v = end_v
             rate = end_rate
         else:
@@ -443,17 +416,20 @@ def run(
                 first = speed
             side = hit
             gap = 0.0
-            v, rate = impact(mass_ratio, restitution, side, end_v, speed)
+            mass_ratio = mass_ratio_at(model, periods, time)
+            v, rate = impact(mass_ratio, model.restitution, side, end_v, speed)
             angle = omega * time + phase
             sin0, cos0, _ = sine_cosine(angle)
             a, j = acceleration(free, x, v, sin0, cos0)
             known = True
             if rate == 0.0:
-                snap, crackle = higher_derivatives(free, a, j, sin0, cos0)
-                mode = TAIL if stays(side, a, j, snap, crackle) else FLIGHT
+                stays = rests(model, periods, time, side, x, v, a, j, sin0, cos0)
+                mode = TAIL if stays else FLIGHT
             else:
-                _, error = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
-                if error <= tolerance:
+                _, error = time_to_sticking(
+                    model, periods, time, side, x, v, rate, a, j, sin0, cos0
+                )
+                if error <= model.tolerance:
                     mode = TAIL
         if is_event:
             events += 1
@@ -471,37 +447,3 @@ def run(
     counts[0] = events
     counts[1] = evaluations
     return code, rows
-
-
-@compiled
-def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
-    """State inside a segment, a time `tau` after its start.
-
-    Returns
-    -------
-    x, v, gap, rate : float
-        Of the primary, and of the gap at the segment's wall.
-    """
-    mass_ratio, clearance, restitution, phase, _, _, free, stuck = model
-    x = float(row[X])
-    v = float(row[V])
-    gap = float(row[GAP])
-    rate = float(row[RATE])
-    side = float(row[SIDE])
-    sin0, cos0, _ = sine_cosine(free[3] * float(row[TIME]) + phase)
-    if float(row[MODE]) == FLIGHT:
-        a, j = acceleration(free, x, v, sin0, cos0)
-        dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)
-        gap = max(gap + rate * tau + side * dx, 0.0)
-        gap = min(gap, 2.0 * clearance)
-        return x + (v * tau + dx), v + dv, gap, rate + side * dv
-    gap = 0.0
-    bounce = 0.0
-    share = mass_ratio / (1.0 + mass_ratio) * side
-    if float(row[MODE]) == TAIL and rate > 0.0:
-        # The pair's centre follows the sticking flow; the bounces go on about it.
-        a, j = acceleration(free, x, v, sin0, cos0)
-        duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
-        gap, bounce = tail_bounce(restitution, duration, rate, tau)
-    dx, v = advance(stuck, x, v - share * rate, sin0, cos0, tau)
-    return x + dx + share * gap, v + share * bounce, gap, bounce

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from damper.engine import (
+from damper.engine import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory, check_state
+from damper.models import motion
+from damper.parameters import NO_UNITS, Parameters, SIParameters, State
+from damper.segment import (
     CAUSE,
-    DEFAULT_ACCURACY,
-    DEFAULT_MAX_EVENTS,
     DURATION,
     FINISHED,
     NOTHING,
@@ -14,13 +15,9 @@ from damper.engine import (
     SPEED,
     STOPPED,
     TIME,
-    Trajectory,
     V,
     X,
-    check_state,
-    motion,
 )
-from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 
 EVENT = np.dtype(
     [

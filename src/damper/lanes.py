@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 from damper.engine import (
-    COLUMNS,
     DEFAULT_ACCURACY,
     DEFAULT_MAX_EVENTS,
-    FINISHED,
     LOG_ROWS,
     Trajectory,
     check_engine_settings,
@@ -23,6 +21,7 @@ from damper.observers import make_observers
 from damper.observers.base import Observer, Window
 from damper.parameters import State
 from damper.points import Point, read_point
+from damper.segment import COLUMNS, FINISHED
 
 
 def run_lanes(

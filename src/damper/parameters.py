@@ -8,13 +8,16 @@ move with it, ``|y - x| <= clearance``. `SIParameters` is the same in kg, m and 
 import math
 from dataclasses import dataclass, fields
 
-from damper.quantities import PARAMETER_NAMES, SI_NAMES, check_quantity, real
+from damper.quantities import PARAMETER_NAMES, SI_NAMES, check_model, check_quantity, real
 from damper.variables import ENERGY, LENGTH, SPEED, TIME
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Dimensionless parameters of a rigid impact damper.
+    """Dimensionless parameters of an impact damper.
+
+    The first six make the rigid damper. The rest choose another model, one of the three at most:
+    a support that ties the free mass to ground, walls that give, or a free mass that varies.
 
     Parameters
     ----------
@@ -32,10 +35,32 @@ class Parameters:
     phase : float, default 0
         Phase of the force sin(frequency_ratio t + phase) in radians; pi/2 gives a cosine.
 
+    Other Parameters
+    ----------------
+    support_stiffness_ratio : float, default 0
+        Grounded free mass: stiffness of its support over that of the primary; >= 0.
+    support_damping_ratio : float, default 0
+        Damping of its support as C2 / (2 sqrt(K M)) with K and M of the primary; >= 0.
+    support_damping_factor : float, default 0
+        The same as a multiple C2 / C1 of the primary's damping; not with the one above.
+    contact_stiffness_ratio : float, default inf
+        Compliant contact: stiffness of the walls over that of the primary; > 0. Its damping is
+        the one that gives an impact between free bodies the restitution.
+    contact_tension : {0, 1}, default 0
+        0: the contact lets go when its force vanishes. 1: it may pull, until the gap reopens.
+    modulation_depth : float, default 0
+        Time-variant free mass: mass_ratio (1 + modulation_depth cos(frequency_ratio t /
+        modulation_order + modulation_phase)); 0 <= modulation_depth < 1.
+    modulation_order : int, default 1
+        Forcing periods in one period of the modulation.
+    modulation_phase : float, default 0
+        Its phase at time 0 in radians.
+
     Raises
     ------
     ValueError
-        Names the field, the value and the range when a value is not finite or out of range.
+        Names the field, the value and the range when a value is not finite or out of range;
+        names the fields when they ask for more than one model.
     TypeError
         When a value is not a real number.
 
@@ -56,10 +81,35 @@ class Parameters:
     clearance: float
     restitution: float
     phase: float = 0.0
+    support_stiffness_ratio: float = 0.0
+    support_damping_ratio: float = 0.0
+    support_damping_factor: float = 0.0
+    contact_stiffness_ratio: float = math.inf
+    contact_tension: float = 0.0
+    modulation_depth: float = 0.0
+    modulation_order: float = 1.0
+    modulation_phase: float = 0.0
 
     def __post_init__(self) -> None:
         for name in PARAMETER_NAMES:
             object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
+        check_model({name: getattr(self, name) for name in PARAMETER_NAMES})
+
+    @property
+    def model(self) -> str:
+        """Which of `damper.models` these parameters ask for."""
+        if self.contact_stiffness_ratio < math.inf:
+            return "compliant"
+        if self.modulation_depth > 0.0:
+            return "modulated"
+        if self.support_stiffness_ratio > 0.0 or self.support_damping > 0.0:
+            return "grounded"
+        return "rigid"
+
+    @property
+    def support_damping(self) -> float:
+        """Damping ratio of the free mass's support, however it is given."""
+        return self.support_damping_ratio + self.damping_ratio * self.support_damping_factor
 
     @property
     def period(self) -> float:
@@ -91,6 +141,15 @@ class SIParameters:
     restitution, phase : float
         As in `Parameters`.
 
+    Other Parameters
+    ----------------
+    support_stiffness, support_damping : float, default 0
+        Grounded free mass: K2 in N/m and C2 in N s/m of its support; >= 0.
+    contact_stiffness : float, default inf
+        Compliant contact: stiffness of the walls in N/m; > 0.
+    support_damping_factor, contact_tension, modulation_depth, modulation_order, modulation_phase
+        As in `Parameters`.
+
     Raises
     ------
     ValueError, TypeError
@@ -115,10 +174,19 @@ class SIParameters:
     gap: float
     restitution: float
     phase: float = 0.0
+    support_stiffness: float = 0.0
+    support_damping: float = 0.0
+    support_damping_factor: float = 0.0
+    contact_stiffness: float = math.inf
+    contact_tension: float = 0.0
+    modulation_depth: float = 0.0
+    modulation_order: float = 1.0
+    modulation_phase: float = 0.0
 
     def __post_init__(self) -> None:
         for name in SI_NAMES:
             object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
+        check_model({name: getattr(self, name) for name in SI_NAMES})
         try:
             units, clearance = self.units, self.dimensionless.clearance
             sizes = (units.length, units.time, units.speed, units.energy)
@@ -143,6 +211,16 @@ class SIParameters:
             clearance=0.5 * self.gap * self.stiffness / self.force_amplitude,
             restitution=self.restitution,
             phase=self.phase,
+            support_stiffness_ratio=self.support_stiffness / self.stiffness,
+            support_damping_ratio=0.5
+            * self.support_damping
+            / math.sqrt(self.stiffness * self.primary_mass),
+            support_damping_factor=self.support_damping_factor,
+            contact_stiffness_ratio=self.contact_stiffness / self.stiffness,
+            contact_tension=self.contact_tension,
+            modulation_depth=self.modulation_depth,
+            modulation_order=self.modulation_order,
+            modulation_phase=self.modulation_phase,
         )
 
     @property

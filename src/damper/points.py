@@ -8,7 +8,14 @@ from typing import NamedTuple
 from damper.engine import slack
 from damper.linear import steady_state
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
-from damper.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, check_quantity, is_si
+from damper.quantities import (
+    ALL,
+    INITIAL_NAMES,
+    PARAMETER_NAMES,
+    SI_NAMES,
+    check_quantity,
+    is_si,
+)
 
 #: Where the primary may start.
 PRIMARY_STARTS = ("rest", "steady")
@@ -111,7 +118,7 @@ def _check_names(given: Iterable[str], names: Iterable[str]) -> None:
     unknown = [name for name in given if name not in names]
     if unknown:
         raise TypeError(f"unknown parameter {unknown[0]!r}: must be one of {', '.join(names)}")
-    missing = [name for name in names if name not in given and name != "phase"]
+    missing = [name for name in names if name not in given and ALL[name].default is None]
     if missing:
         raise TypeError(f"missing parameters: {', '.join(missing)}")
 

@@ -32,6 +32,17 @@ def simulate(
     gap: Values | None = None,
     restitution: Values | None = None,
     phase: Values = 0.0,
+    support_stiffness_ratio: Values | None = None,
+    support_damping_ratio: Values | None = None,
+    support_stiffness: Values | None = None,
+    support_damping: Values | None = None,
+    support_damping_factor: Values | None = None,
+    contact_stiffness_ratio: Values | None = None,
+    contact_stiffness: Values | None = None,
+    contact_tension: Values | None = None,
+    modulation_depth: Values | None = None,
+    modulation_order: Values | None = None,
+    modulation_phase: Values | None = None,
     initial_displacement: Values | None = None,
     initial_velocity: Values | None = None,
     initial_position: Values | None = None,
@@ -63,6 +74,9 @@ def simulate(
         and J then.
     restitution, phase : float or 1-D
         Of both.
+    support_stiffness_ratio, ..., modulation_phase : float or 1-D, optional
+        The other parameters of `damper.Parameters` and `damper.SIParameters`, which choose a model
+        other than the rigid damper.
     initial_displacement, initial_velocity : float or 1-D, optional
         Of the primary; 0 when not given.
     initial_position : float or 1-D, optional

@@ -16,12 +16,17 @@ from reference import two_impacts
 from scipy.integrate import IntegrationWarning, quad, solve_ivp
 
 from damper import Parameters, State
-from damper.engine import (
+from damper.engine import LOG_ROWS, Trajectory
+from damper.flow import acceleration, oscillator
+from damper.lanes import run_lanes
+from damper.models import motion
+from damper.observers import response
+from damper.observers.base import Window
+from damper.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
     IMPACT,
-    LOG_ROWS,
     MODE,
     PERIOD,
     RATE,
@@ -29,14 +34,8 @@ from damper.engine import (
     STICKING,
     TAIL,
     TIME,
-    Trajectory,
     V,
-    motion,
 )
-from damper.flow import acceleration, oscillator
-from damper.lanes import run_lanes
-from damper.observers import response
-from damper.observers.base import Window
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 VARIABLES = [variable.name for variable in response.Response.variables]

@@ -10,23 +10,12 @@ from new_process import in_new_process
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
-from damper.engine import (
-    CAUSE,
-    COLUMNS,
-    DURATION,
-    IMPACT,
-    LOG_ROWS,
-    MODE,
-    PERIOD,
-    SIDE,
-    TAIL,
-    TIME,
-    Trajectory,
-    motion,
-)
+from damper.engine import LOG_ROWS, Trajectory
 from damper.lanes import run_lanes
+from damper.models import motion
 from damper.observers.base import Window
 from damper.observers.trajectory import SampledTrajectory
+from damper.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIOD, SIDE, TAIL, TIME
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 SCENES = {

@@ -70,9 +70,12 @@ def slices_of(wildcards):
     ]
 
 
-def observer_modules(studies):
-    """Modules of the observers that studies ask for: others do not concern their results."""
-    return sorted({f"damper.observers.{name}" for study in studies for name in study.observers})
+def simulation_modules(study):
+    """Modules of the model and the observers of a study: others do not concern its results."""
+    return [
+        f"damper.models.{study.model}",
+        *sorted(f"damper.observers.{name}" for name in study.observers),
+    ]
 
 
 def cost_by_stage():
@@ -80,7 +83,7 @@ def cost_by_stage():
     cost = {}
     for path in sorted(Path("logs/benchmarks").rglob("*.tsv")):
         if path.stat().st_mtime >= STARTED:
-            # <study>/<stage>... or compile/<observers>.tsv
+            # <study>/<stage>... or compile/<model>/<observers>.tsv
             first, second, *_ = path.relative_to("logs/benchmarks").with_suffix("").parts
             stage = first if first == "compile" else second
             seconds = float(path.read_text().splitlines()[1].split("\t")[0])

@@ -32,7 +32,7 @@ rule gather:
         periods=lambda wildcards: STUDIES[wildcards.study].periods,
         engine=ENGINE,
         code=lambda wildcards: code_digest(
-            SCRIPTS / "gather.py", observer_modules([STUDIES[wildcards.study]])
+            SCRIPTS / "gather.py", simulation_modules(STUDIES[wildcards.study])
         ),
     message:
         "Gather {wildcards.study} into {output}"

@@ -19,7 +19,8 @@ def _inner_axes(wildcards):
 
 def compiled_for(wildcards):
     """Return the mark that the code a study needs is compiled; named by what it asks for."""
-    return f"{RESULTS}/compiled/{'+'.join(sorted(STUDIES[wildcards.study].observers))}.txt"
+    study = STUDIES[wildcards.study]
+    return f"{RESULTS}/compiled/{study.model}/{'+'.join(sorted(study.observers))}.txt"
 
 
 # No params, on purpose: Snakemake 9 checks no further reason to run a job whose (even ancient) input
@@ -27,11 +28,11 @@ def compiled_for(wildcards):
 # the simulations must rerun too. After an edit the simulation jobs compile for themselves.
 rule compile:
     output:
-        f"{RESULTS}/compiled/{{observers}}.txt",
+        f"{RESULTS}/compiled/{{model}}/{{observers}}.txt",
     log:
-        "logs/compile/{observers}.log",
+        "logs/compile/{model}/{observers}.log",
     benchmark:
-        "logs/benchmarks/compile/{observers}.tsv"
+        "logs/benchmarks/compile/{model}/{observers}.tsv"
     message:
         "Compile the engine once, so that parallel jobs find it in the cache"
     script:
@@ -59,7 +60,7 @@ rule simulate:
         follow=lambda wildcards: STUDIES[wildcards.study].follow,
         engine=ENGINE,
         code=lambda wildcards: code_digest(
-            SCRIPTS / "simulate.py", observer_modules([STUDIES[wildcards.study]])
+            SCRIPTS / "simulate.py", simulation_modules(STUDIES[wildcards.study])
         ),
     message:
         "Simulate {wildcards.study}: {wildcards.place}"

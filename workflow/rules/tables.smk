@@ -44,7 +44,11 @@ rule table:
         about=_about_table,
         code=lambda wildcards: code_digest(
             SCRIPTS / "table.py",
-            [TABLES[_table_settings(wildcards)["kind"]], "damper.observers.bursts"],
+            [
+                TABLES[_table_settings(wildcards)["kind"]],
+                f"damper.models.{STUDIES[wildcards.study].model}",
+                "damper.observers.bursts",
+            ],
         ),
     message:
         "Write {wildcards.study}: {wildcards.table}"

@@ -5,6 +5,14 @@ from pathlib import Path
 from damper.compiled import COMPILED
 from damper.study.slices import simulate_slice
 
+#: What a short scene needs to be one of each model.
+MODELS = {
+    "rigid": {},
+    "grounded": {"support_stiffness_ratio": 0.01},
+    "compliant": {"contact_stiffness_ratio": 1e4},
+    "modulated": {"modulation_depth": 0.1},
+}
+
 simulate_slice(
     {
         "mass_ratio": 0.1,
@@ -12,7 +20,8 @@ simulate_slice(
         "frequency_ratio": 0.2,
         "clearance": 0.25,
         "restitution": 0.3,
-    },
+    }
+    | MODELS[snakemake.wildcards.model],
     {},
     transient=1,
     periods=1,

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import PERIOD, RATE, TIME, Trajectory
+from damper.engine import Trajectory
+from damper.segment import PERIOD, RATE, TIME
 from damper.variables import Variable
 
 

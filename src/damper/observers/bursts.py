@@ -10,12 +10,20 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import (
+from damper.engine import LOG_ROWS, Trajectory
+from damper.observers.base import (
+    Observer,
+    Window,
+    describe,
+    since,
+    visibility,
+    visible_in_tail,
+)
+from damper.segment import (
     CAUSE,
     DURATION,
     FIRST,
     IMPACT,
-    LOG_ROWS,
     MODE,
     PERIOD,
     RELEASE,
@@ -25,16 +33,7 @@ from damper.engine import (
     STICKING,
     TAIL,
     TIME,
-    Trajectory,
     X,
-)
-from damper.observers.base import (
-    Observer,
-    Window,
-    describe,
-    since,
-    visibility,
-    visible_in_tail,
 )
 from damper.variables import LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
@@ -230,7 +229,8 @@ class Bursts(Observer):
             "visible_impacts": self._visible[1, 0],
             "chatter": self._chatter[0],
             "bursts_per_period": self._totals[_BURSTS] / self._window.length,
-            "sticking_fraction": self._totals[_STICKING] / (self._window.length * self._model[4]),
+            "sticking_fraction": self._totals[_STICKING]
+            / (self._window.length * self._model.period),
         }
         if self._totals[_BURSTS]:
             put["complete_fraction"] = self._totals[_COMPLETE] / self._totals[_BURSTS]
@@ -306,7 +306,7 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
         totals[_EARLIER_WALL] = log[0][SIDE]
     for index in range(len(log)):
         row = log[index]
-        start = since(row, model[4], periods, time)
+        start = since(row, model.period, periods, time)
         wall = float(row[SIDE])
         cause = float(row[CAUSE])
         if totals[_WALL] == _EARLIER and (
@@ -341,7 +341,7 @@ def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatt
                 if approach >= limit:
                     visible[0, k] += 1
                 if row[MODE] == TAIL:
-                    visible[0, k] += visible_in_tail(row, model[2], limit)
+                    visible[0, k] += visible_in_tail(row, model.restitution, limit)
 
 
 @compiled
@@ -355,8 +355,8 @@ def _close(model, row, periods, time, outcome, totals, visible, chatter, listed)
         entry = listed[number]
         onset_period = float(totals[_ONSET_PERIOD])
         onset_time = float(totals[_ONSET_TIME])
-        whole, rest = _elapsed(model[4], onset_period - periods, onset_time - time)
-        entry[_R_ONSET] = whole * model[4] + rest
+        whole, rest = _elapsed(model.period, onset_period - periods, onset_time - time)
+        entry[_R_ONSET] = whole * model.period + rest
         entry[_R_ONSET_PERIOD] = whole
         entry[_R_ONSET_TIME] = rest
         entry[_R_WALL] = totals[_WALL]
@@ -364,14 +364,14 @@ def _close(model, row, periods, time, outcome, totals, visible, chatter, listed)
         entry[_R_VISIBLE] = visible[0, 0]
         entry[_R_COMPLETE] = outcome - 1
         if outcome == 2:
-            entry[_R_TIME] = since(row, model[4], periods, time)
+            entry[_R_TIME] = since(row, model.period, periods, time)
             entry[_R_X] = row[X]
-            entry[_R_DURATION] = since(row, model[4], onset_period, onset_time)
+            entry[_R_DURATION] = since(row, model.period, onset_period, onset_time)
             totals[_OPEN_RECORD] = number
             totals[_OPEN_STICKING] = 0.0
         else:
             whole = float(totals[_LAST_PERIOD]) - onset_period
-            entry[_R_DURATION] = whole * model[4] + (float(totals[_LAST_TIME]) - onset_time)
+            entry[_R_DURATION] = whole * model.period + (float(totals[_LAST_TIME]) - onset_time)
         totals[_LISTED] += 1.0
     _judge(visible, chatter, outcome)
     totals[_WALL] = _NONE

@@ -3,9 +3,9 @@
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import CAUSE, GAP, IMPACT, RATE, SIDE, V, X
 from damper.observers.base import since
 from damper.observers.sections import Section, free_state
+from damper.segment import CAUSE, GAP, IMPACT, RATE, SIDE, V, X
 
 
 class ImpactSection(Section):
@@ -57,13 +57,22 @@ def _sample(model, log, periods, time, side, samples, taken):
         row = log[index]
         if taken == len(samples):
             break
-        if row[CAUSE] != IMPACT or row[SIDE] != side or since(row, model[4], periods, time) < 0.0:
+        if (
+            row[CAUSE] != IMPACT
+            or row[SIDE] != side
+            or since(row, model.period, periods, time) < 0.0
+        ):
             continue
         samples[taken, 0] = row[X]
         samples[taken, 1] = row[V]
         if samples.shape[1] == 4:
             y, u = free_state(
-                model[1], side, float(row[X]), float(row[V]), float(row[GAP]), float(row[RATE])
+                model.clearance,
+                side,
+                float(row[X]),
+                float(row[V]),
+                float(row[GAP]),
+                float(row[RATE]),
             )
             samples[taken, 2] = y
             samples[taken, 3] = u

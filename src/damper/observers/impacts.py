@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL, Trajectory
+from damper.engine import Trajectory
 from damper.observers.base import (
     Observer,
     Window,
@@ -14,6 +14,7 @@ from damper.observers.base import (
     visibility,
     visible_in_tail,
 )
+from damper.segment import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import Variable
 
@@ -83,7 +84,7 @@ class Impacts(Observer):
 def _count(model, log, periods, time, fraction, speed, totals):
     for index in range(len(log)):
         row = log[index]
-        if row[CAUSE] != IMPACT or since(row, model[4], periods, time) < 0.0:
+        if row[CAUSE] != IMPACT or since(row, model.period, periods, time) < 0.0:
             continue
         approach = float(row[SPEED])
         limit = max(fraction * float(row[FIRST]), speed)
@@ -93,4 +94,4 @@ def _count(model, log, periods, time, fraction, speed, totals):
             totals[_VISIBLE] += 1.0
             totals[_SUM] += approach
         if row[MODE] == TAIL:
-            totals[_TAILS] += visible_in_tail(row, model[2], limit)
+            totals[_TAILS] += visible_in_tail(row, model.restitution, limit)

@@ -34,7 +34,12 @@ import numpy as np
 
 from damper.compiled import compiled
 from damper.contact import tail_bounce, tail_duration
-from damper.engine import (
+from damper.engine import Trajectory
+from damper.flow import OVERDAMPED, acceleration, derivative_bounds, increments
+from damper.linear import steady_amplitude
+from damper.models import motion
+from damper.observers.base import Observer, Window, since
+from damper.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -46,14 +51,9 @@ from damper.engine import (
     SPEED,
     TAIL,
     TIME,
-    Trajectory,
     V,
     X,
-    motion,
 )
-from damper.flow import OVERDAMPED, acceleration, derivative_bounds, increments
-from damper.linear import steady_amplitude
-from damper.observers.base import Observer, Window, since
 from damper.variables import ENERGY, LENGTH, Variable
 
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
@@ -169,12 +169,14 @@ class Response(Observer):
         """Write the lane's results."""
         if not finished:
             return
-        free = self._model[6]
+        free = self._model.free
         length = self._window.length
-        record = length * self._model[4]
+        record = length * self._model.period
         square, speed_square, work, loss, peak, stored, _ = self._totals
         dashpot = 2.0 * free[0] * speed_square
-        left = -since(self._last, self._model[4], self._window.period + length, self._window.time)
+        left = -since(
+            self._last, self._model.period, self._window.period + length, self._window.time
+        )
         end = _stored(self._model, self._last, min(self._last[DURATION], left))
         rms = math.sqrt(square / record)
         amplitude = steady_amplitude(free[0], free[3])

@@ -3,9 +3,10 @@
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import DURATION, SIDE, motion
+from damper.models import motion
 from damper.observers.base import since
 from damper.observers.sections import Section, free_state
+from damper.segment import DURATION, SIDE
 
 
 class StroboscopicSection(Section):
@@ -40,7 +41,7 @@ class StroboscopicSection(Section):
             self._model,
             log,
             self._window.period,
-            self._window.time + self.at * self._model[4],
+            self._window.time + self.at * self._model.period,
             self._samples,
             self._taken,
         )
@@ -52,14 +53,14 @@ def _sample(model, log, first_period, time, samples, taken):
         row = log[index]
         duration = float(row[DURATION])
         while taken < len(samples):
-            tau = -since(row, model[4], first_period + taken, time)
+            tau = -since(row, model.period, first_period + taken, time)
             if tau > duration:
                 break
             x, v, gap, rate = motion(model, row, max(tau, 0.0))
             samples[taken, 0] = x
             samples[taken, 1] = v
             if samples.shape[1] == 4:
-                y, u = free_state(model[1], float(row[SIDE]), x, v, gap, rate)
+                y, u = free_state(model.clearance, float(row[SIDE]), x, v, gap, rate)
                 samples[taken, 2] = y
                 samples[taken, 3] = u
             taken += 1

@@ -10,7 +10,12 @@ import math
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import (
+from damper.engine import Trajectory
+from damper.models import motion
+from damper.observers.base import Observer, Window, since
+from damper.observers.sections import free_state
+from damper.observers.stretch import SLACK, sample_steps
+from damper.segment import (
     CAUSE,
     DURATION,
     GAP,
@@ -21,14 +26,9 @@ from damper.engine import (
     SIDE,
     SPEED,
     STICKING,
-    Trajectory,
     V,
     X,
-    motion,
 )
-from damper.observers.base import Observer, Window, since
-from damper.observers.sections import free_state
-from damper.observers.stretch import SLACK, sample_steps
 from damper.variables import LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import TIME as TIME_UNIT

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
 
-from damper.quantities import ALL
+from damper.quantities import ALL, MODEL_NAMES
 from damper.study.axes import axis_values, coordinate_name
 from damper.study.fields import (
     Faults,
@@ -123,6 +123,12 @@ class Study(Strict):
         """Value of every parameter that is not an axis, the phase included."""
         values = {"phase": 0.0} | {name: fixed.value for name, fixed in self.parameters.items()}
         return {name: values[name] for name in ALL if name in values and name not in self.axes}
+
+    @property
+    def model(self) -> str:
+        """The model of the damper that the study's quantities ask for."""
+        given = {*self.parameters, *self.axes}
+        return next((m for m, names in MODEL_NAMES.items() if given & {*names}), "rigid")
 
     @property
     def follow(self) -> dict[str, str]:

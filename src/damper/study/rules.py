@@ -13,9 +13,11 @@ from damper.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,
     INITIAL_NAMES,
+    MODEL_NAMES,
     QUANTITIES,
     SI_ONLY,
     SI_QUANTITIES,
+    check_model,
     is_si,
 )
 from damper.study.axes import axis_values
@@ -54,6 +56,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _give_once(parameters, axes, faults)
         _relate_initial(raw["initial"], parameters, axes, faults)
     if study is not None and not faults.lines:
+        _check_model(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
         _check_parts(study, faults)
@@ -109,6 +112,20 @@ def _check_parts(study: Study, faults: Faults) -> None:
             message = f"begins {start:g} periods into a record of {study.periods}"
             allowed = f"number >= 0 and < {study.periods}"
             faults.add(("observers", "chatter_bursts", "since", i), message, allowed)
+
+
+def _check_model(study: Study, faults: Faults) -> None:
+    """Refuse values that ask for two models at once, anywhere in the study."""
+    given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
+    # The values that decide: the ends of the axes, as only they can be zero or infinite.
+    names = {"restitution", *(name for names in MODEL_NAMES.values() for name in names)}
+    ends = {name: {min(given[name]), max(given[name])} for name in ALL if name in names & {*given}}
+    for values in combinations(*ends.values()):
+        try:
+            check_model(dict(zip(ends, values, strict=True)))
+        except ValueError as error:
+            faults.add(("parameters",), str(error))
+            return
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

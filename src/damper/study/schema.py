@@ -56,8 +56,10 @@ class Draft:
 def quantity_schema(draft: Draft, quantity: Quantity) -> Schema:
     """Return the schema of a value of a quantity."""
     low = "exclusiveMinimum" if quantity.above else "minimum"
-    ends = {low: quantity.minimum, "maximum": quantity.maximum}
+    high = "exclusiveMaximum" if quantity.below else "maximum"
+    ends = {low: quantity.minimum, high: quantity.maximum}
     made: Schema = {"description": about(quantity), "type": "number"}
+    made |= {"multipleOf": 1} if quantity.whole else {}
     made |= {bound: end for bound, end in ends.items() if math.isfinite(end)}
     return draft.once(quantity.name, made)
 
@@ -75,7 +77,8 @@ def limits_of(quantity: Quantity) -> str:
     if quantity.minimum > -math.inf:
         words = f"{'>' if quantity.above else '>='} {quantity.minimum:g}"
     if quantity.maximum < math.inf:
-        words = f"{quantity.minimum:g} to {quantity.maximum:g}"
+        words = f"{quantity.minimum:g} to {'< ' if quantity.below else ''}{quantity.maximum:g}"
+    words += ", whole" if quantity.whole else ""
     return f"{words} ({quantity.note})" if quantity.note else words
 
 
