@@ -4,7 +4,7 @@ from pathlib import Path
 
 from damper.figures import draw
 from damper.figures.style import save, style
-from damper.study.cube import open_cubes
+from damper.study.open_cubes import open_cubes
 
 settings = dict(snakemake.params.settings)
 

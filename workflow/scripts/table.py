@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from damper.study.cube import open_cubes
+from damper.study.open_cubes import open_cubes
 from damper.study.tables import About, make
 
 settings = dict(snakemake.params.settings)

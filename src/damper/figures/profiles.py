@@ -31,6 +31,8 @@ from damper.study.calibration.ranking_table import HOLDS, ranked
 
 #: Least number of values that make a curve; dimensions with fewer make a row of panels each.
 _CURVE = 3
+#: Letters of a title that fit in an inch.
+_TITLE = 13.0
 #: Values of an axis up to which each is marked.
 _MOST_MARKED = 30
 #: An axis over more than this ratio is logarithmic, whatever its spacing.
@@ -100,7 +102,7 @@ def draw(
                 _curve(ax, array, axis, line, style)
             _dress(ax, cube, axis, line, preset or {})
         words = [_WORDS.get(item) or place_text(cube, *item) for item in line.items()]
-        row[0].set_title(wrap([", ".join(words)], 60), loc="left")
+        row[0].set_title(wrap(words, _TITLE * width / len(along)), loc="left")
     for ax, axis in zip(axes[-1], along, strict=True):
         ax.set_xlabel(place_label(cube, axis, 0.8 * width / len(along)))
     for row in axes:

@@ -1,7 +1,6 @@
 """Cubes: arrays over lanes -> an xarray Dataset over named axes, and its netCDF file."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -162,25 +161,3 @@ def write_cube(cube: xr.Dataset, path: Path) -> None:
         # No fill values beside NaN: -1 is documented, and integers stay integers on reading.
         encoding.setdefault(name, {})["_FillValue"] = None
     cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)
-
-
-@contextmanager
-def open_cubes(
-    path: Path | str, settings: dict[str, Any], beside: Sequence[str] = ()
-) -> Iterator[xr.Dataset]:
-    """Open the cube that a figure or table is made of, and those of the other studies it names.
-
-    Parameters
-    ----------
-    path : Path
-        The cube's file.
-    settings : dict
-        The figure's or table's; in `also`, each study's name gives way to its cube.
-    beside : sequence of str
-        The files of those cubes, in that order.
-    """
-    with ExitStack() as stack:
-        if beside:
-            others = (stack.enter_context(xr.open_dataset(other)) for other in beside)
-            settings["also"] = dict(zip(settings["also"], others, strict=True))
-        yield stack.enter_context(xr.open_dataset(path))
