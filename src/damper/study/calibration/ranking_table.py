@@ -110,7 +110,7 @@ def _to_markdown(
         "",
         "Values at which, with the best of everything else, the score is 1/2 or more.",
         "",
-        *_pinned(found),
+        *_pinned(found, doubled),
         "",
         "## The best sets",
         "",
@@ -146,20 +146,21 @@ def _preset(found: Ranking, preset: Mapping[str, float] | None) -> list[str]:
     ]
 
 
-def _pinned(found: Ranking) -> list[str]:
+def _pinned(found: Ranking, doubled: Ranking) -> list[str]:
     scores = found.scores
     names = list(found.own)
     rows = []
     for axis in scores[JOINED].dims:
         row = [axis.replace("_", " ")]
-        for array in (*(found.own[name] for name in names), holding(found).astype(float)):
+        together = (holding(ranking).astype(float) for ranking in (found, doubled))
+        for array in (*(found.own[name] for name in names), *together):
             if axis not in array.dims:
                 row.append("")
                 continue
             profile = array.max([dim for dim in array.dims if dim != axis])
             row.append(_values(profile[axis].values[profile.values >= HOLDS], profile.size))
         rows.append(row)
-    return markdown_table(["parameter", *names, "all hold"], rows)
+    return markdown_table(["parameter", *names, "all hold", "all hold, doubled tolerances"], rows)
 
 
 def _values(values: np.ndarray, count: int) -> str:
