@@ -13,12 +13,16 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/gather.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
+include: "workflow/rules/verify.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
     default_target: True
     input:
-        [everything_of(STUDIES[name]) for name in CONFIG.default],
+        [everything_of(study) for study in DEFAULT.values()],
+        claims_if_complete(),
+        report_if_complete(),
     message:
         "Everything is made"
 
@@ -34,4 +38,4 @@ for target, names in CONFIG.targets.items():
 
 
 onsuccess:
-    print(cost_by_stage(), file=sys.stderr)
+    tell_cost()

@@ -24,6 +24,7 @@ OBSERVERS = {
     "burst_at": ("damper.observers.burst_at", "BurstAt"),
     "chatter_bursts": ("damper.observers.chatter_bursts", "ChatterBursts"),
     "response": ("damper.observers.response", "Response"),
+    "accumulation": ("damper.observers.accumulation", "Accumulation"),
     "trajectory": ("damper.observers.trajectory", "SampledTrajectory"),
 }
 

@@ -15,6 +15,7 @@ TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
     "ranking": "damper.study.calibration.ranking_table",
+    "accumulation": "damper.study.accumulation_table",
 }
 
 
