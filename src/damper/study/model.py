@@ -272,7 +272,7 @@ class Engine(Strict):
 
 
 #: Names of the workflow's own rules, which no target may take.
-RULES = ("all", "compile", "simulate", "gather", "figure", "table")
+RULES = ("all", "compile", "simulate", "gather", "figure", "table", "claims", "report")
 _STUDY_NAMES = ListOf(Text(), least=1)
 
 
