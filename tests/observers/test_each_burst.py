@@ -8,7 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_bursts import Burst, Scene, all_bursts
 
+from damper import Parameters
+from damper.engine import Trajectory
 from damper.lanes import run_lanes
+from damper.observers import make_observers
+from damper.observers.base import Window
+from damper.segment import COLUMNS
 from damper.study.slices import simulate_slice
 
 #: Model section 8, A3: complete bursts in every half period after a transient.
@@ -228,6 +233,31 @@ def test_many_pieces_of_the_log_lose_no_burst() -> None:
         assert near["burst_at_onset"][0] == onsets[k]
         sticking = arrays["burst_sticking_time"][0][k]
         np.testing.assert_equal(near["burst_at_sticking_time"][0], sticking)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7])
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [("burst_at", {"time": 200.0}), ("burst_at", {}), ("chatter_bursts", {"since": [0, 5]})],
+)
+def test_short_pieces_of_the_log_change_nothing(
+    name: str, settings: dict[str, object], rows: int
+) -> None:
+    """Pieces end within sticking, too, which a burst's record waits for."""
+    periods = 12
+    (observer,) = make_observers({name: settings})
+    observer.allocate(1, periods)
+    trajectory = Trajectory(Parameters(**PAPER_A))
+    observer.begin(0, trajectory, Window(0, 0.0, periods))
+    for log in trajectory.segments(periods, 0.0, np.empty((rows, COLUMNS))):
+        assert len(log) <= rows
+        observer.observe(log)
+    observer.finish(True)
+    whole = observed(Scene(PAPER_A, 0, periods), name, **settings)
+    for key, array in observer.arrays.items():
+        np.testing.assert_array_equal(array[0], whole[key], key)
+    if "time" in settings:
+        assert whole["burst_at_sticking_time"] > 0.0
 
 
 @pytest.mark.parametrize("since", [[], [-1.0], [0.0, math.nan]])

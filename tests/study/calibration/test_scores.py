@@ -256,6 +256,13 @@ def test_b_counts_the_steps() -> None:
     assert complete("B3", cube) == 1.0
 
 
+def test_b_leaves_out_steps_where_nothing_chatters() -> None:
+    cube = over_restitution(AS_STATED | {(0.1, 1.8): (2.0, 2.0), (0.2, 1.8): (2.0, 2.0)})
+    assert complete("B2", cube) == 1.0
+    empty = {(mu, omega): (2.0, 2.0) for mu in (0.1, 0.2) for omega in (1.8, 1.9)}
+    assert complete("B3", over_restitution(AS_STATED | empty)) == 1.0
+
+
 def test_b_without_chatter_is_zero() -> None:
     cube = over_restitution(dict.fromkeys(AS_STATED, (2.0, 2.0)))
     for name in ("B1", "B2", "B3"):

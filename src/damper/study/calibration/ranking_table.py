@@ -23,8 +23,10 @@ _SHOWN = 15
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
     """Rank the sets of parameters; see `damper.study.tables.make`."""
     found = ranked(cube, settings)
-    tolerances = {key: 2.0 * settings[key] for key in settings if key.endswith("_tolerance")}
-    doubled = ranked(cube, {**settings, **tolerances})
+    doubled = None
+    if any(STATEMENTS[name].tolerant for name in found.own):
+        tolerances = {key: 2.0 * settings[key] for key in settings if key.endswith("_tolerance")}
+        doubled = ranked(cube, {**settings, **tolerances})
     rows = list(_rows(found, settings["rows"]))
     return _to_csv(rows), _to_markdown(found, doubled, rows, settings, about)
 
@@ -86,24 +88,33 @@ def _to_csv(rows: list[dict[str, Any]]) -> str:
 
 def _to_markdown(
     found: Ranking,
-    doubled: Ranking,
+    doubled: Ranking | None,
     rows: list[dict[str, Any]],
     settings: Mapping[str, Any],
     about: About,
 ) -> str:
+    scored = (
+        "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
+        "statements are those of the papers in our words; how each is scored is ours "
+        "(docs/calibration.md)."
+    )
+    together = f"Together: all hold in {_of(int(holding(found).sum()), found.sets)}"
+    if doubled:
+        scored += (
+            f" Tolerances: onset {settings['onset_tolerance']:g} sqrt(M/K), duration "
+            f"{settings['duration_tolerance']:g} sqrt(M/K), ratio of durations "
+            f"{settings['ratio_tolerance']:g}."
+        )
+        count = int(holding(doubled).sum())
+        together += f"; with all tolerances doubled in {_of(count, doubled.sets)}"
     lines = [
         f"# {about.title}: ranking",
         "",
-        "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
-        "statements are those of the papers in our words; how each is scored, and the tolerances, "
-        "are ours (docs/calibration.md): "
-        f"onset ±{settings['onset_tolerance']:g}, duration ±{settings['duration_tolerance']:g} "
-        f"sqrt(M/K), ratio of durations ±{settings['ratio_tolerance']:g}.",
+        scored,
         "",
         *_each_statement(found, settings.get("preset")),
         "",
-        f"Together: all hold in {_of(int(holding(found).sum()), found.sets)}; with all tolerances "
-        f"doubled in {_of(int(holding(doubled).sum()), found.sets)}.",
+        f"{together}.",
         *_preset(found, settings.get("preset")),
         "",
         "## What is pinned down",
@@ -146,13 +157,14 @@ def _preset(found: Ranking, preset: Mapping[str, float] | None) -> list[str]:
     ]
 
 
-def _pinned(found: Ranking, doubled: Ranking) -> list[str]:
+def _pinned(found: Ranking, doubled: Ranking | None) -> list[str]:
     scores = found.scores
     names = list(found.own)
+    together = [holding(ranking).astype(float) for ranking in (found, doubled) if ranking]
+    heads = ["parameter", *names, "all hold", "all hold, tolerances doubled"]
     rows = []
     for axis in scores[JOINED].dims:
         row = [axis.replace("_", " ")]
-        together = (holding(ranking).astype(float) for ranking in (found, doubled))
         for array in (*(found.own[name] for name in names), *together):
             if axis not in array.dims:
                 row.append("")
@@ -160,7 +172,7 @@ def _pinned(found: Ranking, doubled: Ranking) -> list[str]:
             profile = array.max([dim for dim in array.dims if dim != axis])
             row.append(_values(profile[axis].values[profile.values >= HOLDS], profile.size))
         rows.append(row)
-    return markdown_table(["parameter", *names, "all hold", "all hold, doubled tolerances"], rows)
+    return markdown_table(heads[: 1 + len(names) + len(together)], rows)
 
 
 def _values(values: np.ndarray, count: int) -> str:

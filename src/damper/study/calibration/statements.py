@@ -48,11 +48,15 @@ class Values:
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement in our words, the observers it takes, and the axes it is about."""
+    """A statement in our words, the observers it takes, and the axes it is about.
+
+    `tolerant` tells whether its score depends on tolerances.
+    """
 
     text: str
     observers: tuple[str, ...]
     needs: Mapping[str, Values]
+    tolerant: bool = False
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -86,11 +90,13 @@ STATEMENTS = {
         "at frequency ratio 0.20 a complete chatter starts at about 332 and lasts about 11",
         ("burst_at",),
         _at(LOW),
+        tolerant=True,
     ),
     "A4": Statement(
         "at 0.25 chatter is complete too, and lasts nearly as long as at 0.20",
         ("chatter_bursts",),
         _at(LOW, MIDDLE),
+        tolerant=True,
     ),
     "A5": Statement(
         "at 0.30, after the transient, chatter is incomplete and nothing sticks",
