@@ -1,22 +1,32 @@
-"""Figures of a cube, as SVG and PNG."""
+"""Figures of a cube, as SVG and PNG; schematics need none."""
+
+
+def _figure(wildcards):
+    """The figure behind a file, and the coordinates at which the file is made."""
+    study = STUDIES[wildcards.study]
+    name, place = study.figure_files()[wildcards.figure]
+    return study.figures[name], place
 
 
 def _settings(wildcards):
-    study = STUDIES[wildcards.study]
-    name, place = study.figure_files()[wildcards.figure]
-    settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
-    return settings | ({"at": settings.get("at", {}) | place} if place else {})
+    figure, place = _figure(wildcards)
+    return figure.drawn_with(place)
+
+
+def _cube(wildcards):
+    """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
+    figure, _ = _figure(wildcards)
+    return f"{RESULTS}/{wildcards.study}/cube.nc" if figure.of_cube else []
 
 
 def _cubes_beside_figure(wildcards):
-    study = STUDIES[wildcards.study]
-    name, _ = study.figure_files()[wildcards.figure]
-    return cubes_beside(study.figures[name])
+    figure, _ = _figure(wildcards)
+    return cubes_beside(figure)
 
 
 rule figure:
     input:
-        cube=f"{RESULTS}/{{study}}/cube.nc",
+        cube=_cube,
         beside=_cubes_beside_figure,
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",

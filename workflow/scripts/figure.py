@@ -1,4 +1,4 @@
-"""Draw one figure of a cube."""
+"""Draw one figure: of a cube, or a schematic, which has none."""
 
 from pathlib import Path
 
@@ -7,8 +7,9 @@ from damper.figures.style import save, style
 from damper.study.open_cubes import open_cubes
 
 settings = dict(snakemake.params.settings)
+path = snakemake.input.cube or None
 
-with style(), open_cubes(snakemake.input.cube, settings, snakemake.input.beside) as cube:
+with style(), open_cubes(path, settings, snakemake.input.beside) as cube:
     figure = draw(settings.pop("kind"), cube, **settings)
     for path in snakemake.output:
         save(figure, Path(path))

@@ -6,7 +6,18 @@ from typing import Any
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
     name: f"damper.figures.{name}"
-    for name in ("bifurcation", "map", "curves", "trajectory", "accumulation", "profiles")
+    for name in (
+        "bifurcation",
+        "map",
+        "curves",
+        "trajectory",
+        "histories",
+        "phase_portrait",
+        "accumulation",
+        "free_mass",
+        "schematic",
+        "profiles",
+    )
 }
 
 
@@ -17,7 +28,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     ----------
     kind : str
         A key of `FIGURES`.
-    cube : xarray.Dataset
+    cube : xarray.Dataset, or None for a kind that shows no results
     **settings
         Those of the kind's ``draw``.
 

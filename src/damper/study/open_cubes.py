@@ -10,14 +10,14 @@ import xarray as xr
 
 @contextmanager
 def open_cubes(
-    path: Path | str, settings: dict[str, Any], beside: Sequence[Path | str] = ()
-) -> Iterator[xr.Dataset]:
+    path: Path | str | None, settings: dict[str, Any], beside: Sequence[Path | str] = ()
+) -> Iterator[xr.Dataset | None]:
     """Open the cube that a figure or table is made of, and those of the other studies it names.
 
     Parameters
     ----------
-    path : Path
-        The cube's file.
+    path : Path or None
+        The cube's file; None for a schematic, which has no cube.
     settings : dict
         The figure's or table's; in `also`, the name of each study gives way to its cube.
     beside : sequence of Path
@@ -25,10 +25,10 @@ def open_cubes(
 
     Yields
     ------
-    xarray.Dataset
+    xarray.Dataset or None
     """
     with ExitStack() as stack:
         if beside:
             others = [stack.enter_context(xr.open_dataset(other)) for other in beside]
             settings["also"] = dict(zip(settings["also"], others, strict=True))
-        yield stack.enter_context(xr.open_dataset(path))
+        yield None if path is None else stack.enter_context(xr.open_dataset(path))

@@ -23,7 +23,7 @@ from damper.quantities import (
 from damper.study.axes import axis_values
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
-from damper.study.products import FIGURES, TABLES, Offer
+from damper.study.products import FIGURES, TABLES, Histories, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 
@@ -61,6 +61,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _check_steady(study, faults)
         _check_stretch(study, faults)
         _check_parts(study, faults)
+        _check_records(study, faults)
     _follow_one(sound, faults)
     values = {name: axis and axis_values(axis) for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -95,8 +96,12 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         faults.add(loc, message, f"start + length <= {study.periods}, at least one sample step")
         return
     for stem, figure in study.figures.items():
-        if figure.kind != "trajectory":
+        if not isinstance(figure, Trajectory):
             continue
+        bursts = study.observers.get("bursts")  # `Histories.needs` tells if there is none
+        if isinstance(figure, Histories) and bursts is not None and not bursts.records:
+            message = "shades bursts one by one, but the observer bursts lists none"
+            faults.add(("figures", stem), message, "records >= 1 for bursts, such as records: 50")
         if figure.start >= length:
             message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
@@ -113,6 +118,15 @@ def _check_parts(study: Study, faults: Faults) -> None:
             message = f"begins {start:g} periods into a record of {study.periods}"
             allowed = f"number >= 0 and < {study.periods}"
             faults.add(("observers", "chatter_bursts", "since", i), message, allowed)
+
+
+def _check_records(study: Study, faults: Faults) -> None:
+    """Refuse a figure of single bursts where bursts are not listed."""
+    bursts = study.observers.get("bursts")
+    kinds = [figure.kind for figure in study.figures.values()]
+    if "free_mass" in kinds and bursts is not None and not bursts.records:
+        message = "a figure of kind free_mass needs bursts listed one by one (value: 0)"
+        faults.add(("observers", "bursts", "records"), message, "integer >= 1")
 
 
 def _check_model(study: Study, faults: Faults) -> None:
