@@ -20,11 +20,21 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        [everything_of(study) for study in STUDIES.values()],
+        [everything_of(study) for study in DEFAULT.values()],
         claims_if_complete(),
         report_if_complete(),
     message:
         "Everything is made"
+
+
+# Named targets outside of the default run, such as `snakemake --cores 2 calibration`.
+for target, names in CONFIG.targets.items():
+
+    rule:
+        name:
+            target
+        input:
+            [everything_of(STUDIES[name]) for name in names],
 
 
 onsuccess:

@@ -105,8 +105,8 @@ class Trajectory:
         self._state = np.empty(COLUMNS)
         self._counts = np.zeros(2, dtype=np.int64)
         self._max_events = int(max_events)
-        #: SI size of the unit of speed, for observers with absolute thresholds.
-        self.speed_unit = 1.0
+        #: SI sizes of the units, for observers with absolute settings.
+        self.units = NO_UNITS
         self.status = FINISHED
         place(self.model, self._state, *self.start, state.x, state.v, state.y, state.u)
 

@@ -97,7 +97,7 @@ def run_lanes(
         else:
             start = point.carried_over(*previous)
         trajectory = Trajectory(point.parameters, start, accuracy, max_events)
-        trajectory.speed_unit = point.units.speed
+        trajectory.units = point.units
         first, time = trajectory.start
         window = Window(first + transient, time, periods)
         if transient:

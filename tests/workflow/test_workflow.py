@@ -413,3 +413,46 @@ def test_cost_by_stage_is_printed(small):
     output = snakemake(small)
     cost = output[output.index("Cost by stage") :]
     assert "simulate      2 jobs" in cost
+
+
+def test_reduced_calibration(tmp_path):
+    folder = copy_project(tmp_path)
+    arguments = ("--configfile", "config/ci.yaml")
+    planned = jobs(
+        snakemake(folder, "-n", "results/ci/calibration_a3/tables/ranking.md", *arguments)
+    )
+    assert planned == {"compile": 2, "simulate": 9, "gather": 2, "table": 1}
+
+    output = snakemake(folder, "calibration", *arguments)
+    assert {"calibration", "table", "figure"} < set(jobs(output))
+    made = folder / "results/ci"
+    assert not (made / "restitution").exists()
+    for study in ("calibration_a3", "calibration_a1", "calibration_b"):
+        for end in ("svg", "png"):
+            assert 5000 < (made / study / f"figures/profiles.{end}").stat().st_size < 2_000_000
+        with xr.open_dataset(made / study / "cube.nc") as cube:
+            assert (cube.status == 0).all()
+    text = (made / "calibration_a3/tables/ranking.md").read_text()
+    for name in ("A1", "A3", "A4", "A5"):
+        assert f"\n| {name} |" in text
+    # On this grid, thinned out about it, the preset is the best set.
+    assert "is number 1 of 270 sets" in text
+    assert "Nothing to be done" in snakemake(folder, "calibration", *arguments)
+
+
+def test_targets_are_made_when_asked_for(small):
+    other = yaml.safe_dump(small_study(title="Other"))
+    (small / "config/studies/other.yaml").write_text(other)
+    (small / "config/config.yaml").write_text("studies: [small]\ntargets: {more: [other, small]}\n")
+    everything = snakemake(small, "-n")
+    assert "results/other" not in everything
+    asked = snakemake(small, "-n", "more")
+    assert "results/other/cube.nc" in asked
+    assert jobs(asked) == {"compile": 1, "simulate": 4, "gather": 2, "more": 1}
+
+
+def test_target_with_the_name_of_a_rule(small):
+    (small / "config/config.yaml").write_text("studies: [small]\ntargets: {table: [small]}\n")
+    output = snakemake(small, code=1)
+    assert "Traceback" not in output
+    assert "'table' is a rule of the workflow" in output

@@ -28,6 +28,8 @@ except ConfigError as error:
     sys.exit(str(error))
 
 STUDIES = CONFIG.studies
+# What is made without being asked for; verdicts and the page speak of these.
+DEFAULT = {name: STUDIES[name] for name in CONFIG.default}
 RESULTS = CONFIG.results
 ENGINE = {"accuracy": CONFIG.engine.accuracy, "max_events": CONFIG.engine.max_events}
 
@@ -55,6 +57,11 @@ def everything_of(study):
         ),
         *(f"{folder}/tables/{name}.{end}" for name in study.tables for end in ("csv", "md")),
     ]
+
+
+def cubes_beside(product):
+    """Cubes of the other studies that a figure or table needs."""
+    return [f"{RESULTS}/{name}/cube.nc" for name in product.beside.values()]
 
 
 def slices_of(wildcards):

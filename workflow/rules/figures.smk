@@ -7,16 +7,21 @@ def _settings(wildcards):
     return STUDIES[wildcards.study].figure_settings(wildcards.figure)
 
 
-def _cube(wildcards):
-    """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
+def _figure(wildcards):
     study = STUDIES[wildcards.study]
     name, _ = study.figure_files()[wildcards.figure]
-    return f"{RESULTS}/{wildcards.study}/cube.nc" if study.figures[name].of_cube else []
+    return study.figures[name]
+
+
+def _cube(wildcards):
+    """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
+    return f"{RESULTS}/{wildcards.study}/cube.nc" if _figure(wildcards).of_cube else []
 
 
 rule figure:
     input:
-        _cube,
+        cube=_cube,
+        beside=lambda wildcards: cubes_beside(_figure(wildcards)),
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
         png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",

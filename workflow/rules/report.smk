@@ -9,7 +9,7 @@ def report_if_complete():
 
 
 def _page_inputs(wildcards):
-    made = [path for study in STUDIES.values() for path in everything_of(study)]
+    made = [path for study in DEFAULT.values() for path in everything_of(study)]
     return [path for path in made if path.endswith((".svg", ".png", ".csv", ".md"))]
 
 
@@ -17,7 +17,7 @@ def _page_kinds():
     return sorted(
         {
             settings.kind
-            for study in STUDIES.values()
+            for study in DEFAULT.values()
             for settings in (*study.figures.values(), *study.tables.values())
         }
     )
@@ -36,7 +36,7 @@ rule report:
     benchmark:
         "logs/benchmarks/report/report.tsv"
     params:
-        studies=[study.about() for study in STUDIES.values()],
+        studies=[study.about() for study in DEFAULT.values()],
         kinds=_page_kinds(),
         code=code_digest(SCRIPTS / "report.py", ["damper.study.report"]),
     message:

@@ -5,7 +5,7 @@ from damper.study.tables import TABLES
 
 
 def _table_settings(wildcards):
-    return STUDIES[wildcards.study].tables[wildcards.table].model_dump()
+    return STUDIES[wildcards.study].tables[wildcards.table].model_dump(exclude_none=True)
 
 
 def _about_table(wildcards):
@@ -31,6 +31,7 @@ def _about_table(wildcards):
 rule table:
     input:
         cube=f"{RESULTS}/{{study}}/cube.nc",
+        beside=lambda wildcards: cubes_beside(STUDIES[wildcards.study].tables[wildcards.table]),
         compiled=ancient(compiled_for),
     output:
         csv=f"{RESULTS}/{{study}}/tables/{{table}}.csv",

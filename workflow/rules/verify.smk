@@ -7,7 +7,7 @@ JUDGED_BY = sorted({name for names in CLAIM_STUDIES.values() for name in names})
 
 # Verdicts, and the page, belong to everything if all studies that verdicts need do. A run of one
 # study does not overwrite them; they can still be asked for by name.
-COMPLETE = all(name in STUDIES for name in JUDGED_BY)
+COMPLETE = all(name in DEFAULT for name in JUDGED_BY)
 
 
 def claims_if_complete():
@@ -17,7 +17,7 @@ def claims_if_complete():
 
 rule claims:
     input:
-        **{name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in STUDIES},
+        **{name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in DEFAULT},
     output:
         csv=f"{RESULTS}/claims.csv",
         md=f"{RESULTS}/claims.md",
@@ -29,7 +29,7 @@ rule claims:
         # Links to figures that are not made would lead nowhere.
         figures=[
             f"{study.name}/figures/{name}"
-            for study in STUDIES.values()
+            for study in DEFAULT.values()
             for name in study.figure_files()
         ],
         code=code_digest(

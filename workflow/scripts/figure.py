@@ -1,17 +1,15 @@
 """Draw one figure: of a cube, or a schematic, which has none."""
 
-from contextlib import nullcontext
 from pathlib import Path
-
-import xarray as xr
 
 from damper.figures import draw
 from damper.figures.style import save, style
+from damper.study.open_cubes import open_cubes
 
 settings = dict(snakemake.params.settings)
-source = xr.open_dataset(snakemake.input[0]) if snakemake.input else nullcontext()
+path = snakemake.input.cube or None
 
-with style(), source as cube:
+with style(), open_cubes(path, settings, snakemake.input.beside) as cube:
     figure = draw(settings.pop("kind"), cube, **settings)
     for path in snakemake.output:
         save(figure, Path(path))

@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
-import xarray as xr
-
+from damper.study.open_cubes import open_cubes
 from damper.study.tables import About, make
 
 settings = dict(snakemake.params.settings)
 
-with xr.open_dataset(snakemake.input.cube) as cube:
+with open_cubes(snakemake.input.cube, settings, snakemake.input.beside) as cube:
     texts = make(settings.pop("kind"), cube, settings, About(**snakemake.params.about))
 
 for path, text in zip((snakemake.output.csv, snakemake.output.md), texts, strict=True):

@@ -18,6 +18,7 @@ FIGURES = {
         "free_mass",
         "schematic",
         "slow_manifold",
+        "profiles",
     )
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.

@@ -21,6 +21,8 @@ OBSERVERS = {
     "impact_section": ("damper.observers.impact_section", "ImpactSection"),
     "impacts": ("damper.observers.impacts", "Impacts"),
     "bursts": ("damper.observers.bursts", "Bursts"),
+    "burst_at": ("damper.observers.burst_at", "BurstAt"),
+    "chatter_bursts": ("damper.observers.chatter_bursts", "ChatterBursts"),
     "response": ("damper.observers.response", "Response"),
     "accumulation": ("damper.observers.accumulation", "Accumulation"),
     "trajectory": ("damper.observers.trajectory", "SampledTrajectory"),

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from damper.compiled import compiled
-from damper.engine import Trajectory
+from damper.engine import LOG_ROWS, Trajectory
 from damper.observers.base import (
     Observer,
     Window,
@@ -60,7 +60,8 @@ _TOTALS = 13
 # No burst under way; one that began before the window; nothing read yet.
 _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
-_RECORDS = (
+#: What is known of one burst, in the order of the columns.
+RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
     Variable("burst_onset_period", "whole forcing periods in the time of the first impact", "1"),
     Variable(
@@ -95,7 +96,7 @@ _RECORDS = (
     _R_X,
     _R_DURATION,
     _R_STICKING,
-) = range(len(_RECORDS))
+) = range(len(RECORDS))
 
 
 class Bursts(Observer):
@@ -177,7 +178,7 @@ class Bursts(Observer):
                 ),
             ]
         if records:
-            self.variables += [Variable(v.name, v.long_name, v.units, ("burst",)) for v in _RECORDS]
+            self.variables += [Variable(v.name, v.long_name, v.units, ("burst",)) for v in RECORDS]
 
     def size(self, dim: str, window_length: int) -> int:
         """Number of thresholds compared, or of bursts listed."""
@@ -191,12 +192,12 @@ class Bursts(Observer):
         """Start on a lane."""
         super().begin(lane, trajectory, window)
         self._totals = np.zeros(_TOTALS)
-        self._limits = self._speeds / trajectory.speed_unit
+        self._limits = self._speeds / trajectory.units.speed
         self._totals[_OPEN_RECORD] = -1.0
         self._totals[_WALL] = _UNKNOWN
         self._visible = np.zeros((2, len(self._fractions)), dtype=np.int64)
         self._chatter = np.zeros(len(self._fractions), dtype=np.int64)
-        self._listed = np.full((self.records, len(_RECORDS)), np.nan)
+        self._listed = np.full((self.records, len(RECORDS)), np.nan)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -216,7 +217,7 @@ class Bursts(Observer):
     def finish(self, finished: bool) -> None:
         """Write the lane's results."""
         if self.records:
-            self._put({v.name: self._listed[:, k] for k, v in enumerate(_RECORDS)})
+            self._put({v.name: self._listed[:, k] for k, v in enumerate(RECORDS)})
         if not finished:
             return
         if self._totals[_WALL] not in (_NONE, _EARLIER, _UNKNOWN):
@@ -234,6 +235,65 @@ class Bursts(Observer):
             put["visible_impacts_by_threshold"] = self._visible[1, 1:]
             put["chatter_by_threshold"] = self._chatter[1:]
         self._put(put)
+
+
+class EachBurst(Bursts):
+    """Base of observers that read the bursts of a record one by one, as `Bursts` lists them.
+
+    Parameters
+    ----------
+    threshold : float or mapping, default 0.03
+        Visibility, as in `Bursts`.
+    """
+
+    def __init__(self, threshold: float | Mapping[str, float] = 0.03) -> None:
+        super().__init__(threshold)
+        self._room = np.full((LOG_ROWS + 1, len(RECORDS)), np.nan)
+
+    def read(self, bursts: np.ndarray) -> None:
+        """Read the next bursts of the lane in order, a row each with the columns of `RECORDS`."""
+        raise NotImplementedError
+
+    def write(self) -> None:
+        """Write the results of a lane that reached its end."""
+        raise NotImplementedError
+
+    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a lane."""
+        super().begin(lane, trajectory, window)
+        self._listed = self._room
+
+    def observe(self, log: np.ndarray) -> None:
+        """Read the next piece of the log."""
+        # A row ends one burst at most, and one from the piece before may still be sticking.
+        if len(log) >= len(self._room):
+            self._room = np.full((len(log) + 1, len(RECORDS)), np.nan)
+            self._room[:1] = self._listed[:1]
+            self._listed = self._room
+        super().observe(log)
+        self._hand_over(int(self._totals[_OPEN_RECORD] >= 0.0))
+
+    def finish(self, finished: bool) -> None:
+        """Write the lane's results."""
+        self._hand_over(0)
+        if finished:
+            self.write()
+
+    def _hand_over(self, keep: int) -> None:
+        """Hand over the bursts listed, all but the last one if it still sticks; free their rows."""
+        count = int(self._totals[_LISTED])
+        done = count - keep
+        if done > 0:
+            self.read(self._listed[:done])
+            self._listed[:keep] = self._listed[done:count]
+            self._listed[keep:count] = np.nan
+            self._totals[_LISTED] = keep
+            self._totals[_OPEN_RECORD] = keep - 1.0
+
+
+def column(name: str) -> int:
+    """Return the column of one of `RECORDS`, without ``burst_``, in the rows that are read."""
+    return [variable.name for variable in RECORDS].index(f"burst_{name}")
 
 
 @compiled

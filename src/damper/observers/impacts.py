@@ -59,7 +59,7 @@ class Impacts(Observer):
         super().begin(lane, trajectory, window)
         self._totals = np.zeros(5)
         fraction, speed = self.threshold
-        self._visible = (fraction, speed / trajectory.speed_unit)
+        self._visible = (fraction, speed / trajectory.units.speed)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""

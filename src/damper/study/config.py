@@ -6,15 +6,25 @@ studies it names, or raises one `ConfigError` that lists every mistake in every 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from damper.study.fields import STEM, STEM_WORDS, faults_of, nearest
+from damper.study.fields import STEM, STEM_WORDS, Faults, faults_of, nearest
 from damper.study.model import Config, Settings, Study
-from damper.study.yaml_file import ConfigError, Loc, Problem, YamlFile, read_yaml, show, words
+from damper.study.products import Offer
+from damper.study.yaml_file import (
+    ConfigError,
+    Loc,
+    Problem,
+    YamlFile,
+    as_part,
+    read_yaml,
+    show,
+    words,
+)
 
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 
@@ -48,16 +58,22 @@ def load_config(mapping: dict[str, Any], directory: Path) -> Config:
     except ValidationError as error:
         problems += [Problem("config", loc, **told) for loc, told in faults_of(error)]
     overrides = _part_of(mapping, "overrides", dict)
-    for name, path in _paths(_part_of(mapping, "studies", list), overrides, directory, problems):
+    asked = _asked(mapping)
+    paths = _paths(asked, overrides, directory, problems)
+    for name, path in paths.items():
         label = path.relative_to(directory) if path.is_relative_to(directory) else path
         try:
             override = _part_of(overrides, name, dict)
             studies[name] = _load(path, label.as_posix(), override)
         except ConfigError as error:
             problems += error.problems
+    if not problems:
+        problems += _lacking_beside(studies)
     if problems or settings is None:
         raise ConfigError.of(problems)
-    return Config(studies, settings.engine, settings.results)
+    targets = {name: tuple(map(_stem, names)) for name, names in settings.targets.items()}
+    default = tuple(map(_stem, settings.studies))
+    return Config(studies, default, targets, settings.engine, settings.results)
 
 
 def load_study(path: Path, override: dict[str, Any] | None = None) -> Study:
@@ -85,17 +101,32 @@ def load_study(path: Path, override: dict[str, Any] | None = None) -> Study:
     return _load(Path(path), str(path), override)
 
 
+def _asked(mapping: Any) -> list[tuple[Loc, Any]]:
+    """Return the place and the name of every study that the configuration asks for."""
+    asked: list[tuple[Loc, Any]] = [
+        (("studies", i), entry) for i, entry in enumerate(_part_of(mapping, "studies", list))
+    ]
+    for target, names in _part_of(mapping, "targets", dict).items():
+        for i, entry in enumerate(names if isinstance(names, list) else ()):
+            asked.append((("targets", as_part(target), i), entry))
+    return asked
+
+
 def _paths(
-    asked: list[Any], overrides: dict[Any, Any], directory: Path, problems: list[Problem]
-) -> list[tuple[str, Path]]:
+    asked: list[tuple[Loc, Any]],
+    overrides: dict[Any, Any],
+    directory: Path,
+    problems: list[Problem],
+) -> dict[str, Path]:
     """Return names and files of the studies, and note what cannot be one."""
     files = {p.stem: p for p in sorted((directory / "config" / "studies").glob("*.yaml"))}
     paths: dict[str, Path] = {}
-    for i, entry in enumerate(asked):
-        if not isinstance(entry, str) or not entry.strip() or entry in asked[:i]:
-            continue  # told already
+    seen: set[str] = set()
+    for loc, entry in asked:
+        if not isinstance(entry, str) or not entry.strip() or entry in seen:
+            continue  # told already, or a study of two targets
+        seen.add(entry)
         path = directory / entry if entry.endswith(".yaml") else files.get(entry)
-        loc = ("studies", i)
         if path is None:
             problems.append(_unknown_study(loc, entry, files))
         elif not STEM.fullmatch(path.stem):
@@ -108,7 +139,32 @@ def _paths(
             paths[path.stem] = path
     strangers = [n for n in overrides if isinstance(n, str) and n not in files and n not in paths]
     problems += [_unknown_study(("overrides", name), name, files) for name in strangers]
-    return list(paths.items())
+    return paths
+
+
+def _stem(entry: str) -> str:
+    """Return the name of a study from its name or path."""
+    return Path(entry).stem if entry.endswith(".yaml") else entry
+
+
+def _lacking_beside(studies: dict[str, Study]) -> Iterator[Problem]:
+    """Yield what figures and tables ask of other studies in vain."""
+    for name, study in studies.items():
+        for section, stem, product in study.products():
+            for what, other in product.beside.items():
+                loc, place = (section, stem, "also", what), f"study {name}"
+                if other not in studies:
+                    message = f"the study '{other}' is not among those to be made"
+                    allowed = f"{words(studies)} (studies and targets in the configuration)"
+                    yield Problem(place, loc, message, allowed, nearest(other, studies))
+                    continue
+                found = Faults()
+                beside = studies[other]
+                product.fit_beside(what, Offer(beside.axis_values, beside.observers), found)
+                for line in found.lines:
+                    context = line["type"].context
+                    message = f"in the study '{other}' {context['message']}"
+                    yield Problem(place, loc, message, context["allowed"])
 
 
 def _unknown_study(loc: Loc, name: str, files: Iterable[str]) -> Problem:

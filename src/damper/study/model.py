@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
 from typing import Annotated, Any, ClassVar
@@ -11,15 +12,25 @@ from pydantic import Field, PrivateAttr
 
 from damper.quantities import ALL, MODEL_NAMES
 from damper.study.axes import axis_values, coordinate_name
-from damper.study.fields import Faults, ListOf, Number, Section, Strict, Text, as_mapping
+from damper.study.fields import (
+    Faults,
+    ListOf,
+    Number,
+    Section,
+    Strict,
+    Text,
+    as_mapping,
+    fault,
+)
 from damper.study.products import FIGURES, TABLES, Product, product
 from damper.study.rules import relate
 from damper.study.schema import Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
-from damper.study.yaml_file import dump_yaml
+from damper.study.yaml_file import dump_yaml, show
 from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
+_TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Study(Strict):
@@ -230,6 +241,12 @@ class Study(Strict):
         raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
         relate(raw, model, faults)
 
+    def products(self) -> Iterator[tuple[str, str, Product]]:
+        """Yield the section, the name and the settings of every figure and table."""
+        for section, made in (("figures", self.figures), ("tables", self.tables)):
+            for stem, settings in made.items():
+                yield section, stem, settings
+
 
 def _plain(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -260,6 +277,20 @@ class Engine(Strict):
     ] = 1_000_000
 
 
+#: Names of the workflow's own rules, which no target may take.
+RULES = ("all", "compile", "simulate", "gather", "figure", "table", "claims", "report")
+_STUDY_NAMES = ListOf(Text(), least=1)
+
+
+def _target(name: str, data: Any) -> tuple[str, ...]:
+    if not _TARGET.fullmatch(name):
+        raise fault(f"{show(name)} cannot be the name of a target", "letters, digits and _")
+    if name in RULES:
+        raise fault(f"{show(name)} is a rule of the workflow", "another name")
+    studies: tuple[str, ...] = _STUDY_NAMES.check(data, None)
+    return studies
+
+
 def _override(name: str, data: Any) -> dict[Any, Any]:
     return as_mapping({} if data is None else data, "part of a study")
 
@@ -275,6 +306,14 @@ class Settings(Strict):
             "paths that end in .yaml."
         ),
     ]
+    targets: Annotated[
+        dict[str, tuple[str, ...]],
+        Section(_target, "target", of=_STUDY_NAMES),
+        Field(
+            description="More studies, outside of the default run: name of a target -> studies "
+            "that `snakemake <name>` makes."
+        ),
+    ] = _NONE
     engine: Annotated[
         Engine, Field(description="How exact the simulation is, and when it gives up.")
     ] = Engine()
@@ -294,8 +333,14 @@ class Settings(Strict):
 
 @dataclass(frozen=True)
 class Config:
-    """The workflow's configuration with its studies, checked."""
+    """The workflow's configuration with its studies, checked.
+
+    `studies` are all there are, `default` the names of those to make without being asked, and
+    `targets` those of each named target.
+    """
 
     studies: dict[str, Study]
+    default: tuple[str, ...]
+    targets: dict[str, tuple[str, ...]]
     engine: Engine
     results: str

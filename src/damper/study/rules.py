@@ -60,6 +60,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _check_theory(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
+        _check_parts(study, faults)
         _check_records(study, faults)
     _follow_one(sound, faults)
     values = {name: axis and axis_values(axis) for name, axis in sound.items()}
@@ -107,6 +108,16 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         elif figure.stop is not None and figure.stop > length:
             message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+
+
+def _check_parts(study: Study, faults: Faults) -> None:
+    """Refuse a part of the record that begins after it."""
+    counted = study.observers.get("chatter_bursts")
+    for i, start in enumerate(counted.since if counted else ()):
+        if start >= study.periods:
+            message = f"begins {start:g} periods into a record of {study.periods}"
+            allowed = f"number >= 0 and < {study.periods}"
+            faults.add(("observers", "chatter_bursts", "since", i), message, allowed)
 
 
 def _check_records(study: Study, faults: Faults) -> None:

@@ -24,7 +24,7 @@ from damper.study.fields import (
     Text,
 )
 from damper.study.schema import Schema
-from damper.variables import SI_UNITS, SPEED
+from damper.variables import SI_UNITS, SPEED, TIME
 
 OptionalText = Annotated[str | None, Text()]
 Assumed = Annotated[
@@ -331,6 +331,31 @@ class Bursts(Strict):
     ] = 0
 
 
+class BurstAt(Strict):
+    """The chatter burst that begins nearest to a time."""
+
+    time: Annotated[
+        float,
+        Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(description="Where to look, counted from the start of the record."),
+    ] = 0.0
+    threshold: Visibility = Threshold(fraction=0.03)
+
+
+class ChatterBursts(Strict):
+    """How many bursts are chatter, how many of them complete, and how long these last."""
+
+    since: Annotated[
+        tuple[float, ...],
+        ListOf(Number(ge=0, units="forcing periods"), least=1),
+        Field(
+            description="Starts of the parts of the record in which to count, each to its end, "
+            "along the dimension `since`."
+        ),
+    ] = (0.0,)
+    threshold: Visibility = Threshold(fraction=0.03)
+
+
 class Response(Strict):
     """How strongly the primary moves, and where the energy goes."""
 
@@ -380,6 +405,8 @@ OBSERVERS: dict[str, type[Strict]] = {
     "impact_section": ImpactSection,
     "impacts": Impacts,
     "bursts": Bursts,
+    "burst_at": BurstAt,
+    "chatter_bursts": ChatterBursts,
     "response": Response,
     "accumulation": Accumulation,
     "trajectory": Trajectory,

@@ -18,6 +18,7 @@ TABLES = {
     "performance": "damper.study.performance_table",
     "small_mass_limit": "damper.study.small_mass_table",
     "two_impacts": "damper.study.two_impacts_table",
+    "ranking": "damper.study.calibration.ranking_table",
     "accumulation": "damper.study.accumulation_table",
 }
 

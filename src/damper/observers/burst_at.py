@@ -1,0 +1,103 @@
+"""The burst at a time: of the bursts that are chatter, the one that begins nearest to it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from damper.compiled import compiled
+from damper.engine import Trajectory
+from damper.observers.base import Window
+from damper.observers.bursts import CHATTER_IMPACTS, RECORDS, EachBurst, column
+from damper.variables import TIME, Variable
+
+_ONSET, _VISIBLE, _COMPLETE, _DURATION, _STICKING = (
+    column(name) for name in ("onset", "visible_impacts", "complete", "duration", "sticking_time")
+)
+
+
+class BurstAt(EachBurst):
+    """Onset, duration, sticking and impacts of the chatter burst nearest to a time.
+
+    A burst is chatter from five visible impacts on. One that the record's end cuts is left out,
+    because its end is not known. Of two equally near ones it is the earlier.
+
+    Parameters
+    ----------
+    time : float, default 0
+        Where to look, in units of sqrt(M/K) (s for points in SI units) since the start of the
+        record.
+    threshold : float or mapping, default 0.03
+        Visibility, as in `damper.observers.impacts.Impacts`.
+
+    Raises
+    ------
+    ValueError
+        When the threshold is out of range or the time negative.
+    """
+
+    def __init__(self, time: float = 0.0, threshold: float | Mapping[str, float] = 0.03) -> None:
+        super().__init__(threshold)
+        if not time >= 0.0:
+            raise ValueError(f"time = {time!r}: must be at least 0")
+        self.time = float(time)
+        self.variables = [
+            Variable(
+                "burst_at_onset",
+                f"start of the chatter burst nearest to {time:g} since the start of the record",
+                TIME,
+            ),
+            Variable(
+                "burst_at_duration", "its time from first impact to sticking, or last impact", TIME
+            ),
+            Variable(
+                "burst_at_sticking_time", "its time of sticking, if released in the record", TIME
+            ),
+            Variable(
+                "burst_at_visible_impacts",
+                "its visible impacts",
+                "1",
+                dtype="i4",
+                comment="-1: the record has no chatter burst, or the run stopped",
+            ),
+            Variable(
+                "burst_at_complete",
+                "1 if it ends in sticking",
+                "1",
+                dtype="i1",
+                comment="-1: the record has no chatter burst, or the run stopped",
+            ),
+        ]
+
+    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a lane."""
+        super().begin(lane, trajectory, window)
+        self._sought = self.time / trajectory.units.time
+        self._found = np.full(len(RECORDS), np.nan)
+
+    def read(self, bursts: np.ndarray) -> None:
+        """Keep the nearest burst so far."""
+        _keep_nearest(bursts, self._sought, self._found)
+
+    def write(self) -> None:
+        """Write what the nearest burst was like."""
+        if not np.isnan(self._found[_ONSET]):
+            self._put(
+                {
+                    "burst_at_onset": self._found[_ONSET],
+                    "burst_at_duration": self._found[_DURATION],
+                    "burst_at_sticking_time": self._found[_STICKING],
+                    "burst_at_visible_impacts": self._found[_VISIBLE],
+                    "burst_at_complete": self._found[_COMPLETE],
+                }
+            )
+
+
+@compiled
+def _keep_nearest(bursts, time, found):
+    for index in range(len(bursts)):
+        burst = bursts[index]
+        # Nothing is nearer than NaN, nor is it the other way round.
+        if burst[_VISIBLE] >= CHATTER_IMPACTS and not (
+            abs(burst[_ONSET] - time) >= abs(found[_ONSET] - time)
+        ):
+            found[:] = burst
