@@ -13,12 +13,14 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/gather.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
+include: "workflow/rules/verify.smk"
 
 
 rule all:
     default_target: True
     input:
         [everything_of(study) for study in STUDIES.values()],
+        claims_if_complete(),
     message:
         "Everything is made"
 
