@@ -259,7 +259,9 @@ def _steady_span(first, second, law):
     """
     # For y <= 1: sinh y <= 1.1753 y and cosh y - 1 <= 0.5431 y^2.
     slope = 1.1753 * first
-    near = 2.0 * CHANGE / (slope + math.sqrt(slope * slope + 4.0 * 0.5431 * second * CHANGE + 1e-99))
+    near = (
+        2.0 * CHANGE / (slope + math.sqrt(slope * slope + 4.0 * 0.5431 * second * CHANGE + 1e-99))
+    )
     far = math.log(2.0 * CHANGE / max(first + second, 1e-99))
     return DECAY * max(min(near, 1.0), far) / law[2]
 

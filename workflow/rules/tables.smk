@@ -41,6 +41,7 @@ rule table:
             SCRIPTS / "table.py",
             [
                 TABLES[_table_settings(wildcards)["kind"]],
+                "damper.models.rigid",
                 f"damper.models.{STUDIES[wildcards.study].model}",
                 "damper.observers.bursts",
             ],

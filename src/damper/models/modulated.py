@@ -108,10 +108,8 @@ def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
 def _tail(model, periods, time, side, a, j, sin, rate):
     """As `tail_duration`: the mass ratio's change enters the time only with its third order."""
     free = model.free
-    mass_ratio, sin_m, cos_m = modulation(model.law, periods, time)
-    duration, error = tail_duration(
-        free, mass_ratio, model.restitution, side, a, j, sin, rate
-    )
+    mass_ratio, sin_m, _ = modulation(model.law, periods, time)
+    duration, error = tail_duration(free, mass_ratio, model.restitution, side, a, j, sin, rate)
     if 0.0 < error < math.inf:
         mean, depth, frequency, _, _ = model.law
         angle = frequency * duration

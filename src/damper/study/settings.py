@@ -329,6 +329,15 @@ class Bursts(Strict):
 class Response(Strict):
     """How strongly the primary moves, and where the energy goes."""
 
+    modulation_work: Annotated[
+        bool,
+        Flag(),
+        Field(
+            description="Write what a time-variant free mass gains by its variation as well; zero "
+            "in every other model."
+        ),
+    ] = False
+
 
 class Trajectory(Strict):
     """The motion in time over a stretch of the record."""
