@@ -160,7 +160,7 @@ def step_together(
     part = 1.0
     released = 0.0
     if side != 0.0:
-        part = _first_loss(terms, side, rounding)
+        part = _first_loss(terms, side, free[3] * cos - v, rounding)
         if part <= 1.0:
             released = 1.0
         else:
@@ -357,9 +357,11 @@ def _sizes(terms):
 
 
 @compiled
-def _first_loss(terms, side, rounding):
+def _first_loss(terms, side, jerk, rounding):
     """First part of a step at which the thrust -side x'' falls through zero; 2 if it does not.
 
+    `jerk` has the sign of the third derivative at the start if the second one is zero there, up to
+    rounding, which heavy damping multiplies in the terms.
     The Bernstein coefficients of the thrust on an interval enclose it, and where they change sign
     once it has one root (Descartes' rule). Other intervals are halved.
     """
@@ -368,7 +370,7 @@ def _first_loss(terms, side, rounding):
     ahead = np.empty(size)
     thrust = -side * float(terms[0])
     if thrust <= rounding:
-        if not stays(side, 0.0, float(terms[1]), float(terms[2]), float(terms[3])):
+        if not stays(side, 0.0, jerk, float(terms[2]), float(terms[3])):
             return _root(terms, side, 0.0, 1.0) if thrust > 0.0 else 0.0
         thrust = max(thrust, 0.0)
     for i in range(size):

@@ -75,7 +75,9 @@ def prepare(parameters: Parameters, accuracy: float) -> Modulated:
 @flight.of(Modulated)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if cause == RELEASE:
+        # The third derivative with it: heavy damping would multiply what rounding leaves of x''.
         a = 0.0
+        j = model.free[3] * cos - v
     return find_impact(model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos)
 
 
