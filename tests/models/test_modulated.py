@@ -37,7 +37,6 @@ from damper.varying_mass import (
     DEGREE,
     STIFF,
     _first_loss,
-    advance_together,
     evaluate,
     expand,
     mass_law,
@@ -190,7 +189,7 @@ def test_a_shift_by_whole_periods_of_the_modulation_changes_no_bit(scene_of: str
 
     def run(periods: float) -> np.ndarray:
         start = periods * p.period  # exact for a power of two
-        rows = events(p, State(0.1, 0.0, 0.0, 0.0, start), until=start + until, max_events=30)
+        rows = events(p, State(0.01, 0.0, 0.0, 0.0, start), until=start + until, max_events=30)
         assert rows["period"][0] >= periods
         return rows[["kind", "time_in_period", "x", "v", "approach_speed"]][:-1]
 
@@ -268,7 +267,7 @@ def test_sticking_agrees_with_dop853_and_radau(seed: int) -> None:
 
 
 def polynomial(values: dict[str, float], x: float, v: float, time: float = 0.3):
-    """Step, velocity, terms and how long a mode of the fastest rate lives, from `expand`."""
+    """Step, velocity and terms, from `expand`."""
     model = model_of(Parameters(**values), 1e-12)
     angle = values["frequency_ratio"] * time
     terms = np.empty(DEGREE + 1)
@@ -279,7 +278,7 @@ def polynomial(values: dict[str, float], x: float, v: float, time: float = 0.3):
 
 
 @pytest.mark.parametrize("name", ["chattering", "deep", "undamped", "overdamped"])
-@pytest.mark.parametrize("degree", [4, 9])
+@pytest.mark.parametrize("degree", [3, 6])
 def test_order_of_the_series(name: str, degree: int) -> None:
     """Cut off after `degree`, x'' errs by the next power of the step; whole, by rounding."""
     values, _ = scene(name)
@@ -306,32 +305,28 @@ def test_order_of_the_series(name: str, degree: int) -> None:
 def test_slow_series_solves_the_equation_with_heavy_damping(zeta: float) -> None:
     """Its residual bounds its error, since damping only shrinks what separates two motions."""
     values = {**BASE, "damping_ratio": zeta, "mass_ratio": 0.5, "modulation_depth": 0.7}
+    values["clearance"] = 0.0
     p, mass = reference.model(values)
-    x = 0.4
-    v = (math.sin(0.06) - x) / (2 * zeta)
-    for _ in range(60):  # along the motion until the fast mode is dead
-        step, slow, terms = polynomial(values, x, v)
-        if step * 2 * zeta / 1.9 > STIFF:
-            break
-        model = model_of(Parameters(**values), 1e-12)
-        _, v = advance_together(
-            model.free, model.law, 0.0, 0.3, x, v, math.sin(0.06), math.cos(0.06), 1.0 / zeta
-        )
-        # Start where the motion would be had it begun earlier: keep x, take its velocity.
-    assert step * 2 * zeta / 1.9 > STIFF
+    run = Trajectory(Parameters(**values), State(0.4, 0.0, 0.4, 0.0))
+    rows = [row for row in logged(run, 1.0) if row[DURATION] * 2 * zeta / 1.9 > STIFF]
+    assert len(rows) > 3
+    row = rows[1]
+    time, x, v = float(row[TIME]), float(row[X]), float(row[V])
+    step, slow, terms = polynomial(values, x, v, time)
+    assert step == row[DURATION]
     assert abs(slow - v) <= 1e-13 * abs(v) + 1e-15 / zeta
     with mp.workdps(40):
         for part in (0.0, 0.3, 1.0):
             s, h = mpf(part), mpf(step)
-            second = mp.polyval([mpf(c) for c in terms[::-1]], s)
+            second = sum(mpf(c) * s**k for k, c in enumerate(terms))
             speed = mpf(slow) + h * sum(
                 mpf(c) * s ** (k + 1) / (k + 1) for k, c in enumerate(terms)
             )
             way = h * s * mpf(slow) + h * h * sum(
                 mpf(c) * s ** (k + 2) / ((k + 1) * (k + 2)) for k, c in enumerate(terms)
             )
-            t = mpf(0.3) + h * s
-            force = mp.sin(mpf(0.06) + p.omega * h * s)
+            t = mpf(time) + h * s
+            force = mp.sin(p.omega * t)
             residual = (1 + mass.at(t)) * second + 2 * p.zeta * speed + mpf(x) + way - force
             assert abs(residual) < 1e-15
 
@@ -368,14 +363,18 @@ def test_no_loss_of_contact_is_skipped(roots: list[float], close: float, side: f
 
     with mp.workdps(40):
         exact = [mpf(float(c)) for c in p.coef]
+
+        def thrust(t: float) -> mpf:
+            return sum(c * mpf(t) ** k for k, c in enumerate(exact))
+
         low = min(found, 1.0)
         # Nowhere before it does the thrust lie below zero by more than rounding.
         for t in np.linspace(0.0, low, 400)[:-1]:
-            assert mp.polyval(exact[::-1], t) >= -4 * rounding
+            assert thrust(t) >= -4 * rounding
         for one, other in itertools.pairwise([r for r in roots if r < low]):
-            assert mp.polyval(exact[::-1], (one + other) / 2) >= -4 * rounding
+            assert thrust((one + other) / 2) >= -4 * rounding
         if found <= 1.0:
-            assert abs(mp.polyval(exact[::-1], found)) <= 4 * rounding
+            assert abs(thrust(found)) <= 4 * rounding
             slope = p.deriv()(found)
             assert slope < 1e-6 * float(np.abs(p.coef).sum())
 
@@ -749,7 +748,9 @@ def test_response_while_stuck_is_exact(zeta: float) -> None:
     assert math.isclose(found["rms_displacement"], math.sqrt(totals[0] / record), rel_tol=1e-12)
     assert math.isclose(found["dashpot_loss"], 2 * zeta * totals[1] / 4, rel_tol=1e-12)
     assert math.isclose(found["energy_input"], totals[2] / 4, rel_tol=1e-11)
-    assert math.isclose(found["modulation_work"], totals[3] / 4, rel_tol=1e-9)
+    assert math.isclose(
+        found["modulation_work"], totals[3] / 4, rel_tol=1e-9, abs_tol=1e-14 * totals[1]
+    )
     assert peak <= found["peak_displacement"] * (1 + 4 * EPS)
     assert found["peak_displacement"] < peak * (1 + 1e-5)
 
