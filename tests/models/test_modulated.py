@@ -551,6 +551,28 @@ def test_corners_finish_in_order(seed: int) -> None:
         assert (np.diff(rows["time"]) >= 0.0).all(), p
 
 
+def test_release_with_heavy_damping_and_slow_forcing() -> None:
+    """The third derivative there is far below what rounding of the second makes of it."""
+    p = Parameters(
+        mass_ratio=6.0368459657381624e-05,
+        damping_ratio=1e6,
+        frequency_ratio=0.011881703952853219,
+        clearance=3.090567466015273e-09,
+        restitution=0.3,
+        phase=1.4142270009616462,
+        modulation_depth=0.1,
+        modulation_order=7,
+        modulation_phase=-1.4155671653458017,
+    )
+    draw = random.Random(1)
+    for _ in range(8):
+        x, v = draw.uniform(-1, 1), draw.uniform(-1e-6, 1e-6)
+        rows = events(p, State(x, v, x + p.clearance, v), until=400.0, max_events=5000)
+        assert (np.diff(rows["time"]) >= 0.0).all()
+        assert rows["kind"][-1] == 3
+        assert len(rows) < 100
+
+
 def test_motion_meets_the_next_segment() -> None:
     """Inside the log nothing jumps but the velocity at impacts."""
     checked = dict.fromkeys((FLIGHT, TAIL, STICKING), 0)
