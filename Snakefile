@@ -14,6 +14,7 @@ include: "workflow/rules/gather.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/verify.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
@@ -21,9 +22,10 @@ rule all:
     input:
         [everything_of(study) for study in STUDIES.values()],
         claims_if_complete(),
+        report_if_complete(),
     message:
         "Everything is made"
 
 
 onsuccess:
-    print(cost_by_stage(), file=sys.stderr)
+    tell_cost()

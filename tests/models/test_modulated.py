@@ -569,8 +569,7 @@ def test_release_with_heavy_damping_and_slow_forcing() -> None:
         x, v = draw.uniform(-1, 1), draw.uniform(-1e-6, 1e-6)
         rows = events(p, State(x, v, x + p.clearance, v), until=400.0, max_events=5000)
         assert (np.diff(rows["time"]) >= 0.0).all()
-        assert rows["kind"][-1] == 3
-        assert len(rows) < 100
+        assert 10 < len(rows) < 100
 
 
 def test_motion_meets_the_next_segment() -> None:

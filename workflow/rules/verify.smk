@@ -5,10 +5,14 @@ from damper.study.claims import STUDIES as CLAIM_STUDIES
 JUDGED_BY = sorted({name for names in CLAIM_STUDIES.values() for name in names})
 
 
+# Verdicts, and the page, belong to everything if all studies that verdicts need do. A run of one
+# study does not overwrite them; they can still be asked for by name.
+COMPLETE = all(name in STUDIES for name in JUDGED_BY)
+
+
 def claims_if_complete():
-    """Verdicts belong to everything if all studies that they need do; else they can be asked for."""
-    complete = all(name in STUDIES for name in JUDGED_BY)
-    return [f"{RESULTS}/claims.csv", f"{RESULTS}/claims.md"] if complete else []
+    """Files of the verdicts."""
+    return [f"{RESULTS}/claims.csv", f"{RESULTS}/claims.md"] if COMPLETE else []
 
 
 rule claims:

@@ -56,6 +56,7 @@ VARIABLES = {
         "impact_loss",
         "energy_residual",
     ),
+    "accumulation": ("complete_bursts",),
     "trajectory": ("trajectory_events_left_out",),
 }
 
@@ -63,6 +64,8 @@ MOST_VARIABLES = 4
 """Panels of curves that fit one above the other."""
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
+MOST_ROWS = 6
+"""More rows of square panels do not fit a page."""
 MOST_PANELS = 12
 """More panels do not fit a page."""
 
@@ -471,6 +474,31 @@ class Trajectory(Figure):
             faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
+class Accumulation(Figure):
+    """Errors of the predicted completion of bursts over the rebound speed, log-log.
+
+    Completion time on the left, completion point on the right; both orders of theory, the first
+    impact of each burst apart, and the slopes 2 and 3 that the errors should have.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role(), "rows": Role(most=MOST_ROWS)}
+    overlays: ClassVar[bool] = True
+
+    each: Each = None
+    rows: Annotated[
+        str | None,
+        Text(),
+        Field(description=f"Axis of whose values each makes a row of panels; {MOST_ROWS} at most."),
+    ] = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
+
+
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
@@ -497,6 +525,24 @@ class Intervals(Product):
         if name not in offer.axes:
             faults.unknown(("along",), "axis", name, offer.axes)
         _count(("along",), name, offer.axes.get(name), Role(least=3), faults)
+
+
+class Agreement(Product):
+    """How well theory predicts when and where complete bursts end, at each point of the study."""
+
+    within: Annotated[
+        float,
+        Number(gt=0, lt=1),
+        Field(
+            description="Part of what is left of the burst to which a prediction must be right to "
+            "agree: the table says from which impact on it does."
+        ),
+    ] = 0.01
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
 
 
 class Performance(Product):
@@ -539,8 +585,13 @@ FIGURES: dict[str, type[Product]] = {
     "map": Map,
     "curves": Curves,
     "trajectory": Trajectory,
+    "accumulation": Accumulation,
 }
-TABLES: dict[str, type[Product]] = {"intervals": Intervals, "performance": Performance}
+TABLES: dict[str, type[Product]] = {
+    "intervals": Intervals,
+    "performance": Performance,
+    "accumulation": Agreement,
+}
 
 
 def product(registry: Mapping[str, type[Product]]) -> Callable[[str, Any], Product]:

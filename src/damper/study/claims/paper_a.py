@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
+from damper.study.accumulation_errors import ORDERS, QUANTITIES, agreements
 from damper.study.best import DAMPED, GOOD
 from damper.study.claims import FAILS, HOLDS, ONLY_IF, UNTESTED, Claim, Verdict
 from damper.study.claims.ranges import range_of, section_points
@@ -86,7 +87,7 @@ def burst_at_low_frequency(cubes: Cubes) -> Verdict:
     bursts = _bursts(cubes["paper_a_histories"], SLOW)
     if not bursts.sizes["burst"]:
         return Verdict("no chatter", FAILS)
-    near = bursts.isel(burst=int(abs(bursts.burst_onset - ONSET).argmin()))
+    near = bursts.isel(burst=int(np.argmin(np.abs(bursts.burst_onset.values - ONSET))))
     onset, duration = float(near.burst_onset), float(near.burst_duration)
     complete = bool(near.burst_complete == 1)
     first = float(bursts.burst_onset[0])
@@ -153,6 +154,51 @@ def incomplete_at_high_frequency(cubes: Cubes) -> Verdict:
     if in_late or not late.sizes["burst"]:
         return Verdict(ours, FAILS)
     return Verdict(ours, ONLY_IF, "the transient is left out")
+
+
+def prediction(cubes: Cubes) -> Verdict:
+    """A6: completion time and point predicted from the first impact of each burst."""
+    told = []
+    good = {}
+    for order in ORDERS:
+        found = [one for one in agreements(cubes["accumulation"], ABOUT) if one.order == order]
+        parts = {
+            quantity: [
+                one.first.worst_part
+                for one in found
+                if one.quantity == quantity and one.first.predicted
+            ]
+            for quantity in QUANTITIES
+        }
+        if not all(parts.values()):
+            return Verdict("no complete burst with a prediction at its first impact", FAILS)
+        shares = {
+            quantity: float(np.mean([part <= ABOUT for part in values]))
+            for quantity, values in parts.items()
+        }
+        later = max(one.within.worst for one in found)
+        told.append(
+            f"{order} order: at {shares['time']:.0%} of {len(parts['time'])} places every "
+            f"completion time, at {shares['displacement']:.0%} every completion point is predicted "
+            f"within {ABOUT:.0%} from the burst's first impact (worst {max(parts['time']):.0%} "
+            f"and {max(parts['displacement']):.0%}); "
+            + (
+                f"from impact {later:.0f} on all are"
+                if later < np.inf
+                else "no impact is listed from which all are"
+            )
+        )
+        good[order] = min(shares.values()) == 1.0, later
+    ours = "; ".join(told)
+    if all(first for first, _ in good.values()):
+        return Verdict(ours, HOLDS)
+    if good["second"][0]:
+        return Verdict(ours, ONLY_IF, "the second-order formula is used")
+    later = good["second"][1]
+    if later < np.inf:
+        condition = f"the prediction is made from impact {later:.0f} of the burst or a later one"
+        return Verdict(ours, ONLY_IF, condition)
+    return Verdict(ours, FAILS)
 
 
 def after_a_transient(cubes: Cubes) -> Verdict:
@@ -253,6 +299,13 @@ CLAIMS = (
         "no number",
         ("paper_a_histories/figures/paper_a_fig_7",),
         incomplete_at_high_frequency,
+    ),
+    Claim(
+        "A6",
+        "predicted completion point and duration agree with the simulation",
+        "no number",
+        ("accumulation/figures/error_frequency_ratio~0.2",),
+        prediction,
     ),
     Claim(
         "A7",
