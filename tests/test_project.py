@@ -74,6 +74,7 @@ LAYERS = {
     "linear": 2,
     "contact": 3,
     "segment": 3,
+    "varying_mass": 3,
     "models": 4,
     "engine": 4,
     "event_list": 4,

@@ -615,7 +615,7 @@ def test_cost_of_a_segment_does_not_grow_with_the_damping(
 
     monkeypatch.setattr(response, "_at", counted)
     free = oscillator(zeta, 1.0, 1.0, 0.7)
-    add = getattr(response._add, "py_func", response._add)
+    add = getattr(response.add_oscillation, "py_func", response.add_oscillation)
     x, v, phase = 0.5 / (1 + zeta), 1.0, 0.3
     a = math.sin(phase) - 2 * zeta * v - x
     j = 0.7 * math.cos(phase) - 2 * zeta * a - v
@@ -638,8 +638,8 @@ def test_gauss_steps_are_within_the_stated_error() -> None:
     """Every rule, at its longest step, on squares of the fastest motion: to rounding."""
     with mp.workdps(40):
         for rule, reach in enumerate(response._REACH):
-            nodes = response._NODES[rule, : rule + response._FEWEST]
-            weights = response._WEIGHTS[rule, : rule + response._FEWEST]
+            nodes = response.NODES[rule, : rule + response._FEWEST]
+            weights = response.WEIGHTS[rule, : rule + response._FEWEST]
             for phase in (0.0, 0.4, 1.1):
                 exact = mp.quad(lambda t, k=reach / 2, p=phase: mp.cos(k * t + p) ** 2, [0, 1])
                 gauss = float(np.sum(weights * np.cos(0.5 * reach * nodes + phase) ** 2))

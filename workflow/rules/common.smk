@@ -75,7 +75,8 @@ def slices_of(wildcards):
 def simulation_modules(study):
     """Modules of the model and the observers of a study: others do not concern its results."""
     return [
-        f"damper.models.{study.model}",
+        # Points of any model that do not ask for it, such as those without modulation, are rigid.
+        *sorted({"damper.models.rigid", f"damper.models.{study.model}"}),
         *sorted(f"damper.observers.{name}" for name in study.observers),
     ]
 

@@ -26,18 +26,23 @@ it (`damper.engine.motion`). The integrals are taken along the centre: complete 
 O(w^3), w the rebound speed at the tail's start, which is what the tail itself neglects. A bounce
 that an end of the window cuts adds O(w^2) to work, losses and stored energy and is accounted for;
 so is the O(w^2) by which bounces carry the primary out, in the peak.
+
+**A free mass that varies** gains and loses kinetic energy although nothing pushes it:
+(1/2) mu'(t) u^2 per unit time, u its velocity, in every segment alike. That is the work of the
+modulation, a term of the balance in its own right.
 """
 
 import math
 
 import numpy as np
 
-from damper.compiled import compiled
+from damper.compiled import by_model, compiled
 from damper.contact import tail_bounce, tail_duration
 from damper.engine import Trajectory
-from damper.flow import OVERDAMPED, acceleration, derivative_bounds, increments
+from damper.flow import OVERDAMPED, Oscillator, acceleration, derivative_bounds, increments
 from damper.linear import steady_amplitude
-from damper.models import motion
+from damper.models import mass_ratio_at, motion
+from damper.models.rigid import Rigid
 from damper.observers.base import Observer, Window, since
 from damper.segment import (
     CAUSE,
@@ -46,6 +51,7 @@ from damper.segment import (
     FLIGHT,
     IMPACT,
     MODE,
+    PERIOD,
     RATE,
     SIDE,
     SPEED,
@@ -57,8 +63,8 @@ from damper.segment import (
 from damper.variables import ENERGY, LENGTH, Variable
 
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
-#: stored energy at the window's start, and whether the window has begun.
-_SQUARE, _SPEED_SQUARE, _WORK, _LOSS, _PEAK, _STORED, _BEGUN = range(7)
+#: stored energy at the window's start, whether the window has begun, the modulation's work.
+SQUARE, SPEED_SQUARE, WORK, LOSS, PEAK, _STORED, _BEGUN, MODULATION = range(8)
 
 #: Error of one Gauss sum relative to the scale of its integrand.
 _TOLERANCE = 1e-17
@@ -99,16 +105,24 @@ def gauss_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 #: Nodes and weights on [0, 1], one row per rule.
-_NODES = np.zeros((len(_REACH), _MOST))
-_WEIGHTS = np.zeros((len(_REACH), _MOST))
+NODES = np.zeros((len(_REACH), _MOST))
+WEIGHTS = np.zeros((len(_REACH), _MOST))
 for _row, _n in enumerate(range(_FEWEST, _MOST + 1)):
-    _NODES[_row, :_n], _WEIGHTS[_row, :_n] = gauss_rule(_n)
+    NODES[_row, :_n], WEIGHTS[_row, :_n] = gauss_rule(_n)
 #: A mode that has decayed by exp(-_DEAD) is below rounding.
 _DEAD = 40.0
 #: Relative rounding of a displacement.
-_ROUNDING = 2.220446049250313e-16
+ROUNDING = 2.220446049250313e-16
 #: Newton steps for an extremum; even bisection alone gets to rounding in fewer.
-_MAX_ITERATIONS = 60
+MAX_ITERATIONS = 60
+
+
+_MODULATION_WORK = Variable(
+    "modulation_work",
+    "energy that the free mass gains by its variation per forcing period",
+    ENERGY,
+    comment="mean of half the mass ratio's rate of change times the free velocity squared",
+)
 
 
 class Response(Observer):
@@ -119,7 +133,13 @@ class Response(Observer):
     where it is infinite. Energies are means per forcing period, in units of F0^2/K. An impact of
     approach speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the
     record counts. The stored energy, of which the residual takes the change, is
-    (1/2) (v^2 + x^2 + mu u^2).
+    (1/2) (v^2 + x^2 + mu u^2). A free mass that varies takes mu at the moment, and the residual
+    counts the work of its modulation as input.
+
+    Parameters
+    ----------
+    modulation_work : bool, default False
+        Write that work as well; it is zero in every other model.
 
     Everything stays missing where the run stopped early.
     """
@@ -155,10 +175,17 @@ class Response(Observer):
         ),
     )
 
+    def __init__(self, modulation_work: bool = False) -> None:
+        self.modulation_work = modulation_work
+        if modulation_work:
+            self.variables = (*type(self).variables, _MODULATION_WORK)
+
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
         super().begin(lane, trajectory, window)
-        self._totals = np.zeros(7)
+        if not isinstance(self._model, Rigid):
+            import damper.observers.modulated_response  # noqa: F401
+        self._totals = np.zeros(8)
         self._last = np.zeros(COLUMNS)
 
     def observe(self, log: np.ndarray) -> None:
@@ -172,7 +199,7 @@ class Response(Observer):
         free = self._model.free
         length = self._window.length
         record = length * self._model.period
-        square, speed_square, work, loss, peak, stored, _ = self._totals
+        square, speed_square, work, loss, peak, stored, _, modulation = self._totals
         dashpot = 2.0 * free[0] * speed_square
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
@@ -189,15 +216,17 @@ class Response(Observer):
                 "energy_input": work / length,
                 "dashpot_loss": dashpot / length,
                 "impact_loss": loss / length,
-                "energy_residual": (work - dashpot - loss - (end - stored)) / length,
+                "energy_residual": (work - dashpot - loss - (end - stored - modulation)) / length,
             }
         )
+        if self.modulation_work:
+            self._put({"modulation_work": modulation / length})
 
 
 @compiled
 def _follow(model, log, periods, time, length, totals, last):
-    mass_ratio, _, restitution, phase, period, _, free, stuck = model
-    reduced = mass_ratio / (1.0 + mass_ratio)
+    restitution = model.restitution
+    period = model.period
     inside = -1
     for index in range(len(log)):
         row = log[index]
@@ -210,37 +239,57 @@ def _follow(model, log, periods, time, length, totals, last):
         inside = index
         lost = 0.0
         if row[CAUSE] == IMPACT and since_start >= 0.0:
+            mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
+            reduced = mass_ratio / (1.0 + mass_ratio)
             approach = float(row[SPEED])
             lost = 0.5 * reduced * (1.0 - restitution) * (1.0 + restitution) * approach * approach
         if since_start < 0.0 or totals[_BEGUN] == 0.0:
             # With an impact at exactly the window's start, the energy just before it.
             totals[_BEGUN] = 1.0
             totals[_STORED] = _stored(model, row, low) + lost
-        totals[_LOSS] += lost
+        totals[LOSS] += lost
 
-        flies = row[MODE] == FLIGHT
-        x = float(row[X])
-        v = float(row[V])
-        if not flies:
-            # The common velocity of both masses; in sticking the rate is zero.
-            v -= float(row[SIDE]) * reduced * float(row[RATE])
-        osc = free if flies else stuck
-        angle = free[3] * float(row[TIME]) + phase
-        sin = math.sin(angle)
-        cos = math.cos(angle)
-        a, j = acceleration(osc, x, v, sin, cos)
-        start = (x, v, a, j, sin, cos)
-        if row[MODE] == TAIL and row[RATE] > 0.0:
-            _add_bounces(model, row, start, low, high, totals)
-        _add(osc, start, low, high, row[MODE] != TAIL, totals)
+        add_part(model, row, low, high, totals)
     if inside >= 0:
         last[:] = log[inside]
+
+
+@by_model
+def add_part(model: tuple, row: np.ndarray, low: float, high: float, totals: np.ndarray) -> None:
+    """Add what a segment has on [low, high] after its start to the totals of a lane."""
+
+
+@add_part.of(Rigid)
+def _add_part(model, row, low, high, totals):
+    free = model.free
+    stuck = model.stuck
+    mass_ratio = model.mass_ratio
+    flies = row[MODE] == FLIGHT
+    x = float(row[X])
+    v = float(row[V])
+    if not flies:
+        # The common velocity of both masses; in sticking the rate is zero.
+        v -= float(row[SIDE]) * (mass_ratio / (1.0 + mass_ratio)) * float(row[RATE])
+    osc = free if flies else stuck
+    angle = free[3] * float(row[TIME]) + model.phase
+    sin = math.sin(angle)
+    cos = math.cos(angle)
+    a, j = acceleration(osc, x, v, sin, cos)
+    start = (x, v, a, j, sin, cos)
+    if row[MODE] == TAIL and row[RATE] > 0.0:
+        a, j = acceleration(free, x, float(row[V]), sin, cos)
+        duration, _ = tail_duration(
+            free, mass_ratio, model.restitution, float(row[SIDE]), a, j, sin, float(row[RATE])
+        )
+        add_bounces(model.restitution, mass_ratio, stuck, row, start, duration, low, high, totals)
+    add_oscillation(osc, start, low, high, row[MODE] != TAIL, totals)
 
 
 @compiled
 def _stored(model, row, tau):
     """Energy of spring and masses at a time `tau` after a segment's start."""
-    mass_ratio, _, _, _, _, _, free, _ = model
+    free = model.free
+    mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]) + tau)
     side = float(row[SIDE])
     x, v, gap, rate = motion(model, row, tau)
     u = v - side * rate
@@ -263,15 +312,20 @@ def _at(osc, start, tau):
 
 
 @compiled
-def _add(osc, start, low, high, watch, totals):
-    """Add the integrals over [low, high] of a segment; watch for the peak."""
+def add_oscillation(
+    osc: Oscillator, start: tuple, low: float, high: float, watch: bool, totals: np.ndarray
+) -> None:
+    """Add the integrals over [low, high] of an oscillator's motion; watch for the peak.
+
+    `start` holds x, its first three derivatives, and the phase's sine and cosine.
+    """
     _, _, force, omega, regime, _, slow, fast, _, _, rate, _ = osc
     brief = 0.5 * _LONGEST / rate
     calm = 0.5 * _LONGEST / max(omega, -slow)
     square = 0.0
     speed_square = 0.0
     work = 0.0
-    peak = float(totals[_PEAK])
+    peak = float(totals[PEAK])
     x, v, _, _, sin, cos = start
     if low > 0.0:
         x, v, sin, cos = _at(osc, start, low)
@@ -298,10 +352,10 @@ def _add(osc, start, low, high, watch, totals):
         nodes = rule + _FEWEST
         for k in range(nodes + 1):
             # After the last node the end of the step, for the peak and as the next start.
-            t = tau + step * float(_NODES[rule, k]) if k < nodes else end
+            t = tau + step * float(NODES[rule, k]) if k < nodes else end
             x2, v2, sin2, cos2 = _at(osc, start, t)
             if k < nodes:
-                weight = float(_WEIGHTS[rule, k])
+                weight = float(WEIGHTS[rule, k])
                 square_sum += weight * x2 * x2
                 speed_sum += weight * v2 * v2
                 work_sum += weight * sin2 * v2
@@ -319,10 +373,10 @@ def _add(osc, start, low, high, watch, totals):
         speed_square += step * speed_sum
         work += step * work_sum
         tau = end
-    totals[_SQUARE] += square
-    totals[_SPEED_SQUARE] += speed_square
-    totals[_WORK] += work
-    totals[_PEAK] = peak
+    totals[SQUARE] += square
+    totals[SPEED_SQUARE] += speed_square
+    totals[WORK] += work
+    totals[PEAK] = peak
 
 
 @compiled
@@ -353,7 +407,7 @@ def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
         a, j = acceleration(osc, x, v, sin, cos)
         bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, step)
         eighth = 0.125 * step * step
-        if max(abs(x), abs(x2)) + bound2 * eighth > peak * (1.0 + _ROUNDING):
+        if max(abs(x), abs(x2)) + bound2 * eighth > peak * (1.0 + ROUNDING):
             same_sign = (v > 0.0 and v2 > 0.0) or (v < 0.0 and v2 < 0.0)
             if not same_sign and abs(a) > bound3 * step:
                 peak = max(peak, _turn(osc, start, tau, tau + step, v, a))
@@ -381,12 +435,12 @@ def _turn(osc, start, low, high, v, a):
     rising = v > 0.0
     t = low - v / a
     x = 0.0
-    for _ in range(_MAX_ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         if not low < t < high:
             t = 0.5 * (low + high)
         x, v, sin, cos = _at(osc, start, t)
         a, _ = acceleration(osc, x, v, sin, cos)
-        if v * v <= _ROUNDING * abs(x * a) or a == 0.0:
+        if v * v <= ROUNDING * abs(x * a) or a == 0.0:
             break
         if (v > 0.0) == rising:
             low = t
@@ -397,18 +451,24 @@ def _turn(osc, start, low, high, v, a):
 
 
 @compiled
-def _add_bounces(model, row, start, low, high, totals):
+def add_bounces(
+    restitution: float,
+    mass_ratio: float,
+    stuck: Oscillator,
+    row: np.ndarray,
+    start: tuple,
+    duration: float,
+    low: float,
+    high: float,
+    totals: np.ndarray,
+) -> None:
     """Add what the bounces of a closed tail lose on [low, high], and how far they carry x.
 
-    `start` is that of the pair's centre.
+    `start` is that of the pair's centre, which follows `stuck`.
     """
-    mass_ratio, _, restitution, _, _, _, free, stuck = model
     side = float(row[SIDE])
     rate = float(row[RATE])
-    x, _, _, _, sin, cos = start
     share = mass_ratio / (1.0 + mass_ratio)
-    a, j = acceleration(free, x, float(row[V]), sin, cos)
-    duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin, rate)
     # Bounce speed over bounce time, the same for all of them.
     slope = rate / (duration * (1.0 - restitution))
     for k in range(2):
@@ -416,14 +476,14 @@ def _add_bounces(model, row, start, low, high, totals):
         sign = 1.0 if k == 1 else -1.0
         gap, bounce = tail_bounce(restitution, duration, rate, tau)
         # Until it ends, a bounce holds the square of its speed: bounce^2 + 4 slope gap.
-        totals[_LOSS] -= sign * 0.5 * share * (bounce * bounce + 4.0 * slope * gap)
+        totals[LOSS] -= sign * 0.5 * share * (bounce * bounce + 4.0 * slope * gap)
         # The bounce under way has carried the primary this far from the centre.
         shift = side * share * gap
         _, v, sin, _ = _at(stuck, start, tau)
-        totals[_WORK] += sign * sin * shift
-        totals[_SPEED_SQUARE] += sign * 2.0 * v * shift
-    totals[_PEAK] = _tail_peak(
-        stuck, start, side * share, restitution, rate, duration, low, high, float(totals[_PEAK])
+        totals[WORK] += sign * sin * shift
+        totals[SPEED_SQUARE] += sign * 2.0 * v * shift
+    totals[PEAK] = _tail_peak(
+        stuck, start, side * share, restitution, rate, duration, low, high, float(totals[PEAK])
     )
 
 
@@ -443,7 +503,7 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
     begin = 0.0
     speed = rate
     length = duration * (1.0 - restitution)
-    while begin < high and height > _ROUNDING * max(peak, abs(x)):
+    while begin < high and height > ROUNDING * max(peak, abs(x)):
         first = max((low - begin) / length, 0.0)
         last = min((high - begin) / length, 1.0)
         if first <= last:

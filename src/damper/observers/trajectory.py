@@ -11,7 +11,7 @@ import numpy as np
 
 from damper.compiled import compiled
 from damper.engine import Trajectory
-from damper.models import motion
+from damper.models import mass_ratio_at, motion
 from damper.observers.base import Observer, Window, since
 from damper.observers.sections import free_state
 from damper.observers.stretch import SLACK, sample_steps
@@ -22,10 +22,12 @@ from damper.segment import (
     IMPACT,
     MODE,
     NOTHING,
+    PERIOD,
     RATE,
     SIDE,
     SPEED,
     STICKING,
+    TIME,
     V,
     X,
 )
@@ -193,8 +195,8 @@ def _write(
     kinds,
     modes,
 ):
-    mass_ratio, clearance, restitution, _, period, _, _, _ = model
-    jump = mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio)
+    clearance = model.clearance
+    period = model.period
     start_period, start_time = _instant(first_period, time, first_step, rest, rate, period)
     last = first_step + samples - 1
     end_period, end_time = _instant(first_period, time, last, rest, rate, period)
@@ -217,6 +219,8 @@ def _write(
                 v = float(row[V])
                 now = max(now, float(times[n - 1])) if n > 0 else now
                 if row[CAUSE] == IMPACT:
+                    mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
+                    jump = mass_ratio * (1.0 + model.restitution) / (1.0 + mass_ratio)
                     approach = float(row[SPEED])
                     before = v - side * jump * approach
                     y, u = free_state(clearance, side, x, before, 0.0, -approach)

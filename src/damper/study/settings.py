@@ -359,6 +359,15 @@ class ChatterBursts(Strict):
 class Response(Strict):
     """How strongly the primary moves, and where the energy goes."""
 
+    modulation_work: Annotated[
+        bool,
+        Flag(),
+        Field(
+            description="Write what a time-variant free mass gains by its variation as well; zero "
+            "in every other model."
+        ),
+    ] = False
+
 
 class Accumulation(Strict):
     """Complete bursts of the rigid damper beside theory: what is left after each impact."""
