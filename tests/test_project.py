@@ -75,6 +75,7 @@ LAYERS = {
     "contact": 3,
     "segment": 3,
     "models": 4,
+    "two_oscillators": 3,
     "engine": 4,
     "event_list": 4,
     "observers": 5,

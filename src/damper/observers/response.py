@@ -33,11 +33,11 @@ import math
 import numpy as np
 
 from damper.compiled import compiled
-from damper.contact import tail_bounce, tail_duration
+from damper.contact import tail_bounce
 from damper.engine import Trajectory
 from damper.flow import OVERDAMPED, acceleration, derivative_bounds, increments
 from damper.linear import steady_amplitude
-from damper.models import motion
+from damper.models import motion, rest_shift, support_energy, support_loss, time_to_sticking
 from damper.observers.base import Observer, Window, since
 from damper.segment import (
     CAUSE,
@@ -46,6 +46,7 @@ from damper.segment import (
     FLIGHT,
     IMPACT,
     MODE,
+    PERIOD,
     RATE,
     SIDE,
     SPEED,
@@ -57,8 +58,8 @@ from damper.segment import (
 from damper.variables import ENERGY, LENGTH, Variable
 
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
-#: stored energy at the window's start, and whether the window has begun.
-_SQUARE, _SPEED_SQUARE, _WORK, _LOSS, _PEAK, _STORED, _BEGUN = range(7)
+#: stored energy at the window's start, whether the window has begun, and the support's loss.
+_SQUARE, _SPEED_SQUARE, _WORK, _LOSS, _PEAK, _STORED, _BEGUN, _SUPPORT = range(8)
 
 #: Error of one Gauss sum relative to the scale of its integrand.
 _TOLERANCE = 1e-17
@@ -158,7 +159,7 @@ class Response(Observer):
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
         super().begin(lane, trajectory, window)
-        self._totals = np.zeros(7)
+        self._totals = np.zeros(8)
         self._last = np.zeros(COLUMNS)
 
     def observe(self, log: np.ndarray) -> None:
@@ -172,8 +173,8 @@ class Response(Observer):
         free = self._model.free
         length = self._window.length
         record = length * self._model.period
-        square, speed_square, work, loss, peak, stored, _ = self._totals
-        dashpot = 2.0 * free[0] * speed_square
+        square, speed_square, work, loss, peak, stored, _, support = self._totals
+        dashpot = 2.0 * free[0] * speed_square + support
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
         )
@@ -196,8 +197,10 @@ class Response(Observer):
 
 @compiled
 def _follow(model, log, periods, time, length, totals, last):
-    mass_ratio, _, restitution, phase, period, _, free, stuck = model
-    reduced = mass_ratio / (1.0 + mass_ratio)
+    restitution = model.restitution
+    period = model.period
+    free = model.free
+    reduced = model.mass_ratio / (1.0 + model.mass_ratio)
     inside = -1
     for index in range(len(log)):
         row = log[index]
@@ -224,15 +227,20 @@ def _follow(model, log, periods, time, length, totals, last):
         if not flies:
             # The common velocity of both masses; in sticking the rate is zero.
             v -= float(row[SIDE]) * reduced * float(row[RATE])
-        osc = free if flies else stuck
-        angle = free[3] * float(row[TIME]) + phase
+        osc = free if flies else model.stuck
+        shift = 0.0 if flies else rest_shift(model, float(row[SIDE]))
+        angle = free[3] * float(row[TIME]) + model.phase
         sin = math.sin(angle)
         cos = math.cos(angle)
+        x += shift
         a, j = acceleration(osc, x, v, sin, cos)
         start = (x, v, a, j, sin, cos)
         if row[MODE] == TAIL and row[RATE] > 0.0:
-            _add_bounces(model, row, start, low, high, totals)
-        _add(osc, start, low, high, row[MODE] != TAIL, totals)
+            _add_bounces(model, row, start, shift, low, high, totals)
+        before = float(totals[_SPEED_SQUARE])
+        _add(osc, start, shift, low, high, row[MODE] != TAIL, totals)
+        after = float(totals[_SPEED_SQUARE])
+        totals[_SUPPORT] += support_loss(model, row, low, high, after - before)
     if inside >= 0:
         last[:] = log[inside]
 
@@ -240,15 +248,15 @@ def _follow(model, log, periods, time, length, totals, last):
 @compiled
 def _stored(model, row, tau):
     """Energy of spring and masses at a time `tau` after a segment's start."""
-    mass_ratio, _, _, _, _, _, free, _ = model
+    mass_ratio = model.mass_ratio
     side = float(row[SIDE])
     x, v, gap, rate = motion(model, row, tau)
     u = v - side * rate
     energy = 0.5 * (v * v + x * x + mass_ratio * u * u)
     if row[MODE] == TAIL:
         # What the dashpot has taken from the centre in the bounce under way; motion leaves it out.
-        energy -= 2.0 * free[0] * v * side * mass_ratio / (1.0 + mass_ratio) * gap
-    return energy
+        energy -= 2.0 * model.free[0] * v * side * mass_ratio / (1.0 + mass_ratio) * gap
+    return energy + support_energy(model, row, tau)
 
 
 @compiled
@@ -263,8 +271,11 @@ def _at(osc, start, tau):
 
 
 @compiled
-def _add(osc, start, low, high, watch, totals):
-    """Add the integrals over [low, high] of a segment; watch for the peak."""
+def _add(osc, start, shift, low, high, watch, totals):
+    """Add the integrals over [low, high] of a segment; watch for the peak.
+
+    `start` is that of the oscillator, whose displacement exceeds the primary's by `shift`.
+    """
     _, _, force, omega, regime, _, slow, fast, _, _, rate, _ = osc
     brief = 0.5 * _LONGEST / rate
     calm = 0.5 * _LONGEST / max(omega, -slow)
@@ -276,7 +287,7 @@ def _add(osc, start, low, high, watch, totals):
     if low > 0.0:
         x, v, sin, cos = _at(osc, start, low)
     if watch:
-        peak = max(peak, abs(x))
+        peak = max(peak, abs(x - shift))
     tau = low
     while tau < high:
         whole = brief
@@ -302,14 +313,14 @@ def _add(osc, start, low, high, watch, totals):
             x2, v2, sin2, cos2 = _at(osc, start, t)
             if k < nodes:
                 weight = float(_WEIGHTS[rule, k])
-                square_sum += weight * x2 * x2
+                square_sum += weight * (x2 - shift) * (x2 - shift)
                 speed_sum += weight * v2 * v2
                 work_sum += weight * sin2 * v2
             if watch:
                 h = t - before
-                peak = max(peak, abs(x2))
-                if max(abs(x), abs(x2)) + 0.125 * bound2 * h * h > peak:
-                    peak = _climb(osc, start, before, x, v, sin, cos, t, x2, v2, peak)
+                peak = max(peak, abs(x2 - shift))
+                if max(abs(x - shift), abs(x2 - shift)) + 0.125 * bound2 * h * h > peak:
+                    peak = _climb(osc, start, shift, before, x, v, sin, cos, t, x2, v2, peak)
             before = t
             x = x2
             v = v2
@@ -326,7 +337,7 @@ def _add(osc, start, low, high, watch, totals):
 
 
 @compiled
-def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
+def _climb(osc, start, shift, tau, x, v, sin, cos, end, x_end, v_end, peak):
     """Largest of `peak` and |x| on [tau, end] of a segment, for sure and to rounding.
 
     The state is known at both ends, and `peak` is at least |x| there. With B a bound on the
@@ -349,14 +360,14 @@ def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
             cos2 = cos
         else:
             x2, v2, sin2, cos2 = _at(osc, start, tau + step)
-            peak = max(peak, abs(x2))
+            peak = max(peak, abs(x2 - shift))
         a, j = acceleration(osc, x, v, sin, cos)
         bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, step)
         eighth = 0.125 * step * step
-        if max(abs(x), abs(x2)) + bound2 * eighth > peak * (1.0 + _ROUNDING):
+        if max(abs(x - shift), abs(x2 - shift)) + bound2 * eighth > peak * (1.0 + _ROUNDING):
             same_sign = (v > 0.0 and v2 > 0.0) or (v < 0.0 and v2 < 0.0)
             if not same_sign and abs(a) > bound3 * step:
-                peak = max(peak, _turn(osc, start, tau, tau + step, v, a))
+                peak = max(peak, _turn(osc, start, shift, tau, tau + step, v, a))
             elif not (same_sign and min(abs(v), abs(v2)) > bound3 * eighth):
                 step *= 0.5
                 continue
@@ -372,7 +383,7 @@ def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
 
 
 @compiled
-def _turn(osc, start, low, high, v, a):
+def _turn(osc, start, shift, low, high, v, a):
     """|x| where the velocity vanishes on [low, high], once and with v' of one sign.
 
     Newton's iteration from the state (v, a) at `low`, kept in the bracket. It ends where
@@ -386,29 +397,36 @@ def _turn(osc, start, low, high, v, a):
             t = 0.5 * (low + high)
         x, v, sin, cos = _at(osc, start, t)
         a, _ = acceleration(osc, x, v, sin, cos)
-        if v * v <= _ROUNDING * abs(x * a) or a == 0.0:
+        if v * v <= _ROUNDING * abs((x - shift) * a) or a == 0.0:
             break
         if (v > 0.0) == rising:
             low = t
         else:
             high = t
         t -= v / a
-    return abs(x)
+    return abs(x - shift)
 
 
 @compiled
-def _add_bounces(model, row, start, low, high, totals):
+def _add_bounces(model, row, start, shift, low, high, totals):
     """Add what the bounces of a closed tail lose on [low, high], and how far they carry x.
 
     `start` is that of the pair's centre.
     """
-    mass_ratio, _, restitution, _, _, _, free, stuck = model
+    mass_ratio = model.mass_ratio
+    restitution = model.restitution
+    free = model.free
+    stuck = model.stuck
     side = float(row[SIDE])
     rate = float(row[RATE])
     x, _, _, _, sin, cos = start
     share = mass_ratio / (1.0 + mass_ratio)
-    a, j = acceleration(free, x, float(row[V]), sin, cos)
-    duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin, rate)
+    x -= shift
+    v = float(row[V])
+    a, j = acceleration(free, x, v, sin, cos)
+    duration, _ = time_to_sticking(
+        model, float(row[PERIOD]), float(row[TIME]), side, x, v, rate, a, j, sin, cos
+    )
     # Bounce speed over bounce time, the same for all of them.
     slope = rate / (duration * (1.0 - restitution))
     for k in range(2):
@@ -418,17 +436,26 @@ def _add_bounces(model, row, start, low, high, totals):
         # Until it ends, a bounce holds the square of its speed: bounce^2 + 4 slope gap.
         totals[_LOSS] -= sign * 0.5 * share * (bounce * bounce + 4.0 * slope * gap)
         # The bounce under way has carried the primary this far from the centre.
-        shift = side * share * gap
+        carried = side * share * gap
         _, v, sin, _ = _at(stuck, start, tau)
-        totals[_WORK] += sign * sin * shift
-        totals[_SPEED_SQUARE] += sign * 2.0 * v * shift
+        totals[_WORK] += sign * sin * carried
+        totals[_SPEED_SQUARE] += sign * 2.0 * v * carried
     totals[_PEAK] = _tail_peak(
-        stuck, start, side * share, restitution, rate, duration, low, high, float(totals[_PEAK])
+        stuck,
+        start,
+        shift,
+        side * share,
+        restitution,
+        rate,
+        duration,
+        low,
+        high,
+        float(totals[_PEAK]),
     )
 
 
 @compiled
-def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
+def _tail_peak(osc, start, shift, share, restitution, rate, duration, low, high, peak):
     """Largest of `peak` and |x| on [low, high] of a closed tail, to the tail's own accuracy.
 
     x is the centre, which follows `osc`, plus `share` times the gap. On one bounce both are
@@ -438,12 +465,12 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
     x, v, a, j, sin, cos = start
     bound2, _ = derivative_bounds(osc, osc[2], x, v, a, j, high)
     height = 0.25 * abs(share) * rate * duration * (1.0 - restitution)
-    if abs(x) + high * (abs(v) + 0.5 * bound2 * high) + height <= peak:
+    if abs(x - shift) + high * (abs(v) + 0.5 * bound2 * high) + height <= peak:
         return peak
     begin = 0.0
     speed = rate
     length = duration * (1.0 - restitution)
-    while begin < high and height > _ROUNDING * max(peak, abs(x)):
+    while begin < high and height > _ROUNDING * max(peak, abs(x - shift)):
         first = max((low - begin) / length, 0.0)
         last = min((high - begin) / length, 1.0)
         if first <= last:
@@ -454,7 +481,8 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
             change = a * length - 2.0 * share * speed
             vertex = -v_first / change if change != 0.0 else first
             for p in (first, min(max(vertex, first), last), last):
-                peak = max(peak, abs(x + length * p * (v_first + 0.5 * p * change)))
+                carried = length * p * (v_first + 0.5 * p * change)
+                peak = max(peak, abs((x - shift) + carried))
         begin += length
         speed *= restitution
         length *= restitution
@@ -463,6 +491,6 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
     if begin < high:
         x, v, sin, cos = _at(osc, start, begin)
         x_end, v_end, _, _ = _at(osc, start, high)
-        peak = max(peak, abs(x), abs(x_end))
-        peak = _climb(osc, start, begin, x, v, sin, cos, high, x_end, v_end, peak)
+        peak = max(peak, abs(x - shift), abs(x_end - shift))
+        peak = _climb(osc, start, shift, begin, x, v, sin, cos, high, x_end, v_end, peak)
     return peak

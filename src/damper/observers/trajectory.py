@@ -185,8 +185,9 @@ def _write(
     kinds,
     modes,
 ):
-    mass_ratio, clearance, restitution, _, period, _, _, _ = model
-    jump = mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio)
+    clearance = model.clearance
+    period = model.period
+    jump = model.mass_ratio * (1.0 + model.restitution) / (1.0 + model.mass_ratio)
     start_period, start_time = _instant(first_period, time, first_step, rest, rate, period)
     last = first_step + samples - 1
     end_period, end_time = _instant(first_period, time, last, rest, rate, period)
