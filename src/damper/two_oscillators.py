@@ -33,8 +33,8 @@ from damper.flow import (
 
 #: Rate, over the faster of 1 and omega, from which an oscillator's own motion is set apart.
 FAST = 8.0
-#: Distance to the walls, over the size of the fast motions, from which steps need not follow them.
-CLEAR = 8.0
+#: Part of the way to where fast motions can reach a wall that one step over them takes.
+LEAP = 0.9
 
 # What `_look` returns.
 _A, _J, _SNAP, _CRACKLE, _BOUND4, _BOUND5, _BOUND6, _GROWTH = range(8)
@@ -360,14 +360,14 @@ def _aim(one, two, longest, width, gap, rate, side, p, q):
     )
     blur = p[_SIZE] + q[_SIZE]
     calm = gap - side * (p[_OWN] - q[_OWN])
-    if blur > 0.0 and CLEAR * blur < min(calm, width - calm) and step < longest:
-        # To where the fast motions begin to matter, if that is further.
+    if 0.0 < blur < min(calm, width - calm) and step < longest:
+        # Close to where the fast motions begin to matter, if that is further.
         rate -= side * (p[_OWN1] - q[_OWN1])
         bend -= side * (p[_OWN2] - q[_OWN2])
-        own = first_root(calm - 2.0 * blur, rate, bend)
+        own = first_root(calm - blur, rate, bend)
         if width < math.inf:
-            other = first_root(width - 2.0 * blur - calm, -rate, -bend)
-        leap = min(longest, 0.9 * min(own, other))
+            other = first_root(width - blur - calm, -rate, -bend)
+        leap = min(longest, LEAP * min(own, other))
         if leap > step:
             return leap, facing, False
     return step, facing, step < longest
