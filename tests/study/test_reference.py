@@ -16,7 +16,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from damper.quantities import ALL, SI_NAMES
+from damper.quantities import ALL, MODEL_NAMES, SI_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Kind, Strict, kind_of
@@ -69,7 +69,7 @@ SI = {
     "title": "T",
     "source": "S",
     "description": "D",
-    "parameters": dict.fromkeys((n for n in SI_NAMES if n not in ("gap", "phase")), 0.5),
+    "parameters": dict.fromkeys((n for n in SI_NAMES[:8] if n != "gap"), 0.5),
     "axes": {"gap": {"start": 0, "stop": 0.1, "num": 3}},
     "initial": "steady",
     "transient": 5,
@@ -529,13 +529,29 @@ def test_what_the_template_has_commented_out_is_right(whole):
 ALONE = {"figures": None, "tables": None}
 
 
+@pytest.mark.parametrize("model", MODEL_NAMES)
+def test_models_that_the_template_leaves_out(tmp_path, whole, model):
+    data = data_of(TEMPLATE) | ALONE
+    given = {n: whole["parameters"][n] for n in MODEL_NAMES[model] if n not in SI_ONLY}
+    # Two ways to say one thing.
+    given.pop("support_damping_factor", None)
+    data["parameters"] |= given
+    assert loads(tmp_path, data)
+    other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
+    data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}
+    assert not loads(tmp_path, data)
+
+
 @pytest.mark.parametrize("variant", ["SI", "draws", "follow", "step", "impact_section", "speed"])
 def test_ways_that_the_template_leaves_out(tmp_path, whole, variant):
     data = data_of(TEMPLATE) | ALONE
     match variant:
         case "SI":
             given = whole["parameters"]
-            data["parameters"] = {n: given[n] for n in given if n in SI_NAMES or "initial" in n}
+            models = {name for names in MODEL_NAMES.values() for name in names}
+            data["parameters"] = {
+                n: given[n] for n in given if (n in SI_NAMES or "initial" in n) and n not in models
+            }
             data["axes"] = None
         case "draws":
             data["initial"] = whole["initial"]

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from damper.quantities import ALL
 from damper.study.axes import coordinate_name
+from damper.study.best import DAMPED, GOOD
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     STEM,
@@ -509,10 +510,10 @@ class Performance(Product):
     ]
     good: Annotated[
         float, Number(gt=0, lt=1), Field(description="Rms ratio below which damping is good.")
-    ] = 0.5
+    ] = GOOD
     damped: Annotated[
         float, Number(gt=0, le=1), Field(description="Amplitude ratio below which the band lies.")
-    ] = 0.9
+    ] = DAMPED
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:

@@ -262,6 +262,11 @@ class Threshold(Strict):
     assumed: Assumed = None
     stated: Stated = None
 
+    def __str__(self) -> str:
+        if self.speed is not None:
+            return f"approach speed {self.speed:g}"
+        return f"{self.fraction:.3g} of the burst's first approach speed"
+
     @classmethod
     def relate(cls, data: dict[str, Any], model: Threshold | None, faults: Faults) -> None:
         if model is not None and (model.fraction is None) == (model.speed is None):
