@@ -206,7 +206,9 @@ def first_contact(
                     )
                     v += step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
                     rate += (
-                        facing * step * (second + step * (0.5 * third + step * fourth * (1.0 / 6.0)))
+                        facing
+                        * step
+                        * (second + step * (0.5 * third + step * fourth * (1.0 / 6.0)))
                     )
                     return tau + step, facing, dx, v, rate, steps
                 if step > 0.0:

@@ -191,9 +191,7 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
     a, j, b, k = _accelerations(model, side, x, v, sin, cos)
     mean = (a + model.mass_ratio * b) / (1.0 + model.mass_ratio)
     # Together they have one acceleration.
-    slope = -side * (
-        (j - (mean - a) * 2.0 * model.free[0]) - (k - (mean - b) * 2.0 * support[0])
-    )
+    slope = -side * ((j - (mean - a) * 2.0 * model.free[0]) - (k - (mean - b) * 2.0 * support[0]))
     thrust = max(-side * (a - b), 0.0)
     z = thrust + model.pull
     turned_sin = -side * (sin * model.lead_cos + cos * model.lead_sin)
@@ -324,7 +322,7 @@ def _rest_shift(model, side):
 @support_energy.of(Grounded)
 def _support_energy(model, row, tau):
     side = float(row[SIDE])
-    x, v, gap, rate = motion(model, row, tau)
+    x, v, gap, _ = motion(model, row, tau)
     y = x + side * (model.clearance - gap)
     energy = 0.5 * model.stiffness * y * y
     if row[MODE] == TAIL:
