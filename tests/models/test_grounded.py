@@ -16,7 +16,23 @@ from damper.engine import Trajectory
 from damper.flow import acceleration, increments
 from damper.lanes import run_lanes
 from damper.models import model_of, motion, settle, time_to_sticking
-from damper.segment import DURATION, FLIGHT, GAP, MODE, PERIOD, RATE, SIDE, STICKING, TIME, V, X
+from damper.observers.base import Window
+from damper.observers.response import Response
+from damper.segment import (
+    DURATION,
+    FLIGHT,
+    GAP,
+    MODE,
+    PERIOD,
+    RATE,
+    SIDE,
+    SPEED,
+    STICKING,
+    TAIL,
+    TIME,
+    V,
+    X,
+)
 
 KINDS = ("impact", "stick", "release")
 
@@ -339,7 +355,7 @@ def test_motion_is_mirror_symmetric():
 
 # --- burst tail
 
-TAIL = (0.5, 0.2, 0.3, 0.5, 0.6, 0.6, 0.05, 0.1)
+BURST = (0.5, 0.2, 0.3, 0.5, 0.6, 0.6, 0.05, 0.1)
 
 
 def tail(values, x, v, rebound, side):
@@ -365,7 +381,7 @@ def burst(values, x, v, rebound, side, until, dps=25):
 
 
 @pytest.mark.parametrize(
-    "values", [TAIL, (0.1, 0.0, *TAIL[2:6], 0.0, 0.03), (*TAIL[:6], 0.05, 0.0)]
+    "values", [BURST, (0.1, 0.0, *BURST[2:6], 0.0, 0.03), (*BURST[:6], 0.05, 0.0)]
 )
 def test_tail_is_of_second_order(values):
     """Time, place and velocity: halving the rebound speed divides the errors by eight."""
@@ -579,3 +595,108 @@ def test_impact_law_is_the_same():
     v, rate = impact(0.3, 0.6, 1.0, 0.2, 0.5)
     assert v + 0.3 * (v - rate) == pytest.approx(0.2 + 0.3 * 0.7)
     assert rate == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_swing_into_a_wall_is_missed(seed):
+    """Undamped swings against motions in closed form, sampled thirty times a radian."""
+    rng = random.Random(seed)
+    hits = 0
+    for _ in range(25):
+        rate, mass_ratio = 10 ** rng.uniform(0.5, 2.5), 0.1
+        omega, clearance = rng.choice([0.3, 0.7, 2.5]), 10 ** rng.uniform(-0.5, 0.5)
+        scene = parameters(
+            (mass_ratio, 0.0, omega, clearance, 0.5, 0.0, rate * rate * mass_ratio, 0.0)
+        )
+        x0, v0 = rng.uniform(-1, 1) * clearance, rng.uniform(-0.3, 0.3)
+        swing = rng.uniform(0, 1.2) * clearance
+        turn = rng.uniform(0, 2 * math.pi)
+        y0, u0 = swing * math.cos(turn), -rate * swing * math.sin(turn)
+        if abs(y0 - x0) >= clearance:
+            continue
+        trajectory = Trajectory(scene, State(x0, v0, y0, u0), max_events=1)
+        log = np.concatenate([piece.copy() for piece in trajectory.segments(1.0)])
+        if trajectory.events:
+            end = log[log[:, SPEED] > 0][0]
+            until = end[PERIOD] * trajectory.period + end[TIME]
+            hits += 1
+        else:
+            until = trajectory.period
+        t = np.append(np.arange(0.0, until, 1 / (30 * rate)), until)
+        gain = 1 / (1 - omega * omega)
+        x = x0 * np.cos(t) + (v0 - gain * omega) * np.sin(t) + gain * np.sin(omega * t)
+        y = y0 * np.cos(rate * t) + u0 / rate * np.sin(rate * t)
+        outside = abs(y - x) - clearance
+        assert outside[:-1].max() < 1e-11 * (1 + swing), scene
+        if trajectory.events:
+            assert abs(outside[-1]) < 1e-10 * (1 + rate), scene
+    assert hits > 8
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_energy_balance_closes_where_a_window_cuts_the_bounces_of_a_closed_burst(side):
+    """What such a bounce holds is of second order in the rebound speed, its neglect of third."""
+    sizes = []
+    for rebound in (0.004, 0.002):
+        phase = 0.6 if side > 0 else 0.6 - math.pi
+        scene = parameters((0.5, 0.2, 0.3, 0.5, 0.6, phase, 0.05, 0.3))
+        x, v = 2.0 * side, 0.1 * side
+        trajectory = Trajectory(
+            scene, State(x, v, x + side * 0.5, v + side * rebound / 0.6), accuracy=1e-3
+        )
+        row = next(
+            row.copy() for log in trajectory.segments(0.1) for row in log if row[MODE] == TAIL
+        )
+        worst = 0.0
+        for part in np.linspace(0.02, 0.35, 12):
+            # From inside the first bounces on, over one whole period.
+            observer = Response()
+            observer.allocate(1, 1)
+            trajectory = Trajectory(
+                scene, State(x, v, x + side * 0.5, v + side * rebound / 0.6), accuracy=1e-3
+            )
+            window = Window(0.0, float(row[TIME] + part * row[DURATION]), 1)
+            observer.begin(0, trajectory, window)
+            for log in trajectory.segments(1.0, window.time):
+                observer.observe(log)
+            observer.finish(True)
+            worst = max(worst, abs(float(observer.arrays["energy_residual"][0])))
+        sizes.append(worst)
+    assert sizes[0] / sizes[1] > 6.0
+
+
+BOLD = """
+import json, math, random
+from damper import Parameters, State, two_oscillators
+from damper.engine import Trajectory
+from damper.segment import SPEED
+
+def bold(one, two, longest, width, gap, rate, side, p, q):
+    return longest, 1.0 if gap <= width - gap else -1.0, True
+
+careful = two_oscillators._aim
+worst = hits = 0
+rng = random.Random(4)
+for _ in range(150):
+    rate, d = 10 ** rng.uniform(0.3, 1.5), 10 ** rng.uniform(-0.5, 0.5)
+    p = Parameters(0.1, 0.02, 0.7, d, 0.5, support_stiffness_ratio=0.1 * rate * rate)
+    state = State(0.2 * d, 0.1, rng.uniform(-0.7, 0.7) * d, rng.uniform(-0.7, 0.7) * d * rate)
+    found = []
+    for steer in (careful, bold):
+        two_oscillators._aim = steer
+        trajectory = Trajectory(p, state, max_events=1)
+        (log,) = trajectory.segments(1.0)
+        found.append([float(row[0] * trajectory.period + row[1]) for row in log if row[SPEED] > 0])
+    assert len(found[0]) == len(found[1])
+    if found[0]:
+        hits += 1
+        worst = max(worst, abs(found[0][0] - found[1][0]))
+print(json.dumps([hits, worst]))
+"""
+
+
+def test_steering_decides_nothing():
+    """However boldly steps are aimed, the certificate finds the same first contact."""
+    hits, worst = in_new_process(BOLD, "-W", "error", DAMPER_COMPILE="0")
+    assert hits > 60
+    assert worst < 1e-11
