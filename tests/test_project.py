@@ -78,6 +78,7 @@ LAYERS = {
     "two_oscillators": 3,
     "engine": 4,
     "event_list": 4,
+    "theory": 5,
     "observers": 5,
     "points": 6,
     "lanes": 6,

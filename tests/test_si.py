@@ -208,7 +208,7 @@ INITIAL = (
 )
 
 
-@pytest.mark.parametrize("observer", ["response", "trajectory"])
+@pytest.mark.parametrize("observer", ["response", "accumulation", "trajectory"])
 def test_other_observers_in_si(observer: str) -> None:
     pytest.importorskip(f"damper.observers.{observer}")
     run = {"transient": 1, "periods": 2, "observers": [observer]}

@@ -9,6 +9,9 @@ ENERGY = "F0^2/K"
 #: What these units are called where the damper is given in SI units.
 SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
 
+#: Visible impacts that make a burst chatter (both papers).
+CHATTER_IMPACTS = 5
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -40,5 +43,7 @@ OWN_DIMENSIONS = {
     "burst": ("burst in the record", "1"),
     "direction": ("direction in which the followed axis is run through", ""),
     "draw": ("random initial state", "1"),
+    "complete_burst": ("complete burst in the record, from 1", "1"),
+    "burst_impact": ("impact of the burst, from 1", "1"),
     "instant": ("sample or event of the trajectory", "1"),
 }

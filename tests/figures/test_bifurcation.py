@@ -171,6 +171,57 @@ def test_nothing_overlaps() -> None:
         assert_nothing_overlaps(figure)
 
 
+# --- one panel alone, and a marked range
+
+
+def bracket(ax: Axes) -> tuple[float, float]:
+    (line,) = (line for line in ax.lines if line.get_color() == VERMILION)
+    return float(min(line.get_xdata())), float(max(line.get_xdata()))
+
+
+@pytest.mark.parametrize("variable", ["displacement", "velocity"])
+def test_one_variable_alone_fits_a_column(variable: str) -> None:
+    figure = drawn(made_up(), rows="frequency_ratio", variables=[variable])
+    assert figure.get_figwidth() == pytest.approx(3.5)
+    assert [ax.get_ylabel().split()[0] for ax in figure.axes] == [variable, variable]
+    for ax, value in zip(figure.axes, (1.1, 1.5), strict=True):
+        expected = made_up().sel(frequency_ratio=value)[variable].values.ravel()
+        np.testing.assert_array_equal(points(ax).get_ydata(), expected)
+    assert_nothing_overlaps(figure)
+
+
+def test_mark_says_how_far_chatter_agrees() -> None:
+    cube = made_up({"frequency_ratio": [1.1]})
+    settings = {"variables": ["displacement"], "mark": (0.1, 0.5), "mark_label": "as stated"}
+    figure = drawn(cube, **settings)
+    (ax,) = figure.axes
+    assert bracket(ax) == (0.1, 0.5)
+    # Of .1 to .5 all but .3 chatter; of the others .6 and 1, while .8 stopped.
+    assert ax.get_title("left") == (
+        "chatter found: $r$ = 0.1 to 1;\nat 4 of 5 points in the marked range, 2 of 6 outside"
+    )
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()][-1] == "as stated"
+    assert ax.get_xlim() == (0.0, 1.0)
+    assert_nothing_overlaps(figure)
+
+
+def test_mark_in_every_panel_of_every_row() -> None:
+    figure = drawn(made_up(), rows="frequency_ratio", mark=(0.2, 0.4), mark_label="m")
+    assert {bracket(ax) for ax in figure.axes} == {(0.2, 0.4)}
+    titles = [ax.get_title("left") for ax in figure.axes]
+    assert titles[0].startswith("$\\omega$ = 1.1\nchatter found")
+    assert titles[2].startswith("$\\omega$ = 1.5\nchatter found")
+    assert_nothing_overlaps(figure)
+
+
+def test_mark_without_chatter() -> None:
+    figure = drawn(made_up({"frequency_ratio": [1.1]}, chatter=[0]), mark=(0, 1), mark_label="m")
+    assert figure.axes[0].get_title("left") == "chatter found: none"
+    with pytest.raises(ValueError, match="mark is compared with where chatter is found"):
+        drawn(made_up({"frequency_ratio": [1.1]}, chatter=None), mark=(0, 1), mark_label="m")
+
+
 # --- points
 
 

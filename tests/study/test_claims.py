@@ -283,6 +283,32 @@ def test_incomplete_at_high_frequency() -> None:
     assert CLAIMS["A5"].judge(histories(slow, slow, [(5.0, 1.0, 0, 3)])).verdict == FAILS
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "verdict"),
+    [(0.05, 0.01, HOLDS), (0.3, 0.05, ONLY_IF), (0.5, 0.3, ONLY_IF), (0.5, np.nan, FAILS)],
+)
+def test_prediction(first: float, second: float, verdict: str) -> None:
+    """Statement A6, on bursts of four impacts whose predictions get better by halves."""
+    left = np.array([8.0, 4.0, 2.0, 1.0])
+    better = 0.25 ** np.arange(4)
+    cube = xr.Dataset({"complete_bursts": ("restitution", [1])}, {"restitution": [0.6]})
+    dims = ("restitution", "complete_burst", "burst_impact")
+    for quantity in ("time", "displacement"):
+        cube[f"remaining_{quantity}"] = dims, left[None, None]
+        cube[f"completion_{quantity}_uncertainty"] = dims[:2], [[1e-12]]
+        for order, part in (("first", first), ("second", second)):
+            cube[f"{order}_order_{quantity}"] = dims, (left * (1 + part * better))[None, None]
+    cube["rebound_speed"] = dims, (left / 4.0)[None, None]
+    cube["prediction_error_estimate"] = dims, np.full((1, 1, 4), 1e-3)
+    found = CLAIMS["A6"].judge({"accumulation": cube})
+    assert found.verdict == verdict
+    conditions = {
+        (0.3, 0.05): "the second-order formula is used",
+        (0.5, 0.3): "the prediction is made from impact 2 of the burst or a later one",
+    }
+    assert found.condition == conditions.get((first, second), "")
+
+
 def test_chatter_after_a_transient() -> None:
     assert CLAIMS["A7"].judge(histories(steady(200.0, 10.0))).verdict == HOLDS
     found = CLAIMS["A7"].judge(histories(steady(200.0, 10.0), steady(5.0, 9.0)))

@@ -28,16 +28,23 @@ GOOD: dict[str, Any] = {
     "periods": 10,
     "observers": {
         "stroboscopic_section": None,
-        "bursts": None,
+        "bursts": {"records": 10},
         "response": None,
+        "accumulation": None,
         "trajectory": None,
     },
 }
 MAP = {"kind": "map", "variable": "chatter", "x": "frequency_ratio", "y": "clearance"}
 CURVES = {"kind": "curves", "variables": ["rms_ratio"], "along": "frequency_ratio"}
 BIFURCATION = {"kind": "bifurcation", "along": "frequency_ratio"}
+ACCUMULATION = {"kind": "accumulation", "at": {"frequency_ratio": 1}}
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
 TRAJECTORY = {"kind": "trajectory", "at": POINT}
+FREE_MASS = {"kind": "free_mass", "at": POINT}
+MARKED = BIFURCATION | {"each": "mass_ratio", "at": {"clearance": 1}, "mark": [0.9, 1.1]}
+PLACE = {"frequency_ratio": 0.9, "clearance": 1.5}
+HISTORIES = {"kind": "histories", "panels": "mass_ratio", "at": PLACE}
+PORTRAIT = {"kind": "phase_portrait", "columns": "mass_ratio", "at": PLACE}
 
 
 def load(folder: Path, figure: dict[str, Any], **changes: Any) -> Study:
@@ -68,7 +75,23 @@ ACCEPTED = [
     CURVES | {"variables": ["rms_ratio", "chatter"], "lines": "clearance", "each": "mass_ratio"},
     BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}},
     TRAJECTORY | {"start": 1, "stop": 2.5},
+    MARKED | {"mark_label": "m", "variables": ["displacement"]},
+    FREE_MASS | {"near": 332, "stop": 500},
+    {"kind": "free_mass", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
+    {"kind": "schematic", "drawing": "impact_damper"},
+    {"kind": "schematic", "drawing": "collision_system", "caption": "c"},
     {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
+    ACCUMULATION | {"rows": "mass_ratio", "each": "clearance", "caption": "c"},
+    ACCUMULATION | {"each": "clearance", "at": {"mass_ratio": 0.1, "frequency_ratio": 1}},
+    HISTORIES | {"start": 1, "stop": 2.5, "caption": "c"},
+    {
+        "kind": "histories",
+        "panels": "clearance",
+        "each": "mass_ratio",
+        "at": {"frequency_ratio": 1},
+    },
+    PORTRAIT | {"caption": "c"},
+    {"kind": "phase_portrait", "at": POINT},
 ]
 
 
@@ -104,6 +127,23 @@ def test_tables_may_be_as_before(tmp_path: Path) -> None:
     table = {"kind": "intervals", "along": "frequency_ratio"}
     study = load(tmp_path, TRAJECTORY, tables={"one": table})
     assert study.tables["one"].resolution == 1e-3
+
+
+def test_accumulation_table_needs_its_observer(tmp_path: Path) -> None:
+    tables = {"one": {"kind": "accumulation", "within": 0.05}}
+    assert load(tmp_path, TRAJECTORY, tables=tables).tables["one"].within == 0.05
+    without = {name: None for name in GOOD["observers"] if name != "accumulation"}
+    message = blame(tmp_path, TRAJECTORY, tables=tables, observers=without)
+    assert "tables.one\n    needs accumulation among the observers" in message
+    tables = {"one": {"kind": "accumulation", "within": 0}}
+    assert "tables.one.within\n    out of range" in blame(tmp_path, TRAJECTORY, tables=tables)
+
+
+def test_accumulation_is_of_the_rigid_damper(tmp_path: Path) -> None:
+    parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
+    message = blame(tmp_path, TRAJECTORY, parameters=parameters)
+    assert "observers.accumulation\n    its formulas are those of the rigid damper" in message
+    assert "this is the grounded one" in message
 
 
 # What is refused.
@@ -218,6 +258,67 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         CURVES | {"lines": "clearance", "each": "mass_ratio", "log": "yes"},
         ("figures.one.log\n", "not true or false (value: 'yes')"),
     ),
+    "histories without panels": (
+        {"kind": "histories", "at": POINT},
+        ("figures.one.panels\n    'panels' is missing",),
+    ),
+    "histories with a misspelt axis": (
+        HISTORIES | {"panels": "mass_rato"},
+        ("figures.one.panels\n", "unknown axis 'mass_rato'", "did you mean 'mass_ratio'?"),
+    ),
+    "histories that stop before they start": (
+        HISTORIES | {"start": 2, "stop": 1},
+        ("figures.one.stop\n    start (2", "must be less than stop (1"),
+    ),
+    "histories beyond the stretch": (
+        HISTORIES | {"stop": 11},
+        ("figures.one.stop\n    stops 11 periods into a sampled stretch of 10",),
+    ),
+    "portrait without a place for an axis": (
+        PORTRAIT | {"at": {"clearance": 1}},
+        ("'frequency_ratio' has 5 values", "name it as each, or give its value in at"),
+    ),
+    "portrait of too many columns": (
+        PORTRAIT | {"columns": "frequency_ratio", "at": {"clearance": 1, "mass_ratio": 0.1}},
+        ("figures.one.columns\n    axis 'frequency_ratio' has too many values (5)", "at most 3"),
+    ),
+    "mark without label": (
+        MARKED,
+        ("figures.one.mark_label\n    'mark' is given, but 'mark_label' is missing", "text"),
+    ),
+    "label without mark": (
+        {key: value for key, value in MARKED.items() if key != "mark"} | {"mark_label": "m"},
+        ("figures.one.mark\n    'mark_label' is given, but 'mark' is missing", "[low, high]"),
+    ),
+    "mark of nothing": (
+        MARKED | {"mark": [1, 1], "mark_label": "m"},
+        ("figures.one.mark\n    low must be less than high", "[low, high], low < high"),
+    ),
+    "mark is a number": (
+        MARKED | {"mark": 1, "mark_label": "m"},
+        ("figures.one.mark\n    not two numbers (value: 1)", "[low, high]"),
+    ),
+    "variable of no section": (
+        MARKED | {"mark_label": "m", "variables": ["displacment"]},
+        ("figures.one.variables[0]\n    not one of the choices", "did you mean 'displacement'?"),
+    ),
+    "bursts of many points": (
+        FREE_MASS | {"at": {"mass_ratio": 0.1, "clearance": 1}},
+        ("'frequency_ratio' has 5 values", "name it as each, or give its value in at"),
+    ),
+    "near is negative": (
+        FREE_MASS | {"near": -1},
+        ("figures.one.near\n    out of range (value: -1)", "number >= 0"),
+    ),
+    "drawing": (
+        {"kind": "schematic", "drawing": "colision_system"},
+        ("figures.one.drawing\n    not one of the choices", "did you mean 'collision_system'?"),
+    ),
+    "no drawing": ({"kind": "schematic"}, ("figures.one.drawing\n    'drawing' is missing",)),
+    "schematic at a point": (
+        {"kind": "schematic", "drawing": "impact_damper", "at": POINT},
+        ("figures.one.at\n    unknown key 'at'", "allowed: kind, drawing, caption"),
+    ),
     "stop before start": (
         TRAJECTORY | {"start": 2, "stop": 1},
         ("figures.one.stop\n    start (2", "must be less than stop (1"),
@@ -242,7 +343,19 @@ def test_refused(tmp_path: Path, name: str) -> None:
             "needs a section",
         ),
         (TRAJECTORY, "trajectory", "needs trajectory among the observers"),
+        (HISTORIES, "trajectory", "needs trajectory among the observers"),
+        (HISTORIES, "bursts", "needs bursts among the observers"),
+        (PORTRAIT, "trajectory", "needs trajectory among the observers"),
+        (PORTRAIT, "section", "needs a section among the observers"),
+        (FREE_MASS, "trajectory", "needs trajectory among the observers"),
+        (FREE_MASS, "bursts", "needs bursts among the observers"),
+        (MARKED | {"mark_label": "m"}, "bursts", "needs bursts among the observers, to compare"),
         (MAP | {"each": "mass_ratio"}, "bursts", "written by the observer bursts"),
+        (
+            ACCUMULATION | {"rows": "mass_ratio", "each": "clearance"},
+            "accumulation",
+            "needs accumulation among the observers",
+        ),
     ],
 )
 def test_observer_is_needed(
@@ -250,6 +363,32 @@ def test_observer_is_needed(
 ) -> None:
     observers = {k: v for k, v in GOOD["observers"].items() if observer not in k}
     assert words in blame(tmp_path, figure, observers=observers)
+
+
+def test_single_bursts_need_records(tmp_path: Path) -> None:
+    observers = GOOD["observers"] | {"bursts": None}
+    message = blame(tmp_path, FREE_MASS, observers=observers)
+    assert "observers.bursts.records\n    a figure of kind free_mass needs bursts" in message
+    assert "allowed: integer >= 1" in message
+    load(tmp_path, TRAJECTORY, observers=observers)
+
+
+def test_schematics_ask_nothing_of_the_study(tmp_path: Path) -> None:
+    figure = {"kind": "schematic", "drawing": "impact_damper"}
+    study = load(tmp_path, figure, observers={"response": None})
+    assert study.figure_files() == {"one": ("one", {})}
+    made = study.figures["one"]
+    assert not made.of_cube
+    assert made.drawn_with({}) == figure
+    assert all(cls.of_cube for kind, cls in FIGURES.items() if kind != "schematic")
+
+
+def test_histories_need_bursts_one_by_one(tmp_path: Path) -> None:
+    message = blame(tmp_path, HISTORIES, observers=GOOD["observers"] | {"bursts": None})
+    assert (
+        "figures.one\n    shades bursts one by one, but the observer bursts lists none" in message
+    )
+    assert "allowed: records >= 1 for bursts" in message
 
 
 def test_too_many_lines_or_panels(tmp_path: Path) -> None:

@@ -192,7 +192,8 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
         assert text.count(f"\n| `{key}` |") == 1, key
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         for kind, cls in registry.items():
-            part = text.split(f"### kind: {kind}\n")[1].split("\n#")[0]
+            own = text.split(f"\n## {section.capitalize()}\n")[1].split("\n## ")[0]
+            part = own.split(f"### kind: {kind}\n")[1].split("\n#")[0]
             for key in paths(cls, f"{section}.<file>."):
                 assert part.count(f"\n| `{key}` |") == 1, key
     for name in ALL:
@@ -271,6 +272,7 @@ def test_loader_and_schema_accept_good_configurations(tmp_path):
         {"studies": ["config/studies/good.yaml"], "overrides": {"good": {"axes": None} | CHANGE}},
         {"studies": ["good"], "overrides": {"good": {"figures": {"section": {"caption": "C"}}}}},
         {"studies": ["good"], "overrides": {"good": {"axes": {"gap": {"values": [1, 2, 3]}}}}},
+        {"studies": ["good"], "overrides": {"good": {"figures": {"section": None}}}},
     ):
         load_config(config, tmp_path)
         assert list(CONFIG.iter_errors(config)) == []
@@ -536,6 +538,9 @@ def test_models_that_the_template_leaves_out(tmp_path, whole, model):
     # Two ways to say one thing.
     given.pop("support_damping_factor", None)
     data["parameters"] |= given
+    # Of the rigid damper alone, as the template says.
+    assert not loads(tmp_path, data)
+    del data["observers"]["accumulation"]
     assert loads(tmp_path, data)
     other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
     data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}

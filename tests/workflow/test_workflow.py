@@ -113,7 +113,8 @@ def test_reduced_run_makes_everything(reduced):
     figures = [
         f"figures/bifurcation_mass_ratio~{m}.{e}" for m in ("0.25", "0.05") for e in ("png", "svg")
     ]
-    tables = ["tables/chatter_intervals.csv", "tables/chatter_intervals.md"]
+    tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
+    figures += ["figures/paper_b_fig_1.png", "figures/paper_b_fig_1.svg"]
     slices = [
         f"slices/mass_ratio~{m}/frequency_ratio~{w}.npz"
         for m in ("0.25", "0.05")
@@ -224,6 +225,22 @@ def test_one_figure_makes_just_what_it_needs(small):
     )
     output = snakemake(small, "-n", "results/small/figures/two_mass_ratio~0.2.png")
     assert jobs(output) == {"compile": 1, "simulate": 2, "gather": 1, "figure": 1}
+
+
+def test_schematic_waits_for_no_simulation(small):
+    model = {"kind": "schematic", "drawing": "impact_damper"}
+    section = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
+    write_small(small, figures={"model": model, "section": section})
+    target = "results/small/figures/model.svg"
+    assert jobs(snakemake(small, "-n", target)) == {"figure": 1}
+    everything = {"compile": 1, "simulate": 2, "gather": 1, "figure": 2, "all": 1}
+    assert jobs(snakemake(small, "-n")) == everything
+    snakemake(small, target)
+    made = {path.name for path in (small / "results").rglob("*") if path.is_file()}
+    assert made - {".gitkeep"} == {"model.svg", "model.png"}
+    # Another drawing under the same name is drawn anew.
+    write_small(small, figures={"model": model | {"drawing": "collision_system"}})
+    assert jobs(snakemake(small, "-n", target)) == {"figure": 1}
 
 
 def test_changes_rerun_just_what_hangs_on_them(small):

@@ -1,16 +1,27 @@
-"""Figures of a cube, as SVG and PNG."""
+"""Figures of a cube, as SVG and PNG; schematics need none."""
+
+
+def _figure(wildcards):
+    """The figure behind a file, and the coordinates at which the file is made."""
+    study = STUDIES[wildcards.study]
+    name, place = study.figure_files()[wildcards.figure]
+    return study.figures[name], place
 
 
 def _settings(wildcards):
-    study = STUDIES[wildcards.study]
-    name, place = study.figure_files()[wildcards.figure]
-    settings = study.figures[name].model_dump(exclude={"each"}, exclude_none=True)
-    return settings | {"at": settings.get("at", {}) | place}
+    figure, place = _figure(wildcards)
+    return figure.drawn_with(place)
+
+
+def _cube(wildcards):
+    """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
+    figure, _ = _figure(wildcards)
+    return f"{RESULTS}/{wildcards.study}/cube.nc" if figure.of_cube else []
 
 
 rule figure:
     input:
-        f"{RESULTS}/{{study}}/cube.nc",
+        _cube,
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
         png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",

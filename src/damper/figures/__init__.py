@@ -5,7 +5,18 @@ from typing import Any
 
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
-    name: f"damper.figures.{name}" for name in ("bifurcation", "map", "curves", "trajectory")
+    name: f"damper.figures.{name}"
+    for name in (
+        "bifurcation",
+        "map",
+        "curves",
+        "trajectory",
+        "histories",
+        "phase_portrait",
+        "accumulation",
+        "free_mass",
+        "schematic",
+    )
 }
 
 
@@ -16,7 +27,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     ----------
     kind : str
         A key of `FIGURES`.
-    cube : xarray.Dataset
+    cube : xarray.Dataset, or None for a kind that shows no results
     **settings
         Those of the kind's ``draw``.
 

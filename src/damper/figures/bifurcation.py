@@ -1,6 +1,6 @@
 """Bifurcation diagrams: displacement and velocity on the section over one parameter."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,15 @@ from damper.figures.layout import head, legend, place_label, place_text, say, se
 from damper.figures.style import (
     BLACK,
     BLUE,
+    COLUMN,
     ORANGE,
     PAGE,
+    SYMBOLS,
     VARIABLE_SYMBOLS,
     VERMILION,
     label,
 )
+from damper.study.products import SECTION_VARIABLES
 from damper.study.runs import runs
 
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
@@ -32,7 +35,7 @@ _SINGLE = (BLACK, 0.9, 2.0)
 _LABELS = {"up": "upwards", "down": "downwards"}
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS = {"up": 8.5, "down": 3.0}
-_PANELS = ("displacement", "velocity")
+_BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
 def draw(
@@ -41,6 +44,9 @@ def draw(
     along: str,
     rows: str | None = None,
     at: Mapping[str, Any] | None = None,
+    variables: Sequence[str] = SECTION_VARIABLES,
+    mark: tuple[float, float] | None = None,
+    mark_label: str | None = None,
     caption: str | None = None,
 ) -> Figure:
     """Draw displacement (left) and velocity (right) on the section over one axis.
@@ -51,44 +57,86 @@ def draw(
     Parameters
     ----------
     cube : xarray.Dataset
-        With `displacement` and `velocity`; chatter ranges are marked if it has `chatter`.
+        With the variables; chatter ranges are marked if it has `chatter`.
     along : str
         Axis of the abscissa.
     rows : str, optional
         Axis whose values make one row of panels each.
     at : mapping, optional
         Value of every other axis.
+    variables : sequence of str, optional
+        One or both of `displacement` and `velocity`; one alone fits a printed column.
+    mark : (float, float), optional
+        Part of the abscissa to mark by a bracket. Above each row stands at which of the points
+        within it there is chatter, and at which of those outside.
+    mark_label : str, optional
+        What the mark is, for the legend.
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        When a range is marked and the cube has no `chatter` to compare it with.
     """
-    variables = [name for name in (*_PANELS, "chatter") if name in cube]
+    if mark is not None and "chatter" not in cube:
+        raise ValueError("mark is compared with where chatter is found, but the cube has none")
+    known = [name for name in (*variables, "chatter") if name in cube]
     own = [dim for dim in ("direction", "draw", "sample") if dim in cube.dims]
     keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
-    place = select(cube, variables, at, keep)
+    place = select(cube, known, at, keep)
     values = place[rows].values.tolist() if rows else [None]
-    figure = Figure(figsize=(PAGE, 1.1 + 1.55 * len(values)), layout="constrained")
-    axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
+    width = PAGE if len(variables) > 1 else COLUMN
+    height = 1.1 + 1.55 * len(values)
+    if mark is not None:
+        height += 0.3 + 0.2 * len(values)
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = figure.subplots(len(values), len(variables), sharex=True, squeeze=False)
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
-        for ax, name in zip(row, _PANELS, strict=True):
+        for ax, name in zip(row, variables, strict=True):
             _points(ax, panel, along, name)
         _mark_chatter(row, panel, along)
-        if value is not None:
-            title = place_text(place, rows, value)
-            row[0].set_title(title, loc="left", fontweight="bold", pad=_above(place))
-        for ax, name in zip(row, _PANELS, strict=True):
+        titles = [] if value is None else [place_text(place, rows, value)]
+        if mark is not None:
+            for ax in row:
+                _bracket(ax, mark)
+            titles.append(_agreement(panel, along, mark))
+        if titles:
+            style = {"fontweight": "bold"} if mark is None else {"fontsize": 7.0}
+            row[0].set_title("\n".join(titles), loc="left", pad=_above(place), **style)
+        for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(label(name, VARIABLE_SYMBOLS[name], place[name].attrs["units"]))
     for ax in axes[-1]:
-        ax.set_xlabel(place_label(place, along, 0.4 * PAGE))
+        ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_remarks(place))
-    legend(figure, _handles(place))
+    head(figure, place, caption, remarks=_remarks(place, variables[0]))
+    legend(figure, _handles(place, mark_label))
     return figure
+
+
+def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
+    """Mark a part of the abscissa by a bracket along the panel's lower edge."""
+    low, high = mark
+    heights = [0.05, 0.015, 0.015, 0.05]
+    ax.plot([low, low, high, high], heights, transform=ax.get_xaxis_transform(), **_BRACKET)
+
+
+def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
+    """Say where chatter is found, and at how many points within the mark and outside it."""
+    grid = panel[along].values
+    chatter = panel.chatter.max([dim for dim in panel.chatter.dims if dim != along]).values > 0
+    if not chatter.any():
+        return "chatter found: none"
+    inside = (grid >= mark[0]) & (grid <= mark[1])
+    counts = [f"{(chatter & some).sum()} of {some.sum()}" for some in (inside, ~inside)]
+    span = f"{SYMBOLS[along]} = {grid[chatter].min():g} to {grid[chatter].max():g}"
+    return f"chatter found: {span};\nat {counts[0]} points in the marked range, {counts[1]} outside"
 
 
 def _above(place: xr.Dataset) -> float | None:
@@ -179,14 +227,14 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
     return ScaledTranslation(0.0, points / 72.0, ax.get_figure().dpi_scale_trans)
 
 
-def _remarks(place: xr.Dataset) -> list[str]:
+def _remarks(place: xr.Dataset, variable: str) -> list[str]:
     # "primary displacement once per forcing period" -> where the section lies
-    section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
+    section = place[variable].attrs.get("long_name", "").removeprefix(f"primary {variable} ")
     remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
     return remarks + ([f"section {section}"] if section else [])
 
 
-def _handles(place: xr.Dataset) -> list[Artist]:
+def _handles(place: xr.Dataset, mark_label: str | None) -> list[Artist]:
     handles: list[Artist] = [
         Line2D(
             [],
@@ -206,4 +254,6 @@ def _handles(place: xr.Dataset) -> list[Artist]:
             Patch(color=colour, alpha=0.5 if not handles else 1.0, label=text)
             for text, colour in _CHATTER.values()
         ]
+    if mark_label is not None:
+        handles.append(Line2D([], [], label=mark_label, **_BRACKET))
     return handles

@@ -218,14 +218,17 @@ class Coordinate(Kind):
 
 
 class Range(Kind):
-    """Lowest and highest value of a quantity."""
+    """Lowest and highest value: of a quantity, or of any number."""
 
     sort = "[low, high]"
+    words = "[low, high], low < high"
+    limits = "low < high"
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str | None = None) -> None:
         self.name = name
-        self.words = f"[low, high], {ALL[name].allowed}"
-        self.units, self.limits = ALL[name].units, f"low < high; each {limits_of(ALL[name])}"
+        if name is not None:
+            self.words = f"[low, high], {ALL[name].allowed}"
+            self.units, self.limits = ALL[name].units, f"low < high; each {limits_of(ALL[name])}"
 
     def check(self, value: Any, context: Any) -> tuple[float, float]:
         if not isinstance(value, list | tuple) or len(value) != 2:
@@ -242,7 +245,7 @@ class Range(Kind):
         return low, high
 
     def schema(self, draft: Draft, name: str | None) -> Schema:
-        items = quantity_schema(draft, ALL[self.name])
+        items = Coordinate().schema(draft, self.name)
         pair = {"minItems": 2, "maxItems": 2, "uniqueItems": True}
         return {"type": "array", "items": items} | pair
 
@@ -435,6 +438,8 @@ class Section(Kind):
             made = self.of[name].schema(draft, name)
         else:
             made = {"anyOf": [_of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
+            if draft.partial:  # an override leaves out what is null in it
+                made["anyOf"].append({"type": "null"})
         return _or_nothing(made) if self.bare else made
 
 

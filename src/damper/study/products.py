@@ -14,7 +14,6 @@ from pydantic_core import PydanticCustomError
 
 from damper.quantities import ALL
 from damper.study.axes import coordinate_name
-from damper.study.best import DAMPED, GOOD
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     STEM,
@@ -26,6 +25,7 @@ from damper.study.fields import (
     Kind,
     ListOf,
     Number,
+    Range,
     Strict,
     Text,
     as_mapping,
@@ -34,7 +34,9 @@ from damper.study.fields import (
 )
 from damper.study.schema import Draft, Schema
 from damper.study.settings import SECTIONS
+from damper.study.tables import DAMPED, GOOD
 from damper.study.yaml_file import as_part, show, words
+from damper.variables import SI_UNITS, TIME
 
 #: Observer -> what it writes with one value at each point; `status` is in every cube.
 VARIABLES = {
@@ -56,13 +58,21 @@ VARIABLES = {
         "impact_loss",
         "energy_residual",
     ),
-    "trajectory": ("trajectory_events_left_out",),
+    "accumulation": ("complete_bursts",),
+    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
+
+SECTION_VARIABLES = ("displacement", "velocity")
+"""What every section writes, sample by sample."""
 
 MOST_VARIABLES = 4
 """Panels of curves that fit one above the other."""
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
+MOST_COLUMNS = 3
+"""More columns of phase portraits are too narrow for their titles."""
+MOST_ROWS = 6
+"""More rows of square panels do not fit a page."""
 MOST_PANELS = 12
 """More panels do not fit a page."""
 
@@ -98,12 +108,19 @@ class Offer:
 class Product(Strict):
     """A figure or a table: its kind, and what it needs of the study."""
 
+    of_cube: ClassVar[bool] = True
+    """Whether it shows results: what does not is made without a simulation."""
+
     kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         """Note what `settings`, as written, ask of the study in vain."""
         raise NotImplementedError
+
+    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings with which the file at a place, see `files`, is made."""
+        return self.model_dump(exclude_none=True)
 
     def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
         """Return the file stems with the coordinates at which each is made."""
@@ -195,6 +212,10 @@ class Figure(Product):
         if each is None:
             return {stem: {}}
         return {f"{stem}_{coordinate_name(each, value)}": {each: value} for value in axes[each]}
+
+    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
+        settings = self.model_dump(exclude={"each"}, exclude_none=True)
+        return settings | {"at": settings.get("at", {}) | dict(place)}
 
     @classmethod
     def _says_where(cls, settings: dict[str, Any]) -> bool:
@@ -331,12 +352,37 @@ class Bifurcation(Figure):
         str | None, Text(), Field(description="Axis of whose values each makes a row of panels.")
     ] = None
     at: At = None
+    variables: Annotated[
+        tuple[str, ...],
+        ListOf(Choice(*SECTION_VARIABLES), least=1),
+        Field(description="What is drawn, a panel each; one alone fits a printed column."),
+    ] = SECTION_VARIABLES
+    mark: Annotated[
+        tuple[float, float] | None,
+        Range(),
+        Field(
+            description="Part of the abscissa to mark by a bracket, such as a range that the "
+            "source states; above the panels stands how far the chatter found agrees with it."
+        ),
+    ] = None
+    mark_label: Annotated[str | None, Text(), Field(description="What the mark is; with mark.")] = (
+        None
+    )
     caption: Caption = None
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         if not any(section in offer.observers for section in SECTIONS):
             faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+        if "mark" in settings and "bursts" not in offer.observers:
+            faults.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Bifurcation | None, faults: Faults) -> None:
+        if model is not None and (model.mark is None) != (model.mark_label is None):
+            given, missing = ("mark", "mark_label") if model.mark else ("mark_label", "mark")
+            allowed = Text.words if model.mark else Range.words
+            faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
 class Map(Figure):
@@ -471,6 +517,130 @@ class Trajectory(Figure):
             faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
+class Histories(Trajectory):
+    """The free mass between the walls over time, with a panel for each value of an axis.
+
+    Bursts of chatter and stretches of sticking are shaded.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[str, Text(), Field(description="Axis of whose values each makes a panel.")]
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        super().needs(settings, offer, faults)
+        if "bursts" not in offer.observers:
+            faults.add((), "needs bursts among the observers", "bursts: {records: 50}")
+
+
+class PhasePortrait(Figure):
+    """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
+
+    columns: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis of whose values each makes a column of panels; "
+            f"{MOST_COLUMNS} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "trajectory" not in offer.observers:
+            faults.add((), "needs trajectory among the observers", "trajectory")
+        if not any(section in offer.observers for section in SECTIONS):
+            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+
+
+class Accumulation(Figure):
+    """Errors of the predicted completion of bursts over the rebound speed, log-log.
+
+    Completion time on the left, completion point on the right; both orders of theory, the first
+    impact of each burst apart, and the slopes 2 and 3 that the errors should have.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role(), "rows": Role(most=MOST_ROWS)}
+    overlays: ClassVar[bool] = True
+
+    each: Each = None
+    rows: Annotated[
+        str | None,
+        Text(),
+        Field(description=f"Axis of whose values each makes a row of panels; {MOST_ROWS} at most."),
+    ] = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
+
+
+class FreeMass(Figure):
+    """The free mass in time, absolute and relative: the whole history beside one burst.
+
+    Onset, duration and sticking of that burst are annotated, chatter and sticking are shaded.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
+
+    each: Each = None
+    at: At = None
+    near: Annotated[
+        float | None,
+        Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(
+            description="Time since the start of the record: the burst of chatter with the onset "
+            "nearest to it is shown at large; the first one of the stretch when not given."
+        ),
+    ] = None
+    stop: Annotated[
+        float | None,
+        Number(gt=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(
+            description="Where the whole history ends, likewise; with the stretch that the "
+            "observer samples when not given."
+        ),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        for name in ("trajectory", "bursts"):
+            if name not in offer.observers:
+                faults.add((), f"needs {name} among the observers", name)
+
+
+class Schematic(Product):
+    """The mechanical model of a paper, drawn by code; it shows no results and waits for none."""
+
+    of_cube: ClassVar[bool] = False
+
+    drawing: Annotated[
+        str,
+        Choice("impact_damper", "two_degrees_of_freedom", "collision_system"),
+        Field(
+            description="Paper A's free mass in a box; its form with two degrees of freedom; "
+            "paper B's model."
+        ),
+    ]
+    caption: Annotated[str | None, Text(), Field(description="Heading; none when not given.")] = (
+        None
+    )
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        """Nothing to note: a schematic asks nothing of the study."""
+
+
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
@@ -497,6 +667,24 @@ class Intervals(Product):
         if name not in offer.axes:
             faults.unknown(("along",), "axis", name, offer.axes)
         _count(("along",), name, offer.axes.get(name), Role(least=3), faults)
+
+
+class Agreement(Product):
+    """How well theory predicts when and where complete bursts end, at each point of the study."""
+
+    within: Annotated[
+        float,
+        Number(gt=0, lt=1),
+        Field(
+            description="Part of what is left of the burst to which a prediction must be right to "
+            "agree: the table says from which impact on it does."
+        ),
+    ] = 0.01
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
 
 
 class Performance(Product):
@@ -539,8 +727,17 @@ FIGURES: dict[str, type[Product]] = {
     "map": Map,
     "curves": Curves,
     "trajectory": Trajectory,
+    "accumulation": Accumulation,
+    "histories": Histories,
+    "phase_portrait": PhasePortrait,
+    "free_mass": FreeMass,
+    "schematic": Schematic,
 }
-TABLES: dict[str, type[Product]] = {"intervals": Intervals, "performance": Performance}
+TABLES: dict[str, type[Product]] = {
+    "intervals": Intervals,
+    "performance": Performance,
+    "accumulation": Agreement,
+}
 
 
 def product(registry: Mapping[str, type[Product]]) -> Callable[[str, Any], Product]:

@@ -23,7 +23,7 @@ from damper.quantities import (
 from damper.study.axes import axis_values
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
-from damper.study.products import FIGURES, TABLES, Offer
+from damper.study.products import FIGURES, TABLES, Histories, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 
@@ -57,8 +57,10 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _relate_initial(raw["initial"], parameters, axes, faults)
     if study is not None and not faults.lines:
         _check_model(study, faults)
+        _check_theory(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
+        _check_records(study, faults)
     _follow_one(sound, faults)
     values = {name: axis and axis_values(axis) for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -93,14 +95,27 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         faults.add(loc, message, f"start + length <= {study.periods}, at least one sample step")
         return
     for stem, figure in study.figures.items():
-        if figure.kind != "trajectory":
+        if not isinstance(figure, Trajectory):
             continue
+        bursts = study.observers.get("bursts")  # `Histories.needs` tells if there is none
+        if isinstance(figure, Histories) and bursts is not None and not bursts.records:
+            message = "shades bursts one by one, but the observer bursts lists none"
+            faults.add(("figures", stem), message, "records >= 1 for bursts, such as records: 50")
         if figure.start >= length:
             message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
         elif figure.stop is not None and figure.stop > length:
             message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+
+
+def _check_records(study: Study, faults: Faults) -> None:
+    """Refuse a figure of single bursts where bursts are not listed."""
+    bursts = study.observers.get("bursts")
+    kinds = [figure.kind for figure in study.figures.values()]
+    if "free_mass" in kinds and bursts is not None and not bursts.records:
+        message = "a figure of kind free_mass needs bursts listed one by one (value: 0)"
+        faults.add(("observers", "bursts", "records"), message, "integer >= 1")
 
 
 def _check_model(study: Study, faults: Faults) -> None:
@@ -115,6 +130,13 @@ def _check_model(study: Study, faults: Faults) -> None:
         except ValueError as error:
             faults.add(("parameters",), str(error))
             return
+
+
+def _check_theory(study: Study, faults: Faults) -> None:
+    """Refuse to compare a model with theory that is not its own."""
+    if study.model != "rigid" and "accumulation" in study.observers:
+        message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+        faults.add(("observers", "accumulation"), message, "a study of the rigid damper")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

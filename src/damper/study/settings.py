@@ -335,6 +335,21 @@ class Response(Strict):
     """How strongly the primary moves, and where the energy goes."""
 
 
+class Accumulation(Strict):
+    """Complete bursts of the rigid damper beside theory: what is left after each impact."""
+
+    bursts: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="Most complete bursts of each run to use, the first ones of the record."),
+    ] = 20
+    impacts: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="Most impacts of each burst to use, the first ones."),
+    ] = 100
+
+
 class Trajectory(Strict):
     """The motion in time over a stretch of the record."""
 
@@ -366,6 +381,7 @@ OBSERVERS: dict[str, type[Strict]] = {
     "impacts": Impacts,
     "bursts": Bursts,
     "response": Response,
+    "accumulation": Accumulation,
     "trajectory": Trajectory,
 }
 SECTIONS = ("stroboscopic_section", "impact_section")

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the Snakefile reads TABLES
     import xarray as xr
 
+#: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
+GOOD, DAMPED = 0.5, 0.9
 #: Kind in study files -> module; each has `make(cube, settings, about) -> (csv, markdown)`.
 TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
+    "accumulation": "damper.study.accumulation_table",
 }
 
 

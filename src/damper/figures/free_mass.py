@@ -1,0 +1,268 @@
+"""The free mass in time, absolute and relative: the whole history beside one burst at large."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from damper.figures.layout import head, legend, say, select
+from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
+from damper.study.chatter_spans import (
+    BURST_VARIABLES,
+    Burst,
+    list_is_full,
+    listed_bursts,
+    sticking_spans,
+)
+
+_VARIABLES = (
+    "trajectory_time",
+    "trajectory_start",
+    "trajectory_displacement",
+    "trajectory_velocity",
+    "trajectory_free_displacement",
+    "trajectory_free_velocity",
+    "trajectory_event",
+    "trajectory_mode",
+    "trajectory_events_left_out",
+    *BURST_VARIABLES,
+)
+_IMPACT, _STICKING = 0, 1
+#: Points up to which lines stay vectors.
+_MOST_POINTS = 5_000
+#: Part of a burst's length that is shown before and after it.
+_MARGIN = 0.12
+_LINE = {"color": BLACK, "lw": 0.6}
+_WALL = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
+_CHATTER = {True: ("complete chatter", BLUE), False: ("incomplete chatter", ORANGE)}
+_SHADE = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
+_STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
+_MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    near: float | None = None,
+    stop: float | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw the free mass's displacement and velocity, absolute and relative, over time.
+
+    On the left the whole history, and below it the duration of every burst of chatter; on the right
+    one burst with its onset, duration and sticking, and below it the approach speed of each of its
+    impacts on a logarithmic scale: the bounces shrink geometrically, and only there can all of
+    them be seen.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observers `trajectory`, and `bursts` with records.
+    near : float, optional
+        Time since the start of the record: the burst of chatter with the onset nearest to it is
+        shown at large; the first one of the sampled stretch when not given. Where nothing is
+        chatter, any burst counts.
+    stop : float, optional
+        Where the whole history ends, likewise; with the sampled stretch when not given.
+    at : mapping, optional
+        Value of every axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        When a variable is missing, the stretch is empty or begins at `stop` or later.
+    """
+    place = select(cube, _VARIABLES, at, ("instant", "burst"))
+    run = place.isel(instant=np.isfinite(place.trajectory_time.values))
+    time = run.trajectory_time.values + float(run.trajectory_start)
+    if not time.size:
+        raise ValueError("no motion was sampled: the run stopped before the stretch began")
+    start, end = float(time[0]), float(time[-1])
+    stop = end if stop is None else min(stop, end)
+    if not start < stop:
+        raise ValueError(f"stop = {stop:g}: the sampled stretch begins at {start:g} only")
+    run = run.assign(time=("instant", time))
+    bursts = listed_bursts(place)
+    chosen = _nearest([b for b in bursts if b.onset >= start and b.end <= end], near)
+    figure = Figure(figsize=(PAGE, 8.4), layout="constrained")
+    left, right = figure.subplots(5, 2, sharex="col").T
+    for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
+        whole.set_ylabel(name)
+        _motion(whole, run, values, bursts, (start, stop))
+        if chosen is not None:
+            _motion(large, run, values, bursts, _window(chosen))
+    for ax in (left[1], right[1]):
+        for wall in (-_clearance(place), _clearance(place)):
+            ax.axhline(wall, **_WALL)
+    units = place.trajectory_time.attrs["units"]
+    _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
+    left[0].set_title("whole history", loc="left", fontweight="bold")
+    left[0].set_xlim(start, stop)
+    if chosen is None:
+        for ax in right:
+            say(ax, "no burst in this stretch")
+    else:
+        _dimensions(right[0], chosen)
+        _impacts(right[4], run, chosen)
+        right[0].set_xlim(*_window(chosen))
+    for ax in (left[4], right[4]):
+        ax.set_xlabel(label("time", "$t$", units))
+    figure.align_ylabels()
+    head(figure, place, caption, remarks=_left_out(place, bursts))
+    legend(figure, _handles(bursts, bool((run.trajectory_mode == _STICKING).any())))
+    return figure
+
+
+def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return the label and the values of the panels one below the other."""
+    x, v = run.trajectory_displacement, run.trajectory_velocity
+    y, u = run.trajectory_free_displacement, run.trajectory_free_velocity
+    length, speed = y.attrs["units"], u.attrs["units"]
+    return {
+        label("free mass\ndisplacement", "$y$\n", length): y.values,
+        label("relative\ndisplacement", "$y-x$\n", length): (y - x).values,
+        label("free mass\nvelocity", "$\\dot y$\n", speed): u.values,
+        label("relative\nvelocity", "$\\dot y-\\dot x$\n", speed): (u - v).values,
+    }
+
+
+def _clearance(place: xr.Dataset) -> float:
+    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
+
+
+def _nearest(bursts: Sequence[Burst], near: float | None) -> Burst | None:
+    """Return the burst to show at large."""
+    among = [burst for burst in bursts if burst.chatter] or bursts
+    if not among:
+        return None
+    return among[0] if near is None else min(among, key=lambda burst: abs(burst.onset - near))
+
+
+def _window(burst: Burst) -> tuple[float, float]:
+    """Return the time to show of a burst."""
+    margin = _MARGIN * (burst.release - burst.onset) or 1.0
+    return burst.onset - margin, burst.release + margin
+
+
+def _motion(
+    ax: Axes,
+    run: xr.Dataset,
+    values: np.ndarray,
+    bursts: Sequence[Burst],
+    span: tuple[float, float],
+) -> None:
+    """Draw a quantity over a span of time; shade chatter by its kind, and sticking."""
+    time, (start, stop) = run.time.values, span
+    # A row beyond each end, so that lines reach the edges.
+    rows = slice(max(int(np.searchsorted(time, start)) - 1, 0), np.searchsorted(time, stop) + 1)
+    shown = values[rows]
+    ax.plot(time[rows], shown, rasterized=shown.size > _MOST_POINTS, **_LINE)
+    for complete, (_, colour) in _CHATTER.items():
+        kind = [b for b in bursts if b.chatter and b.complete is complete]
+        _shade(ax, [(b.onset, b.end) for b in kind], span, _SHADE | {"color": colour})
+    _shade(ax, sticking_spans(time, run.trajectory_mode.values), span, _STUCK)
+
+
+def _shade(
+    ax: Axes,
+    stretches: Sequence[tuple[float, float]],
+    span: tuple[float, float],
+    style: Mapping[str, Any],
+) -> None:
+    """Shade the stretches that reach into a span of time, as one artist: there may be hundreds."""
+    shown = [(a, b - a) for a, b in stretches if a < span[1] and b > span[0]]
+    ax.broken_barh(shown, (0.0, 1.0), transform=ax.get_xaxis_transform(), **style)
+
+
+def _dimensions(ax: Axes, burst: Burst) -> None:
+    """Write onset, duration and sticking of the burst above the panel, all from the record."""
+    wall = "right" if burst.wall > 0 else "left"
+    plural = "" if burst.visible == 1 else "s"
+    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {burst.visible} visible impact{plural}"
+    kind = "complete " if burst.complete else "incomplete "
+    kind += "chatter" if burst.chatter else "burst, no chatter"
+    kind += "" if burst.complete else "; no sticking follows"
+    ax.set_title(f"{first}\n{kind}", loc="left", fontsize=7.0, pad=23.0)
+    over = ax.get_xaxis_transform()
+    for moment in (burst.onset, burst.end):
+        ax.plot([moment, moment], [0.0, 1.1], transform=over, clip_on=False, **_MARK)
+    spans = [(burst.onset, burst.end, f"duration {burst.duration:.3f}", "center")]
+    if burst.release > burst.end:
+        spans.append((burst.end, burst.release, f"sticking {burst.sticking:.3f}", "right"))
+        ax.plot([burst.release] * 2, [0.0, 1.1], transform=over, clip_on=False, **_MARK)
+    for first, last, words, place in spans:
+        arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0}
+        ends = {"xycoords": over, "textcoords": over, "annotation_clip": False}
+        ax.annotate("", (last, 1.08), (first, 1.08), arrowprops=arrow | _MARK, **ends)
+        middle = 0.5 * (first + last) if place == "center" else _window(burst)[1]
+        ax.text(middle, 1.13, words, transform=over, ha=place, va="bottom", fontsize=7.0)
+
+
+def _impacts(ax: Axes, run: xr.Dataset, burst: Burst) -> None:
+    """Draw the approach speed of every resolved impact of a burst on a logarithmic scale."""
+    rows = np.flatnonzero(run.trajectory_event.values == _IMPACT)[::2]  # just before each impact
+    time = run.time.values[rows]
+    relative = run.trajectory_free_velocity.values - run.trajectory_velocity.values
+    slack = 1e-9 * (1.0 + burst.end)  # both times are rounded
+    inside = (time >= burst.onset - slack) & (time <= burst.end + slack)
+    speeds = np.abs(relative[rows[inside]])
+    seen = speeds > 0.0
+    style: dict[str, Any] = {"ls": "", "marker": "o", "ms": 2.4, "mew": 0.5, "mec": BLACK}
+    ax.plot(time[inside][seen], speeds[seen], mfc=BLACK, **style)
+    if seen.any():
+        ax.set_yscale("log")
+    else:
+        say(ax, "its impacts are not among the listed events")
+    units = run.trajectory_velocity.attrs["units"]
+    ax.set_ylabel(label("approach speed\nof each impact", "\n", units))
+
+
+def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], units: str) -> None:
+    """Draw how long every burst of chatter lasts."""
+    shown = [burst for burst in chatter if span[0] <= burst.onset <= span[1]]
+    for complete, (_, colour) in _CHATTER.items():
+        some = [burst for burst in shown if burst.complete is complete]
+        style: dict[str, Any] = {"ls": "", "marker": "o" if complete else "s", "ms": 3.2}
+        onsets, durations = [b.onset for b in some], [b.duration for b in some]
+        ax.plot(onsets, durations, mfc=colour, mec=BLACK, mew=0.4, **style)
+    ax.set_ylabel(label("duration of each\nburst of chatter", "\n", units))
+    if shown:
+        ax.set_ylim(0.0, 1.12 * max(burst.duration for burst in shown))
+    else:
+        ax.set_yticks([])
+        say(ax, "no chatter in this stretch")
+
+
+def _left_out(place: xr.Dataset, bursts: Sequence[Burst]) -> list[str]:
+    """Say what the record did not have room for."""
+    told = []
+    if missing := int(place.trajectory_events_left_out):
+        told.append(f"{missing} events did not fit (observers: trajectory: events)")
+    if list_is_full(place):
+        told.append(f"bursts listed to $t$ = {bursts[-1].end:.0f} (observers: bursts: records)")
+    return told
+
+
+def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
+    handles: list[Artist] = [
+        Patch(color=colour, alpha=_SHADE["alpha"], lw=0.0, label=text)
+        for complete, (text, colour) in _CHATTER.items()
+        if any(burst.chatter and burst.complete is complete for burst in bursts)
+    ]
+    if stuck:
+        handles.append(Patch(label="sticking", **_STUCK))
+    handles.append(Line2D([], [], label=r"walls $y-x = \pm d$", **_WALL))
+    return handles

@@ -1,0 +1,205 @@
+"""Schematics: the mechanical models of both papers, drawn from springs, dashpots and masses.
+
+They show no results, so they need no cube. Lengths are those of the drawing itself.
+"""
+
+from collections.abc import Callable
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon, Rectangle
+
+from damper.figures.style import BLACK, COLUMN
+
+_LINE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "solid_capstyle": "butt"}
+_THIN: dict[str, Any] = {"color": BLACK, "lw": 0.5, "solid_capstyle": "butt"}
+_HATCH: dict[str, Any] = {"color": "#555555", "lw": 0.5}
+_BODY: dict[str, Any] = {"facecolor": "#DCE6EE", "edgecolor": BLACK, "lw": 0.9}
+_FREE: dict[str, Any] = {"facecolor": "#F6D9B8", "edgecolor": BLACK, "lw": 0.9}
+_LETTERS = 9.0
+"""Size of the symbols, in points."""
+_CAPTION = 58
+"""Letters in a line of the heading."""
+
+
+def draw(cube: None = None, *, drawing: str, caption: str | None = None) -> Figure:
+    """Draw the schematic of a mechanical model.
+
+    Parameters
+    ----------
+    cube : None
+        Not needed; there so that all kinds of figures are drawn by the same call.
+    drawing : {'impact_damper', 'two_degrees_of_freedom', 'collision_system'}
+        Paper A's free mass in a box, its form with two degrees of freedom, paper B's model.
+    caption : str, optional
+        Heading; none when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        For an unknown drawing, with the known ones.
+    """
+    if drawing not in DRAWINGS:
+        raise ValueError(f"unknown drawing {drawing!r}: must be one of {', '.join(DRAWINGS)}")
+    figure = Figure(layout="constrained")
+    ax = figure.subplots()
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    DRAWINGS[drawing](ax)
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    height = COLUMN * (top - bottom) / (right - left)
+    if caption is not None:
+        lines = wrap(caption, _CAPTION)
+        figure.suptitle("\n".join(lines), fontsize=8.5)
+        height += 0.15 * (len(lines) + 1)
+    figure.set_size_inches(COLUMN, height)
+    return figure
+
+
+def _impact_damper(ax: Axes) -> None:
+    """Draw paper A's Fig. 1: a free mass between the walls of a box on spring and dashpot."""
+    _box(ax, "$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$")
+    for first, last in ((3.6, 5.2), (6.2, 7.8)):
+        _dimension(ax, first, last, 1.6, "$D$")
+
+
+def _collision_system(ax: Axes) -> None:
+    """Draw paper B's Fig. 1: the same model in its symbols, which leave the gap without one."""
+    _box(ax, "$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$")
+
+
+def _two_degrees_of_freedom(ax: Axes) -> None:
+    """Draw paper A's Fig. 2: both masses tied to the fixed end, with stops between them."""
+    _ground(ax, (0.0, 5.2), (0.0, 0.0))
+    _ground(ax, (0.0, 0.0), (9.6, 0.0))
+    # Between its stops the primary leaves room for the tongue of the free mass below it.
+    stops = [(3.2, 2.9), (4.3, 2.9), (4.3, 2.2), (4.7, 2.2), (4.7, 3.4), (7.7, 3.4), (7.7, 2.2)]
+    ax.add_patch(Polygon([*stops, (8.2, 2.2), (8.2, 4.8), (3.2, 4.8)], closed=True, **_BODY))
+    tongue = [(6.6, 1.9), (6.6, 3.1), (5.8, 3.1), (5.8, 1.9)]
+    free = [(3.2, 0.4), (8.2, 0.4), (8.2, 1.9), *tongue, (3.2, 1.9)]
+    ax.add_patch(Polygon(free, closed=True, **_FREE))
+    for x in (3.9, 7.5):
+        _wheel(ax, x)
+    _spring(ax, 0.0, 3.2, 4.3, "$K_1$")
+    _dashpot(ax, 0.0, 3.2, 3.25, "$C_1$")
+    _spring(ax, 0.0, 3.2, 1.7, "$K_2$")
+    _dashpot(ax, 0.0, 3.2, 0.65, "$C_2$")
+    _write(ax, 6.2, 4.1, "$M$")
+    _write(ax, 6.2, 1.15, "$m(t)$")
+    for first, last in ((4.7, 5.8), (6.6, 7.7)):
+        _dimension(ax, first, last, 2.55, "$D$")
+    _arrow(ax, (8.2, 3.8), (9.5, 3.8), "$F(t)$")
+    _coordinate(ax, 3.2, 4.8, "$X_1$")
+    _arrow(ax, (8.2, 1.15), (9.15, 1.15), "$X_2$", thin=True)
+    ax.set_xlim(-0.5, 9.8)
+    ax.set_ylim(-0.5, 5.8)
+
+
+DRAWINGS: dict[str, Callable[[Axes], None]] = {
+    "impact_damper": _impact_damper,
+    "two_degrees_of_freedom": _two_degrees_of_freedom,
+    "collision_system": _collision_system,
+}
+
+
+def _box(
+    ax: Axes,
+    body: str,
+    free: str,
+    stiffness: str,
+    damping: str,
+    force: str,
+    displacement: str,
+    free_displacement: str,
+) -> None:
+    """Draw a ball between the walls of a box that a spring and a dashpot tie to the ground."""
+    _ground(ax, (0.0, 3.9), (0.0, 0.0))
+    _ground(ax, (0.0, 0.0), (9.6, 0.0))
+    outside = [(3.2, 0.4), (8.2, 0.4), (8.2, 3.5), (3.2, 3.5)]
+    ax.add_patch(Polygon(outside, closed=True, **_BODY))
+    ax.add_patch(Rectangle((3.6, 1.1), 4.2, 2.0, facecolor="white", edgecolor=BLACK, lw=0.9))
+    for x in (3.9, 7.5):
+        _wheel(ax, x)
+    ax.add_patch(Circle((5.7, 1.6), 0.5, **_FREE))
+    _spring(ax, 0.0, 3.2, 2.8, stiffness)
+    _dashpot(ax, 0.0, 3.2, 1.4, damping)
+    _write(ax, 5.7, 0.75, body)
+    _write(ax, 5.7, 1.6, free)
+    _arrow(ax, (8.2, 2.2), (9.5, 2.2), force)
+    _coordinate(ax, 3.2, 3.5, displacement)
+    _coordinate(ax, 5.7, 2.1, free_displacement)
+    ax.set_xlim(-0.5, 9.8)
+    ax.set_ylim(-0.5, 4.5)
+
+
+def _write(ax: Axes, x: float, y: float, text: str, vertical: str = "center") -> None:
+    ax.text(x, y, text, ha="center", va=vertical, fontsize=_LETTERS)
+
+
+def _spring(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+    lead = 0.16 * (last - first)
+    heights = np.full(14, y)
+    heights[1:-1] += 0.22 * np.resize([1.0, -1.0], 12)
+    coil = np.linspace(first + lead, last - lead, 14)
+    ax.plot([first, *coil, last], [y, *heights, y], **_LINE)
+    _write(ax, 0.5 * (first + last), y + 0.3, text, "bottom")
+
+
+def _dashpot(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+    """Draw a cylinder on the wall's side and a piston on the mass's."""
+    length = last - first
+    back, front, piston = first + 0.34 * length, first + 0.66 * length, first + 0.54 * length
+    ax.plot([first, back], [y, y], **_LINE)
+    ax.plot([front, back, back, front], [y + 0.22, y + 0.22, y - 0.22, y - 0.22], **_LINE)
+    ax.plot([piston, piston], [y - 0.17, y + 0.17], **(_LINE | {"lw": 1.6}))
+    ax.plot([piston, last], [y, y], **_LINE)
+    _write(ax, 0.5 * (first + last), y + 0.28, text, "bottom")
+
+
+def _ground(ax: Axes, first: tuple[float, float], last: tuple[float, float]) -> None:
+    """Draw a fixed line, hatched on its right side as one goes from first to last."""
+    start, end = np.array(first), np.array(last)
+    along = (end - start) / np.hypot(*(end - start))
+    out = np.array([along[1], -along[0]])
+    ax.plot(*zip(first, last, strict=True), **_LINE)
+    for distance in np.arange(0.12, np.hypot(*(end - start)), 0.24):
+        foot = start + distance * along
+        tip = foot + 0.26 * (out - 0.8 * along)
+        ax.plot(*zip(foot, tip, strict=True), **_HATCH)
+
+
+def _wheel(ax: Axes, x: float) -> None:
+    """Draw a wheel below a mass: it moves along the ground without friction."""
+    ax.add_patch(Circle((x, 0.2), 0.2, fc="white", ec=BLACK, lw=0.7))
+
+
+def _dimension(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+    arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 5.0}
+    ax.annotate("", (last, y), (first, y), arrowprops=arrow | {"color": BLACK, "lw": 0.5})
+    _write(ax, 0.5 * (first + last), y + 0.08, text, "bottom")
+
+
+def _arrow(
+    ax: Axes, first: tuple[float, float], last: tuple[float, float], text: str, thin: bool = False
+) -> None:
+    width, head = (0.5, 6.0) if thin else (1.2, 9.0)
+    arrow = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": head}
+    ax.annotate("", last, first, arrowprops=arrow | {"color": BLACK, "lw": width})
+    _write(ax, 0.5 * (first[0] + last[0]), last[1] + 0.12, text, "bottom")
+
+
+def _coordinate(ax: Axes, x: float, y: float, text: str) -> None:
+    """Draw the mark of a displacement: from a point on the mass, positive to the right."""
+    ax.plot([x, x], [y, y + 0.55], **_THIN)
+    arrow = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0}
+    ax.annotate(
+        "", (x + 0.95, y + 0.4), (x, y + 0.4), arrowprops=arrow | {"color": BLACK, "lw": 0.5}
+    )
+    ax.text(x + 1.05, y + 0.4, text, ha="left", va="center", fontsize=_LETTERS)

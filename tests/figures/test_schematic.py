@@ -1,0 +1,67 @@
+"""Schematics: every symbol is there, legible and in the page; no cube is needed."""
+
+from pathlib import Path
+
+import pytest
+from figures.drawing import assert_files, drawn
+from matplotlib.figure import Figure
+
+from damper.figures import draw
+from damper.figures.schematic import DRAWINGS
+from damper.figures.style import COLUMN
+from damper.study.products import Schematic
+
+SYMBOLS = {
+    "impact_damper": ["$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$", "$D$", "$D$"],
+    "two_degrees_of_freedom": [
+        *("$M$", "$m(t)$", "$K_1$", "$C_1$", "$K_2$", "$C_2$"),
+        *("$F(t)$", "$X_1$", "$X_2$", "$D$", "$D$"),
+    ],
+    "collision_system": ["$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$"],
+}
+
+
+def texts(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.axes[0].texts if text.get_text()]
+
+
+def test_every_drawing_of_the_settings_is_there() -> None:
+    (choice,) = (m for m in Schematic.model_fields["drawing"].metadata if hasattr(m, "names"))
+    assert set(choice.names) == set(DRAWINGS) == set(SYMBOLS)
+
+
+@pytest.mark.parametrize("drawing", SYMBOLS)
+def test_symbols(drawing: str) -> None:
+    assert sorted(texts(drawn("schematic", None, drawing=drawing))) == sorted(SYMBOLS[drawing])
+
+
+@pytest.mark.parametrize("caption", [None, "A heading that is so long that it needs two lines"])
+@pytest.mark.parametrize("drawing", SYMBOLS)
+def test_nothing_overlaps_or_leaves_the_page(drawing: str, caption: str | None) -> None:
+    figure = drawn("schematic", None, drawing=drawing, caption=caption)
+    assert figure.get_figwidth() == COLUMN
+    renderer = figure.canvas.get_renderer()
+    boxes = [t.get_window_extent(renderer) for t in figure.axes[0].texts if t.get_text()]
+    if caption is not None:
+        assert figure.get_suptitle().replace("\n", " ") == caption
+        boxes.append(figure._suptitle.get_window_extent(renderer))
+    for k, box in enumerate(boxes):
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
+    # Nothing that is drawn is cut off by the axes' limits.
+    inside = figure.axes[0].get_window_extent(renderer)
+    for line in figure.axes[0].lines:
+        box = line.get_window_extent(renderer)
+        assert inside.x0 <= box.x0 <= box.x1 <= inside.x1
+        assert inside.y0 <= box.y0 <= box.y1 <= inside.y1
+
+
+@pytest.mark.parametrize("drawing", SYMBOLS)
+def test_files(drawing: str, tmp_path: Path) -> None:
+    assert "<image" not in assert_files("schematic", None, tmp_path, drawing=drawing)
+
+
+def test_unknown_drawing_is_refused() -> None:
+    with pytest.raises(ValueError, match="unknown drawing 'box': must be one of impact_damper, "):
+        draw("schematic", None, drawing="box")
