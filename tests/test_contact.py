@@ -14,16 +14,16 @@ from reference.accumulation import accumulation_time
 from damper.contact import (
     HORIZON,
     _certified_step,
-    _falls_through,
-    _first_root,
     _lift_off_step,
-    _near_root,
     _pushing_step,
-    _stays_between,
+    falls_through,
     find_impact,
     find_release,
+    first_root,
     impact,
+    near_root,
     stays,
+    stays_between,
     tail_bounce,
     tail_duration,
 )
@@ -86,7 +86,7 @@ def test_first_root_is_the_smallest_and_does_not_cancel(
     value: float, slope: float, curvature: float, tiny: float
 ) -> None:
     value *= 10.0**tiny
-    found = _first_root(value, slope, curvature)
+    found = first_root(value, slope, curvature)
     with mp.workdps(60):
         h, s, c = mpf(value), mpf(slope), mpf(curvature) / 2
         d = s**2 - 4 * c * h
@@ -165,13 +165,13 @@ def test_near_root_leaves_only_the_fifth_order() -> None:
                 def quartic(t, h=h, c=c, j=j, s=s):
                     return h - t + c * t**2 + j * t**3 + s * t**4
 
-                error = _near_root(h, -1.0, curvature, third, fourth) - mp.findroot(quartic, h)
+                error = near_root(h, -1.0, curvature, third, fourth) - mp.findroot(quartic, h)
                 errors.append(float(abs(error)))
         assert errors[0] < 2e-10
         assert errors[1] < 2e-15
-    assert _near_root(1.0, -1.0, 2.0, 0.0, 0.0) == math.inf
-    assert _near_root(1.0, 0.0, -2.0, 0.0, 0.0) == math.inf
-    assert _near_root(1.0, 1.0, -2.0, 0.0, 0.0) == math.inf
+    assert near_root(1.0, -1.0, 2.0, 0.0, 0.0) == math.inf
+    assert near_root(1.0, 0.0, -2.0, 0.0, 0.0) == math.inf
+    assert near_root(1.0, 1.0, -2.0, 0.0, 0.0) == math.inf
 
 
 coefficients = st.floats(-5, 5)
@@ -212,7 +212,7 @@ def test_what_stays_between_the_walls_stays(
     rate = p.deriv()
     bound4 = max(abs(fourth), abs(fourth + fifth * step))
     ends = value, slope, p(step), rate(step), 3.0, step
-    if _stays_between(*ends, bound4, 0.0):
+    if stays_between(*ends, bound4, 0.0):
         inside = p(np.linspace(0.0, step, 500)[1:-1])
         assert inside.min() >= -1e-15 * (1 + value)
         assert inside.max() <= 3.0 + 1e-14
@@ -228,12 +228,12 @@ def test_the_certificate_is_sharp() -> None:
     p = np.polynomial.Polynomial([0.0, 1.0, -1.0]) ** 2 * (fourth / 24)
     for depth in (-p(0.5) * 0.999, -p(0.5) * 0.5):
         assert (p + depth)(0.5) < 0.0
-        assert not _stays_between(depth, 0.0, depth, 0.0, 10.0, 1.0, abs(fourth), 0.0)
-        assert not _stays_between(10 - depth, 0.0, 10 - depth, 0.0, 10.0, 1.0, abs(fourth), 0.0)
-    assert _stays_between(0.2, 0.0, 0.2, 0.0, 10.0, 1.0, abs(fourth), 0.0)
+        assert not stays_between(depth, 0.0, depth, 0.0, 10.0, 1.0, abs(fourth), 0.0)
+        assert not stays_between(10 - depth, 0.0, 10 - depth, 0.0, 10.0, 1.0, abs(fourth), 0.0)
+    assert stays_between(0.2, 0.0, 0.2, 0.0, 10.0, 1.0, abs(fourth), 0.0)
     # Not idle: a bounce of constant push is seen through to its end, one above the other wall not.
-    assert _stays_between(0.0, 1.0, 1e-9, -1.0, 1.0, 2.0, 1e-3, 0.0)
-    assert not _stays_between(0.0, 1.0, 1e-9, -1.0, 0.5, 2.0, 1e-3, 0.0)
+    assert stays_between(0.0, 1.0, 1e-9, -1.0, 1.0, 2.0, 1e-3, 0.0)
+    assert not stays_between(0.0, 1.0, 1e-9, -1.0, 0.5, 2.0, 1e-3, 0.0)
 
 
 @settings(max_examples=500)
@@ -258,17 +258,17 @@ def test_a_function_that_falls_through_has_one_root(
     p = quintics(value, slope, second, third, fourth, fifth)
     time = np.linspace(0.0, span, 300)
     bound3 = np.abs(p.deriv(3)(time)).max() * 1.01
-    if _falls_through(value, slope, second, bound3, span):
+    if falls_through(value, slope, second, bound3, span):
         assert p.deriv()(time).max() <= 1e-14
         assert p(span) <= 1e-14
 
 
 def test_falling_through_is_sharp() -> None:
     """On .1 - t + t^3/6, which is below zero at 2 but rises there, and on a higher one."""
-    assert not _falls_through(0.1, -1.0, 0.0, 1.0, 2.0)
-    assert _falls_through(0.1, -1.0, 0.0, 1.0, 1.4)
-    assert not _falls_through(1.0, -1.0, 0.0, 1.0, 1.4)
-    assert not _falls_through(0.1, 0.0, -1.0, 0.0, 1.4)
+    assert not falls_through(0.1, -1.0, 0.0, 1.0, 2.0)
+    assert falls_through(0.1, -1.0, 0.0, 1.0, 1.4)
+    assert not falls_through(1.0, -1.0, 0.0, 1.0, 1.4)
+    assert not falls_through(0.1, 0.0, -1.0, 0.0, 1.4)
 
 
 @pytest.mark.parametrize("order", [0, 1])

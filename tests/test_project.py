@@ -76,6 +76,7 @@ LAYERS = {
     "segment": 3,
     "varying_mass": 3,
     "models": 4,
+    "two_oscillators": 3,
     "engine": 4,
     "event_list": 4,
     "theory": 5,

@@ -103,15 +103,15 @@ def by_model(function: Callable) -> Callable:
     """Make a function that each model of the damper implements for itself (a decorator).
 
     A model is a NamedTuple of constants. ``@function.of(Model)`` gives the implementation for one
-    class of model; the class of the first argument chooses among them. Compiled code chooses while
-    it is compiled, so a run pays nothing for the choice, nor for models it does not use: those
-    need not even be imported.
+    class of model; the class of the first argument chooses among them. The function itself is for
+    the classes without one. Compiled code chooses while it is compiled, so a run pays nothing for
+    the choice, nor for models it does not use: those need not even be imported.
     """
     chosen: dict[type, Callable] = {}
 
     @wraps(function)
     def choose(model: tuple, *rest: Any) -> Any:
-        return chosen[type(model)](model, *rest)
+        return chosen.get(type(model), function)(model, *rest)
 
     def of(kind: type) -> Callable:
         def implement(implementation: Callable) -> Callable:
@@ -125,7 +125,8 @@ def by_model(function: Callable) -> Callable:
         from numba.extending import overload
 
         def typed(model: Any, *rest: Any) -> Callable:
-            return chosen[model.instance_class].py_func  # type: ignore[attr-defined]
+            implementation = chosen.get(model.instance_class, function)
+            return getattr(implementation, "py_func", implementation)
 
         overload(choose, jit_options=_OPTIONS, strict=False)(typed)
     return choose

@@ -237,7 +237,7 @@ def find_impact(
         rate1 = rate0 + side * dv1
         rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1))
         # At a lift-off the gap surely grows throughout the step.
-        if not (lifting and gap1 < width) and not _stays_between(
+        if not (lifting and gap1 < width) and not stays_between(
             gap, rate, gap1, rate1, width, step, norm + growth * step, rounding
         ):
             # Aimed too far: twice the excess back; else the step was too bold.
@@ -263,7 +263,7 @@ def find_impact(
             distance = gap if facing > 0.0 else width - gap
             slope = facing * rate
             turn = facing * side
-            step = _near_root(distance, slope, turn * a, turn * j, turn * snap)
+            step = near_root(distance, slope, turn * a, turn * j, turn * snap)
             if step < math.inf:
                 if facing < 0.0:
                     rounding += ROUNDING * width
@@ -276,7 +276,7 @@ def find_impact(
                     * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
                 )
                 if distance <= rounding or (
-                    _falls_through(distance, slope, turn * a, bound3, ahead)
+                    falls_through(distance, slope, turn * a, bound3, ahead)
                     and abs(left) <= 0.25 * rounding
                     and _resolves(osc, j, snap, step, tau, rounding)
                 ):
@@ -332,7 +332,7 @@ def find_release(
     for steps in range(MAX_STEPS):
         rounding = ROUNDING * (osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x0 + dx))
         if fresh:
-            root = _first_root(thrust, -side * j, -side * snap)
+            root = first_root(thrust, -side * j, -side * snap)
             if thrust <= rounding and not stays(side, 0.0, j, snap, crackle):
                 late = root if root < math.inf else 0.0
                 dx += late * (v + 0.5 * a * late)
@@ -345,7 +345,7 @@ def find_release(
             if certain:
                 step = _lift_off_step(osc, -side, 0.0, 0.0, crackle, sin, longest)
             else:
-                step = _short_of_root(
+                step = short_of_root(
                     root,
                     longest,
                     osc[10],
@@ -366,7 +366,7 @@ def find_release(
         dx1 += v0 * end
         a1, j1 = acceleration(osc, x0 + dx1, v0 + dv1, sin1, cos1)
         bound = norm + force4 * osc[3] * step
-        fresh = certain or _stays_between(
+        fresh = certain or stays_between(
             thrust, -side * j, -side * a1, -side * j1, math.inf, step, bound, rounding
         )
         if fresh:
@@ -411,7 +411,7 @@ def _certified_step(value, slope, curvature, bound2, bound3, span):
     curvature -min(bound2, bound3 span / 3 - curvature). Its first root, in the form that does not
     cancel, is the step; `span` if there is none before.
     """
-    step = _first_root(value, slope, -min(bound2, bound3 * span / 3.0 - curvature))
+    step = first_root(value, slope, -min(bound2, bound3 * span / 3.0 - curvature))
     if slope >= 0.0 and curvature > 0.0:
         # Opening at an increasing rate until the third derivative can have undone the curvature.
         step = max(step, 3.0 * curvature / bound3)
@@ -419,7 +419,16 @@ def _certified_step(value, slope, curvature, bound2, bound3, span):
 
 
 @compiled
-def _stays_between(value, slope, value1, slope1, width, step, bound4, rounding):
+def stays_between(
+    value: float,
+    slope: float,
+    value1: float,
+    slope1: float,
+    width: float,
+    step: float,
+    bound4: float,
+    rounding: float,
+) -> bool:
     """Whether a smooth function surely stays between 0 and `width` during a step.
 
     Known are its values and slopes at both ends, and |fourth derivative| <= bound4 in between.
@@ -462,11 +471,11 @@ def _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle):
     """Step towards the next contact as the Taylor polynomial has it, its wall, whether in reach."""
 
     bend = side * a
-    own = _first_root(gap, rate, bend)
-    other = _first_root(width - gap, -rate, -bend)
+    own = first_root(gap, rate, bend)
+    other = first_root(width - gap, -rate, -bend)
     facing = 1.0 if own <= other else -1.0
     turn = facing * side
-    step = _short_of_root(
+    step = short_of_root(
         min(own, other),
         longest,
         osc[10],
@@ -481,7 +490,17 @@ def _aim(osc, longest, width, gap, rate, side, a, j, snap, crackle):
 
 
 @compiled
-def _short_of_root(root, longest, fastest, value, slope, second, third, fourth, fifth):
+def short_of_root(
+    root: float,
+    longest: float,
+    fastest: float,
+    value: float,
+    slope: float,
+    second: float,
+    third: float,
+    fourth: float,
+    fifth: float,
+) -> float:
     """Step that stops a little before a root of a Taylor polynomial; `longest` if that is less.
 
     `root` is the one of the parabola, which two Newton steps improve.
@@ -509,7 +528,7 @@ def _short_of_root(root, longest, fastest, value, slope, second, third, fourth, 
 
 
 @compiled
-def _falls_through(value, slope, second, bound3, span):
+def falls_through(value: float, slope: float, second: float, bound3: float, span: float) -> bool:
     """Whether a function surely falls throughout the coming span, and through zero.
 
     Its second derivative is known now, and |third derivative| <= bound3 on the span.
@@ -520,7 +539,7 @@ def _falls_through(value, slope, second, bound3, span):
 
 
 @compiled
-def _near_root(value, slope, second, third, fourth):
+def near_root(value: float, slope: float, second: float, third: float, fourth: float) -> float:
     """Signed root near zero of a function falling through zero; inf where its bend matters much.
 
     The series of the inverse function to the fourth order.
@@ -549,7 +568,7 @@ def _resolves(osc, j, snap, step, tau, rounding):
 
 
 @compiled
-def _first_root(value, slope, curvature):
+def first_root(value: float, slope: float, curvature: float) -> float:
     """Smallest root >= 0 of value + slope t + curvature t^2 / 2 for value >= 0; inf if none.
 
     A value below zero, which only rounding can make, counts as zero.

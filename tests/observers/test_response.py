@@ -560,7 +560,7 @@ def test_a_turn_and_return_between_two_nodes_is_seen() -> None:
     top = max(response._at(osc, start, float(t))[0] for t in np.linspace(0, 0.16, 2001))
     ends = max(x, x_end)
     assert top - ends > 4e-5
-    peak = response._climb(osc, start, 0.0, *start[:2], *start[4:], 0.16, x_end, v_end, ends)
+    peak = response._climb(osc, start, 0.0, 0.0, *start[:2], *start[4:], 0.16, x_end, v_end, ends)
     assert peak == pytest.approx(top, abs=1e-9)
 
 
@@ -578,7 +578,7 @@ def test_climbing_finds_the_highest_of_many_turns(k: int) -> None:
     top = max(abs(response._at(osc, start, float(t))[0]) for t in times)
     x_end, v_end, _, _ = response._at(osc, start, end)
     ends = max(abs(x), abs(x_end))
-    peak = response._climb(osc, start, 0.0, x, v, sin, cos, end, x_end, v_end, ends)
+    peak = response._climb(osc, start, 0.0, 0.0, x, v, sin, cos, end, x_end, v_end, ends)
     assert top <= peak <= top + 10.0 * (times[1] ** 2)
 
 
@@ -619,7 +619,7 @@ def test_cost_of_a_segment_does_not_grow_with_the_damping(
     x, v, phase = 0.5 / (1 + zeta), 1.0, 0.3
     a = math.sin(phase) - 2 * zeta * v - x
     j = 0.7 * math.cos(phase) - 2 * zeta * a - v
-    add(free, (x, v, a, j, math.sin(phase), math.cos(phase)), 0.0, 25.0, False, np.zeros(7))
+    add(free, (x, v, a, j, math.sin(phase), math.cos(phase)), 0.0, 0.0, 25.0, False, np.zeros(8))
     assert len(calls) < 200
 
 

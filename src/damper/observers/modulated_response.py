@@ -41,7 +41,7 @@ def _add_part(model, row, low, high, totals):
     sin, cos, _ = sine_cosine(free[3] * time + model.phase)
     a, j = acceleration(free, x, v, sin, cos)
     if row[MODE] == FLIGHT:
-        add_oscillation(free, (x, v, a, j, sin, cos), low, high, True, totals)
+        add_oscillation(free, (x, v, a, j, sin, cos), 0.0, low, high, True, totals)
         u = v - side * rate
         before, _, _ = modulation(law, periods, time + low)
         after, _, _ = modulation(law, periods, time + high)
@@ -56,7 +56,9 @@ def _add_part(model, row, low, high, totals):
         stuck = oscillator(free[0] / heavier, 1.0 / heavier, 1.0 / heavier, free[3])
         a, j = acceleration(stuck, x, v, sin, cos)
         start = (x, v, a, j, sin, cos)
-        add_bounces(model.restitution, mass_ratio, stuck, row, start, duration, low, high, totals)
+        add_bounces(
+            model.restitution, mass_ratio, stuck, row, start, 0.0, duration, low, high, totals
+        )
     _add_together(model, periods, time, x, v, sin, cos, low, high, row[MODE] != TAIL, totals)
 
 

@@ -33,6 +33,7 @@ modulation, a term of the balance in its own right.
 """
 
 import math
+from importlib import import_module
 
 import numpy as np
 
@@ -41,7 +42,7 @@ from damper.contact import tail_bounce, tail_duration
 from damper.engine import Trajectory
 from damper.flow import OVERDAMPED, Oscillator, acceleration, derivative_bounds, increments
 from damper.linear import steady_amplitude
-from damper.models import mass_ratio_at, motion
+from damper.models import mass_ratio_at, motion, support_energy
 from damper.models.rigid import Rigid
 from damper.observers.base import Observer, Window, since
 from damper.segment import (
@@ -63,8 +64,9 @@ from damper.segment import (
 from damper.variables import ENERGY, LENGTH, Variable
 
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
-#: stored energy at the window's start, whether the window has begun, the modulation's work.
-SQUARE, SPEED_SQUARE, WORK, LOSS, PEAK, _STORED, _BEGUN, MODULATION = range(8)
+#: stored energy at the window's start, whether the window has begun, the modulation's work, the
+#: loss in a support of the free mass.
+SQUARE, SPEED_SQUARE, WORK, LOSS, PEAK, _STORED, _BEGUN, MODULATION, SUPPORT = range(9)
 
 #: Error of one Gauss sum relative to the scale of its integrand.
 _TOLERANCE = 1e-17
@@ -116,6 +118,9 @@ ROUNDING = 2.220446049250313e-16
 #: Newton steps for an extremum; even bisection alone gets to rounding in fewer.
 MAX_ITERATIONS = 60
 
+
+#: Model -> module that adds up its segments, loaded with the first such lane.
+_MORE = {"Grounded": "grounded_response", "Modulated": "modulated_response"}
 
 _MODULATION_WORK = Variable(
     "modulation_work",
@@ -183,9 +188,9 @@ class Response(Observer):
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
         super().begin(lane, trajectory, window)
-        if not isinstance(self._model, Rigid):
-            import damper.observers.modulated_response  # noqa: F401
-        self._totals = np.zeros(8)
+        if (more := _MORE.get(type(self._model).__name__)) is not None:
+            import_module(f"damper.observers.{more}")
+        self._totals = np.zeros(9)
         self._last = np.zeros(COLUMNS)
 
     def observe(self, log: np.ndarray) -> None:
@@ -199,8 +204,8 @@ class Response(Observer):
         free = self._model.free
         length = self._window.length
         record = length * self._model.period
-        square, speed_square, work, loss, peak, stored, _, modulation = self._totals
-        dashpot = 2.0 * free[0] * speed_square
+        square, speed_square, work, loss, peak, stored, _, modulation, support = self._totals
+        dashpot = 2.0 * free[0] * speed_square + support
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
         )
@@ -281,8 +286,10 @@ def _add_part(model, row, low, high, totals):
         duration, _ = tail_duration(
             free, mass_ratio, model.restitution, float(row[SIDE]), a, j, sin, float(row[RATE])
         )
-        add_bounces(model.restitution, mass_ratio, stuck, row, start, duration, low, high, totals)
-    add_oscillation(osc, start, low, high, row[MODE] != TAIL, totals)
+        add_bounces(
+            model.restitution, mass_ratio, stuck, row, start, 0.0, duration, low, high, totals
+        )
+    add_oscillation(osc, start, 0.0, low, high, row[MODE] != TAIL, totals)
 
 
 @compiled
@@ -297,7 +304,7 @@ def _stored(model, row, tau):
     if row[MODE] == TAIL:
         # What the dashpot has taken from the centre in the bounce under way; motion leaves it out.
         energy -= 2.0 * free[0] * v * side * mass_ratio / (1.0 + mass_ratio) * gap
-    return energy
+    return energy + support_energy(model, row, tau)
 
 
 @compiled
@@ -313,11 +320,18 @@ def _at(osc, start, tau):
 
 @compiled
 def add_oscillation(
-    osc: Oscillator, start: tuple, low: float, high: float, watch: bool, totals: np.ndarray
+    osc: Oscillator,
+    start: tuple,
+    shift: float,
+    low: float,
+    high: float,
+    watch: bool,
+    totals: np.ndarray,
 ) -> None:
     """Add the integrals over [low, high] of an oscillator's motion; watch for the peak.
 
-    `start` holds x, its first three derivatives, and the phase's sine and cosine.
+    `start` holds the oscillator's displacement, its first three derivatives, and the phase's sine
+    and cosine. The displacement exceeds the primary's by `shift`.
     """
     _, _, force, omega, regime, _, slow, fast, _, _, rate, _ = osc
     brief = 0.5 * _LONGEST / rate
@@ -330,7 +344,7 @@ def add_oscillation(
     if low > 0.0:
         x, v, sin, cos = _at(osc, start, low)
     if watch:
-        peak = max(peak, abs(x))
+        peak = max(peak, abs(x - shift))
     tau = low
     while tau < high:
         whole = brief
@@ -356,14 +370,14 @@ def add_oscillation(
             x2, v2, sin2, cos2 = _at(osc, start, t)
             if k < nodes:
                 weight = float(WEIGHTS[rule, k])
-                square_sum += weight * x2 * x2
+                square_sum += weight * (x2 - shift) * (x2 - shift)
                 speed_sum += weight * v2 * v2
                 work_sum += weight * sin2 * v2
             if watch:
                 h = t - before
-                peak = max(peak, abs(x2))
-                if max(abs(x), abs(x2)) + 0.125 * bound2 * h * h > peak:
-                    peak = _climb(osc, start, before, x, v, sin, cos, t, x2, v2, peak)
+                peak = max(peak, abs(x2 - shift))
+                if max(abs(x - shift), abs(x2 - shift)) + 0.125 * bound2 * h * h > peak:
+                    peak = _climb(osc, start, shift, before, x, v, sin, cos, t, x2, v2, peak)
             before = t
             x = x2
             v = v2
@@ -380,7 +394,7 @@ def add_oscillation(
 
 
 @compiled
-def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
+def _climb(osc, start, shift, tau, x, v, sin, cos, end, x_end, v_end, peak):
     """Largest of `peak` and |x| on [tau, end] of a segment, for sure and to rounding.
 
     The state is known at both ends, and `peak` is at least |x| there. With B a bound on the
@@ -403,14 +417,14 @@ def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
             cos2 = cos
         else:
             x2, v2, sin2, cos2 = _at(osc, start, tau + step)
-            peak = max(peak, abs(x2))
+            peak = max(peak, abs(x2 - shift))
         a, j = acceleration(osc, x, v, sin, cos)
         bound2, bound3 = derivative_bounds(osc, osc[2], x, v, a, j, step)
         eighth = 0.125 * step * step
-        if max(abs(x), abs(x2)) + bound2 * eighth > peak * (1.0 + ROUNDING):
+        if max(abs(x - shift), abs(x2 - shift)) + bound2 * eighth > peak * (1.0 + ROUNDING):
             same_sign = (v > 0.0 and v2 > 0.0) or (v < 0.0 and v2 < 0.0)
             if not same_sign and abs(a) > bound3 * step:
-                peak = max(peak, _turn(osc, start, tau, tau + step, v, a))
+                peak = max(peak, _turn(osc, start, shift, tau, tau + step, v, a))
             elif not (same_sign and min(abs(v), abs(v2)) > bound3 * eighth):
                 step *= 0.5
                 continue
@@ -426,7 +440,7 @@ def _climb(osc, start, tau, x, v, sin, cos, end, x_end, v_end, peak):
 
 
 @compiled
-def _turn(osc, start, low, high, v, a):
+def _turn(osc, start, shift, low, high, v, a):
     """|x| where the velocity vanishes on [low, high], once and with v' of one sign.
 
     Newton's iteration from the state (v, a) at `low`, kept in the bracket. It ends where
@@ -440,14 +454,14 @@ def _turn(osc, start, low, high, v, a):
             t = 0.5 * (low + high)
         x, v, sin, cos = _at(osc, start, t)
         a, _ = acceleration(osc, x, v, sin, cos)
-        if v * v <= ROUNDING * abs(x * a) or a == 0.0:
+        if v * v <= ROUNDING * abs((x - shift) * a) or a == 0.0:
             break
         if (v > 0.0) == rising:
             low = t
         else:
             high = t
         t -= v / a
-    return abs(x)
+    return abs(x - shift)
 
 
 @compiled
@@ -457,6 +471,7 @@ def add_bounces(
     stuck: Oscillator,
     row: np.ndarray,
     start: tuple,
+    shift: float,
     duration: float,
     low: float,
     high: float,
@@ -464,7 +479,8 @@ def add_bounces(
 ) -> None:
     """Add what the bounces of a closed tail lose on [low, high], and how far they carry x.
 
-    `start` is that of the pair's centre, which follows `stuck`.
+    `start` is that of the pair's centre, which follows `stuck`, and `shift` as for
+    `add_oscillation`.
     """
     side = float(row[SIDE])
     rate = float(row[RATE])
@@ -478,17 +494,26 @@ def add_bounces(
         # Until it ends, a bounce holds the square of its speed: bounce^2 + 4 slope gap.
         totals[LOSS] -= sign * 0.5 * share * (bounce * bounce + 4.0 * slope * gap)
         # The bounce under way has carried the primary this far from the centre.
-        shift = side * share * gap
+        carried = side * share * gap
         _, v, sin, _ = _at(stuck, start, tau)
-        totals[WORK] += sign * sin * shift
-        totals[SPEED_SQUARE] += sign * 2.0 * v * shift
+        totals[WORK] += sign * sin * carried
+        totals[SPEED_SQUARE] += sign * 2.0 * v * carried
     totals[PEAK] = _tail_peak(
-        stuck, start, side * share, restitution, rate, duration, low, high, float(totals[PEAK])
+        stuck,
+        start,
+        shift,
+        side * share,
+        restitution,
+        rate,
+        duration,
+        low,
+        high,
+        float(totals[PEAK]),
     )
 
 
 @compiled
-def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
+def _tail_peak(osc, start, shift, share, restitution, rate, duration, low, high, peak):
     """Largest of `peak` and |x| on [low, high] of a closed tail, to the tail's own accuracy.
 
     x is the centre, which follows `osc`, plus `share` times the gap. On one bounce both are
@@ -498,12 +523,12 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
     x, v, a, j, sin, cos = start
     bound2, _ = derivative_bounds(osc, osc[2], x, v, a, j, high)
     height = 0.25 * abs(share) * rate * duration * (1.0 - restitution)
-    if abs(x) + high * (abs(v) + 0.5 * bound2 * high) + height <= peak:
+    if abs(x - shift) + high * (abs(v) + 0.5 * bound2 * high) + height <= peak:
         return peak
     begin = 0.0
     speed = rate
     length = duration * (1.0 - restitution)
-    while begin < high and height > ROUNDING * max(peak, abs(x)):
+    while begin < high and height > ROUNDING * max(peak, abs(x - shift)):
         first = max((low - begin) / length, 0.0)
         last = min((high - begin) / length, 1.0)
         if first <= last:
@@ -514,7 +539,8 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
             change = a * length - 2.0 * share * speed
             vertex = -v_first / change if change != 0.0 else first
             for p in (first, min(max(vertex, first), last), last):
-                peak = max(peak, abs(x + length * p * (v_first + 0.5 * p * change)))
+                carried = length * p * (v_first + 0.5 * p * change)
+                peak = max(peak, abs((x - shift) + carried))
         begin += length
         speed *= restitution
         length *= restitution
@@ -523,6 +549,6 @@ def _tail_peak(osc, start, share, restitution, rate, duration, low, high, peak):
     if begin < high:
         x, v, sin, cos = _at(osc, start, begin)
         x_end, v_end, _, _ = _at(osc, start, high)
-        peak = max(peak, abs(x), abs(x_end))
-        peak = _climb(osc, start, begin, x, v, sin, cos, high, x_end, v_end, peak)
+        peak = max(peak, abs(x - shift), abs(x_end - shift))
+        peak = _climb(osc, start, shift, begin, x, v, sin, cos, high, x_end, v_end, peak)
     return peak

@@ -1,0 +1,361 @@
+"""The grounded free mass: a spring and a dashpot tie it to ground; the walls are rigid.
+
+Its equations, the tail formula and what bounds the search: docs/models.md.
+"""
+
+import math
+from typing import NamedTuple
+
+from damper.compiled import compiled
+from damper.contact import HORIZON, stays, tail_bounce
+from damper.flow import (
+    Oscillator,
+    acceleration,
+    advance,
+    arrive,
+    higher_derivatives,
+    increments,
+    oscillator,
+    sine_cosine,
+)
+from damper.models import (
+    cut_flight,
+    flight,
+    mass_ratio_at,
+    motion,
+    rest_shift,
+    rests,
+    settle,
+    sticking,
+    support_energy,
+    support_loss,
+    time_to_sticking,
+)
+from damper.parameters import Parameters
+from damper.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
+from damper.two_oscillators import first_contact
+
+
+class Grounded(NamedTuple):
+    """Constants of one run."""
+
+    mass_ratio: float
+    clearance: float
+    restitution: float
+    phase: float
+    """Forcing phase at time 0, in (-pi, pi]."""
+    period: float
+    """Forcing period."""
+    tolerance: float
+    """Error in time to which tails are closed."""
+    free: Oscillator
+    """The primary in flight."""
+    stuck: Oscillator
+    """Both masses together, about their place of rest."""
+    support: Oscillator
+    """The free mass in flight."""
+    thrust: Oscillator
+    """Thrust of the wall in sticking, about its mean; its force leads by an angle."""
+    lead_cos: float
+    lead_sin: float
+    """Cosine and sine of that angle."""
+    pull: float
+    """By how much the mean thrust is below zero."""
+    stiffness: float
+    """Stiffness of the support over that of the primary."""
+    damping: float
+    """Its damping ratio, with mass and stiffness of the primary."""
+    still: Oscillator
+    """An oscillator that is kept at rest."""
+
+
+def prepare(parameters: Parameters, accuracy: float) -> Grounded:
+    """Constants of one run."""
+    p = parameters
+    return Grounded(
+        *_prepare(
+            p.mass_ratio,
+            p.damping_ratio,
+            p.frequency_ratio,
+            p.clearance,
+            p.restitution,
+            p.phase,
+            p.support_stiffness_ratio,
+            p.support_damping,
+            float(accuracy),
+        )
+    )
+
+
+@compiled
+def _prepare(
+    mass_ratio,
+    damping_ratio,
+    frequency_ratio,
+    clearance,
+    restitution,
+    phase,
+    stiffness,
+    damping,
+    accuracy,
+):
+    heavier = 1.0 + mass_ratio
+    beta = damping / mass_ratio
+    kappa = stiffness / mass_ratio
+    if kappa == 0.0:
+        # A support this weak is below all rounding, but not nothing: that is another model.
+        beta = max(beta, 1e-100)
+    stuck_beta = (damping_ratio + damping) / heavier
+    stuck_kappa = (1.0 + stiffness) / heavier
+    root = math.sqrt(kappa)
+    # The thrust obeys the equation of sticking; this is what drives it.
+    even = (root - frequency_ratio) * (root + frequency_ratio)
+    odd = 2.0 * beta * frequency_ratio
+    size = math.hypot(even, odd)
+    return (
+        mass_ratio,
+        clearance,
+        restitution,
+        math.atan2(math.sin(phase), math.cos(phase)),
+        2.0 * math.pi / frequency_ratio,
+        accuracy / max(1.0, frequency_ratio, 2.0 * beta + root),
+        oscillator(damping_ratio, 1.0, 1.0, frequency_ratio),
+        oscillator(stuck_beta, stuck_kappa, 1.0 / heavier, frequency_ratio),
+        oscillator(beta, kappa, 0.0, frequency_ratio),
+        oscillator(stuck_beta, stuck_kappa, size, frequency_ratio),
+        even / size if size > 0.0 else 1.0,
+        odd / size if size > 0.0 else 0.0,
+        kappa * clearance * heavier / (1.0 + stiffness),
+        stiffness,
+        damping,
+        oscillator(0.0, 1.0, 0.0, 1.0),
+    )
+
+
+@compiled
+def _free_motion(model, released, side, x, v, gap, rate, a):
+    """Displacement of the free mass in flight and its first three derivatives."""
+    y = x + side * (model.clearance - gap)
+    u = v - side * rate
+    b, k = acceleration(model.support, y, u, 0.0, 0.0)
+    if released:
+        # No thrust is left: both masses have the same acceleration, exactly.
+        b = a
+        k = -2.0 * model.support[0] * b - model.support[1] * u
+    return y, u, b, k
+
+
+@flight.of(Grounded)
+def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
+    released = cause == RELEASE
+    y, u, b, k = _free_motion(model, released, side, x, v, gap, rate, a)
+    tau, wall, dx, v, rate, steps = first_contact(
+        model.free,
+        x,
+        v,
+        a,
+        j,
+        sin,
+        cos,
+        model.support,
+        y,
+        u,
+        b,
+        k,
+        side,
+        2.0 * model.clearance,
+        gap,
+        rate,
+        gap == 0.0 and rate == 0.0 and a == b,
+    )
+    return tau, wall if abs(wall) > 1.0 else wall * side, dx, v, rate, steps
+
+
+@cut_flight.of(Grounded)
+def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
+    y, u, _, _ = _free_motion(model, False, side, x, v, gap, rate, 0.0)
+    end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
+    end_y, end_u = arrive(model.support, y, u, 0.0, 0.0, duration)
+    dx = end_x - x
+    return dx, end_v, gap + side * (dx - (end_y - y)), side * (end_v - end_u)
+
+
+@sticking.of(Grounded)
+def _sticking(model, periods, time, side, x, v, sin, cos):
+    centred = x + rest_shift(model, side)
+    if side == 0.0:
+        dx, v = advance(model.stuck, centred, v, sin, cos, HORIZON)
+        return HORIZON, 0.0, dx, v, 1
+    # The thrust over what it takes to part the masses: -g'' of the flight that would begin now.
+    support = model.support
+    a, j, b, k = _accelerations(model, side, x, v, sin, cos)
+    mean = (a + model.mass_ratio * b) / (1.0 + model.mass_ratio)
+    # Together they have one acceleration.
+    slope = -side * ((j - (mean - a) * 2.0 * model.free[0]) - (k - (mean - b) * 2.0 * support[0]))
+    thrust = max(-side * (a - b), 0.0)
+    z = thrust + model.pull
+    turned_sin = -side * (sin * model.lead_cos + cos * model.lead_sin)
+    turned_cos = -side * (cos * model.lead_cos - sin * model.lead_sin)
+    second, third = acceleration(model.thrust, z, slope, turned_sin, turned_cos)
+    tau, released, _, _, _, steps = first_contact(
+        model.thrust,
+        z,
+        slope,
+        second,
+        third,
+        turned_sin,
+        turned_cos,
+        model.still,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        math.inf,
+        thrust,
+        slope,
+        thrust == 0.0 and slope == 0.0 and second == 0.0,
+    )
+    dx, v = advance(model.stuck, centred, v, sin, cos, tau)
+    return tau, released, dx, v, steps + 1
+
+
+@compiled
+def _accelerations(model, side, x, v, sin, cos):
+    """Second and third derivative of both masses, at one wall with one velocity, in flight."""
+    a, j = acceleration(model.free, x, v, sin, cos)
+    b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
+    return a, j, b, k
+
+
+@rests.of(Grounded)
+def _rests(model, periods, time, side, x, v, a, j, sin, cos):
+    b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
+    snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
+    free_snap, free_crackle = higher_derivatives(model.support, b, k, 0.0, 0.0)
+    return stays(side, a - b, j - k, snap - free_snap, crackle - free_crackle)
+
+
+@time_to_sticking.of(Grounded)
+def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
+    _, _, b, k = _free_motion(model, False, side, x, v, 0.0, rate, a)
+    return _tail(model, side, a, j, b, k, sin, rate)
+
+
+@compiled
+def _tail(model, side, a, j, b, k, sin, rate):
+    """Remaining time of a complete burst and an estimate of its error; docs/models.md."""
+    push = -side * (a - b)
+    loss = 1.0 - model.restitution
+    if not (push > 0.0 and loss > 0.0):
+        return 0.0, math.inf
+    if rate == 0.0:
+        return 0.0, 0.0
+    free = model.free
+    support = model.support
+    first = 2.0 * rate / (push * loss)
+    bend = side * (j - k) / push * first / 3.0
+    damped = (free[0] * model.mass_ratio + support[0]) / (1.0 + model.mass_ratio)
+    duration = first * (1.0 + bend - damped * model.restitution * first)
+    coupling = 2.0 * (free[0] + support[0])
+    lag = (abs(j - k) / push + coupling) * first
+    # Sizes, not the fourth derivatives themselves: their parts need not cancel along the burst.
+    snap = (
+        free[2] * free[3] * free[3] * abs(sin)
+        + 2.0 * free[0] * abs(j)
+        + abs(a)
+        + 2.0 * support[0] * abs(k)
+        + support[1] * abs(b)
+        + (free[1] + support[1]) * push
+    )
+    error = first * (lag * lag + snap / push * first * first)
+    if not duration > 0.0 or not lag < 0.5:
+        return 0.0, math.inf
+    return duration, error
+
+
+@settle.of(Grounded)
+def _settle(model, periods, time, side, x, v, rate, sin, cos, duration):
+    common = v - side * model.mass_ratio / (1.0 + model.mass_ratio) * rate
+    return advance(model.stuck, x + rest_shift(model, side), common, sin, cos, duration)
+
+
+@mass_ratio_at.of(Grounded)
+def _mass_ratio_at(model, periods, time):
+    return model.mass_ratio
+
+
+@motion.of(Grounded)
+def _motion(model, row, tau):
+    x = float(row[X])
+    v = float(row[V])
+    gap = float(row[GAP])
+    rate = float(row[RATE])
+    side = float(row[SIDE])
+    free = model.free
+    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
+    a, j = acceleration(free, x, v, sin, cos)
+    if float(row[MODE]) == FLIGHT:
+        y, u, b, k = _free_motion(model, row[CAUSE] == RELEASE, side, x, v, gap, rate, a)
+        dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
+        dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
+        gap = max(gap + rate * tau + side * (dx - dy), 0.0)
+        gap = min(gap, 2.0 * model.clearance)
+        return x + (v * tau + dx), v + dv, gap, rate + side * (dv - du)
+    gap = 0.0
+    bounce = 0.0
+    share = model.mass_ratio / (1.0 + model.mass_ratio) * side
+    if float(row[MODE]) == TAIL and rate > 0.0:
+        # The pair's centre follows the sticking flow; the bounces go on about it.
+        duration, _ = time_to_sticking(model, 0.0, 0.0, side, x, v, rate, a, j, sin, cos)
+        gap, bounce = tail_bounce(model.restitution, duration, rate, tau)
+    centred = x + rest_shift(model, side)
+    dx, v = advance(model.stuck, centred, v - share * rate, sin, cos, tau)
+    return x + dx + share * gap, v + share * bounce, gap, bounce
+
+
+@rest_shift.of(Grounded)
+def _rest_shift(model, side):
+    return model.stiffness / (1.0 + model.stiffness) * side * model.clearance
+
+
+@support_energy.of(Grounded)
+def _support_energy(model, row, tau):
+    side = float(row[SIDE])
+    x, v, gap, _ = motion(model, row, tau)
+    y = x + side * (model.clearance - gap)
+    energy = 0.5 * model.stiffness * y * y
+    if row[MODE] == TAIL:
+        # As for the primary's dashpot: what this one has given the centre in the bounce under way.
+        energy += 2.0 * model.damping * v * side / (1.0 + model.mass_ratio) * gap
+    return energy
+
+
+@support_loss.of(Grounded)
+def _support_loss(model, row, low, high, speed_square):
+    if model.damping == 0.0:
+        return 0.0
+    side = float(row[SIDE])
+    if row[MODE] == FLIGHT:
+        # What spring and free mass have lost: nothing else acts on them.
+        return _free_energy(model, row, low) - _free_energy(model, row, high)
+    if row[MODE] == TAIL:
+        share = model.mass_ratio / (1.0 + model.mass_ratio)
+        for k in range(2):
+            tau = high if k == 1 else low
+            sign = 1.0 if k == 1 else -1.0
+            _, v, gap, bounce = motion(model, row, tau)
+            # The bounce under way has carried the free mass back from the centre.
+            centre = v - side * share * bounce
+            speed_square -= sign * 2.0 * centre * side / (1.0 + model.mass_ratio) * gap
+    return 2.0 * model.damping * speed_square
+
+
+@compiled
+def _free_energy(model, row, tau):
+    """Energy of the free mass and its spring, a time `tau` after a segment's start."""
+    side = float(row[SIDE])
+    x, v, gap, rate = motion(model, row, tau)
+    y = x + side * (model.clearance - gap)
+    u = v - side * rate
+    return 0.5 * (model.stiffness * y * y + model.mass_ratio * u * u)
