@@ -324,12 +324,13 @@ def test_duration_and_amplitude(powers: tuple[float, ...], verdict: str) -> None
     d, omega, zeta = (np.geomspace(0.1, 1.0, n) for n in (5, 4, 3))
     grid = np.meshgrid(d, omega, zeta, indexing="ij")
     duration = 3.0 * grid[0] ** -powers[0] * grid[1] ** powers[1] * grid[2] ** powers[2]
-    dims = ("clearance", "frequency_ratio", "damping_ratio", "burst")
+    dims = ("clearance", "frequency_ratio", "damping_ratio")
     # An incomplete burst among complete ones does not count.
-    values = np.stack([duration, 9.0 + 0.0 * duration], axis=-1)
-    complete = np.stack([np.ones_like(duration), np.zeros_like(duration)], axis=-1)
+    complete = np.ones_like(duration)
+    complete[1, 2, 0] = 0.0
+    duration[1, 2, 0] = 99.0
     cube = xr.Dataset(
-        {"burst_duration": (dims, values), "burst_complete": (dims, complete)},
+        {"burst_at_duration": (dims, duration), "burst_at_complete": (dims, complete)},
         {"clearance": d, "frequency_ratio": omega, "damping_ratio": zeta},
     )
     found = CLAIMS["A11"].judge({"burst_duration": cube})

@@ -243,8 +243,8 @@ def duration_and_amplitude(cubes: Cubes) -> Verdict:
     """A11: elasticities of the duration of complete bursts, by least squares in logarithms."""
     cube = cubes["burst_duration"]
     names = ("clearance", "frequency_ratio", "damping_ratio")
-    mean = cube.burst_duration.where(cube.burst_complete == 1).mean("burst")
-    points = mean.stack(point=mean.dims).dropna("point")
+    complete = cube.burst_at_duration.where(cube.burst_at_complete == 1)
+    points = complete.stack(point=complete.dims).dropna("point")
     columns = [np.log(points[name].values) for name in names]
     columns.append(np.ones(points.size))
     logs = np.log(points.values)
