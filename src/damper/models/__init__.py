@@ -9,6 +9,7 @@ are the primary's second and third derivative in flight, `sin` and `cos` those o
 `periods` and `time` the moment as whole forcing periods and the rest.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from importlib import import_module
 from types import ModuleType
@@ -32,6 +33,12 @@ def model_of(parameters: Parameters, accuracy: float) -> Model:
         Largest error of an accumulation time.
     """
     return _module(parameters.model).prepare(parameters, accuracy)
+
+
+def loop_of(parameters: Parameters, run: Callable, place: Callable) -> tuple[Callable, Callable]:
+    """Event loop and start of a run: the model's own where it has them, else those given."""
+    module = _module(parameters.model)
+    return getattr(module, "run", run), getattr(module, "place", place)
 
 
 @lru_cache
