@@ -335,6 +335,7 @@ def find_switch(
     short = 0.0
     fresh = True
     sure = False
+    bold = False
     level = 0.0
     q = q1 = q2 = q3 = q4 = 0.0
     f = f1 = f2 = f3 = f4 = 0.0
@@ -398,6 +399,7 @@ def find_switch(
                             root, longest_slow, watch.rate, f - level, f1, f2, f3, f4, 0.0
                         ),
                     )
+            bold = step > short
         end = tau + step
         if end == tau:
             # Nearer than time can resolve.
@@ -437,9 +439,9 @@ def find_switch(
             tau = end
             z = new
         else:
-            half = 0.5 * span
             # A bold step that failed leaves the careful one.
-            step = short if half < short < span else half
+            step = max(0.5 * span, short) if bold else 0.5 * span
+            bold = step > short
     return tau, LOST, z, MAX_STEPS
 
 
@@ -510,6 +512,9 @@ def _polish(touch, table, free, watch, start, tau, root, limit, flies, steps):
         late = min(max(late, tau - end), tau + 2.0 * root - end)
         if touch.rate * abs(late) <= _SMALL:
             bend = derivative(touch, slope)
+            if q1 < 0.0:
+                q2 = watch.gap * bend[2] + watch.gap_rate * bend[3]
+                late -= 0.5 * q2 / q1 * late * late
             half = 0.5 * late
             z = (
                 z[0] + late * (slope[0] + half * bend[0]),

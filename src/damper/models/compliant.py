@@ -335,8 +335,6 @@ def run(
                     next_mode = FLIGHT
                     next_cause = RELEASE if mode == STICKING else SEPARATION
                     is_event = mode == STICKING
-                    if model.tension == 0.0 and end[2] >= 0.0:
-                        opens = True
                 elif mode == CONTACT:
                     next_mode = STICKING
                     next_cause = STICK
@@ -345,6 +343,10 @@ def run(
             end_v = side * (end[1] + beta * end[3])
             end_gap = end[2]
             end_rate = end[3]
+            if next_mode == FLIGHT and mode != FLIGHT and not opens:
+                # The force has vanished; what is left of it is rounding.
+                end_gap = -model.touch.damping / model.touch.stiffness * end_rate
+                opens = end_gap >= 0.0
             if opens:
                 # What is left of either is rounding.
                 end_gap = 0.0
