@@ -115,9 +115,7 @@ def energy_size(touch: Touch, z: Pair) -> float:
     """
     u, w, g, h, _, _ = z
     x = u + touch.reduced * g
-    return math.sqrt(
-        w * w / touch.share + touch.reduced * h * h + x * x + touch.stiffness * g * g
-    )
+    return math.sqrt(w * w / touch.share + touch.reduced * h * h + x * x + touch.stiffness * g * g)
 
 
 @compiled

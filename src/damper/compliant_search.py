@@ -114,9 +114,7 @@ def watch_of(touch: Touch, split: Split, row: np.ndarray) -> Watch:
 
 def loose_watch(gap: float, gap_rate: float) -> Watch:
     """Watch a quantity of a free flight, where there is no ring."""
-    return Watch(
-        0.0, gap, gap_rate, np.zeros((5, 6)), np.zeros((2, 6)), 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+    return Watch(0.0, gap, gap_rate, np.zeros((5, 6)), np.zeros((2, 6)), 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -273,7 +271,12 @@ def _watch(touch, split, row, slow, ring):
 def dot(row: np.ndarray, z: Pair) -> float:
     """Linear function of a state."""
     return float(
-        row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
+        row[0] * z[0]
+        + row[1] * z[1]
+        + row[2] * z[2]
+        + row[3] * z[3]
+        + row[4] * z[4]
+        + row[5] * z[5]
     )
 
 

@@ -158,7 +158,9 @@ def _exact(p: Scene, z: list, until: mpf) -> list[Change]:
                 if gap(after, wall) > 0:
                     options.append((*locate(w, 0, h, lambda s, q=wall: gap(s, q)), wall, "open"))
                 if force(after, wall) > 0:
-                    options.append((*locate(w, 0, h, lambda s, q=wall: -force(s, q)), wall, "again"))
+                    options.append(
+                        (*locate(w, 0, h, lambda s, q=wall: -force(s, q)), wall, "again")
+                    )
             else:
                 for wall in (1, -1):
                     if gap(after, wall) < 0:
@@ -236,13 +238,17 @@ def integrated_events(
         end = run.y[:, -1]
         options = []
 
-        def root(value: Callable, sol: Callable = run.sol, t: float = time, h: float = span) -> float:
+        def root(
+            value: Callable, sol: Callable = run.sol, t: float = time, h: float = span
+        ) -> float:
             return brentq(lambda s: value(sol(s)), t, t + h, xtol=1e-15, rtol=1e-15)
 
         if side:
             value = (lambda w, q=side: -gap(w, q)) if p.tension else (lambda w, q=side: force(w, q))
             if value(end) < 0.0 < value(run.sol(time + 1e-9 * span)):
-                options.append((root(value, t=time + 1e-9 * span, h=span * (1 - 1e-9)), side, "part"))
+                options.append(
+                    (root(value, t=time + 1e-9 * span, h=span * (1 - 1e-9)), side, "part")
+                )
         elif below:
             if gap(end, below) > 0.0:
                 options.append((root(lambda w, q=below: gap(w, q)), below, "open"))

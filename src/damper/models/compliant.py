@@ -113,7 +113,9 @@ def prepare(parameters: Parameters, accuracy: float) -> Compliant:
     """
     p = parameters
     damping = contact_damping(p.restitution, bool(p.contact_tension))
-    frequency = math.sqrt(p.contact_stiffness_ratio) * math.sqrt((1.0 + p.mass_ratio) / p.mass_ratio)
+    frequency = math.sqrt(p.contact_stiffness_ratio) * math.sqrt(
+        (1.0 + p.mass_ratio) / p.mass_ratio
+    )
     if not (1.0 + damping) * frequency < _FASTEST:
         raise ValueError(
             f"contact_stiffness_ratio = {p.contact_stiffness_ratio!r}, restitution = "

@@ -121,6 +121,9 @@ class Response(Observer):
     record counts. The stored energy, of which the residual takes the change, is
     (1/2) (v^2 + x^2 + mu u^2).
 
+    Where walls give, an impact's loss is that of the contact's dashpot, lasting contacts included,
+    and the energy in the contact's spring is stored energy.
+
     Everything stays missing where the run stopped early.
     """
 
@@ -160,10 +163,17 @@ class Response(Observer):
         super().begin(lane, trajectory, window)
         self._totals = np.zeros(7)
         self._last = np.zeros(COLUMNS)
+        # Walls that give have a pass of their own.
+        self._pass, self._stored, self._more = _follow, _stored, ()
+        if hasattr(self._model, "touch"):
+            from damper.observers import compliant_response as compliant
+
+            self._pass, self._stored = compliant.follow, compliant.stored_energy
+            self._more = (compliant.integrals_of(self._model),)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _follow(self._model, log, *self._window, self._totals, self._last)
+        self._pass(self._model, *self._more, log, *self._window, self._totals, self._last)
 
     def finish(self, finished: bool) -> None:
         """Write the lane's results."""
@@ -177,7 +187,7 @@ class Response(Observer):
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
         )
-        end = _stored(self._model, self._last, min(self._last[DURATION], left))
+        end = self._stored(self._model, self._last, min(self._last[DURATION], left))
         rms = math.sqrt(square / record)
         amplitude = steady_amplitude(free[0], free[3])
         self._put(

@@ -17,11 +17,11 @@ from damper.observers.sections import free_state
 from damper.observers.stretch import SLACK, sample_steps
 from damper.segment import (
     CAUSE,
+    CONTACT,
     DURATION,
     GAP,
     IMPACT,
     MODE,
-    NOTHING,
     RATE,
     SIDE,
     SPEED,
@@ -185,7 +185,10 @@ def _write(
     kinds,
     modes,
 ):
-    mass_ratio, clearance, restitution, _, period, _, _, _ = model
+    mass_ratio = model.mass_ratio
+    restitution = model.restitution
+    clearance = model.clearance
+    period = model.period
     jump = mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio)
     start_period, start_time = _instant(first_period, time, first_step, rest, rate, period)
     last = first_step + samples - 1
@@ -200,7 +203,7 @@ def _write(
         # Times never go back, not even by rounding.
         now = since(row, period, start_period, start_time)
         inside = now >= 0.0 and since(row, period, end_period, end_time) <= 0.0
-        if row[CAUSE] != NOTHING and inside:
+        if row[CAUSE] >= IMPACT and inside:
             if counts[_EVENTS] == most_events:
                 counts[_LEFT_OUT] += 1
             else:
@@ -210,7 +213,8 @@ def _write(
                 now = max(now, float(times[n - 1])) if n > 0 else now
                 if row[CAUSE] == IMPACT:
                     approach = float(row[SPEED])
-                    before = v - side * jump * approach
+                    # Walls that give change the velocity in time: before and after are the same.
+                    before = v if row[MODE] == CONTACT else v - side * jump * approach
                     y, u = free_state(clearance, side, x, before, 0.0, -approach)
                     times[n], xs[n], vs[n], ys[n], us[n] = now, x, before, y, u
                     kinds[n], modes[n] = 0, 0
