@@ -5,7 +5,8 @@ from typing import Any
 
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
-    name: f"damper.figures.{name}" for name in ("bifurcation", "map", "curves", "trajectory")
+    name: f"damper.figures.{name}"
+    for name in ("bifurcation", "map", "curves", "trajectory", "convergence")
 }
 
 

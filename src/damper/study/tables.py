@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # the Snakefile reads TABLES
 TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
+    "convergence": "damper.study.convergence",
 }
 
 
