@@ -68,10 +68,9 @@ def draw(
             shown = np.where(distance > 0.0, distance, np.nan)
             ax.plot(stiffness, shown, lw=0.9, ms=2.8, **look)
             slopes.append(f"{order_of(stiffness, distance):.2f}")
-            if np.isfinite(shown).any():
-                first = float(shown[np.isfinite(shown)][0])
-        if np.isfinite(array.values).any():
-            ax.plot(stiffness, 0.2 * first * (stiffness / stiffness[0]) ** -0.5, **_HALF)
+            if np.isfinite(shown[-1]):
+                half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
+                ax.plot(stiffness, half, **_HALF)
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 1.5)
@@ -85,9 +84,9 @@ def draw(
             fontsize=7.0,
         )
         attrs = cube[name].attrs
-        words = (f"change of {_SHORT.get(name, attrs.get('long_name', name))}").split()
+        words = _SHORT.get(name, attrs.get("long_name", name)).split()
         units = label("", "", attrs.get("units", "1"))
-        ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 19.0))
+        ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
     for value, look in zip(values, _STYLES, strict=False):
         if value is not None:
             text = _TENSION.get(value) if lines == "contact_tension" else None
@@ -96,7 +95,7 @@ def draw(
     handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
     axes[-1].set_xlabel(place_label(place, along, 0.8 * COLUMN))
     figure.align_ylabels()
-    head(figure, place, caption, remarks=["distance to the rigid walls' values"])
+    head(figure, place, caption, remarks=["distances to the values with rigid walls"])
     legend(figure, handles)
     return figure
 
@@ -104,9 +103,10 @@ def draw(
 _TENSION = {0.0: "lets go at zero force", 1.0: "holds until the gap reopens"}
 #: Meanings that are too long for a panel.
 _SHORT = {
-    "burst_onset": "first impact's time",
-    "burst_accumulation_time": "sticking's start",
-    "burst_sticking_time": "sticking's length",
-    "displacement": "section",
-    "velocity": "section's velocity",
+    "burst_onset": "time of first impact",
+    "burst_duration": "duration of the burst",
+    "burst_accumulation_time": "time of sticking",
+    "burst_sticking_time": "length of sticking",
+    "displacement": "displacement on section",
+    "velocity": "velocity on section",
 }

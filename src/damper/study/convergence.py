@@ -73,8 +73,12 @@ def compared(cube: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def order_of(stiffness: np.ndarray, distance: np.ndarray) -> float:
-    """Exponent of a power law in the stiffness, by least squares; NaN without two points."""
-    good = np.isfinite(distance) & (distance > 0.0)
+    """Exponent of a power law, by least squares over the stiffer half; NaN without two points.
+
+    Soft contacts are other systems, not approximations: only the stiffer half of the decades counts.
+    """
+    stiff = stiffness >= np.sqrt(stiffness.min() * stiffness.max())
+    good = np.isfinite(distance) & (distance > 0.0) & stiff
     if good.sum() < 2:
         return math.nan
     return float(np.polyfit(np.log(stiffness[good]), np.log(distance[good]), 1)[0])
@@ -102,7 +106,9 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[s
             distance = np.abs(found - rigid[name])
             for k, one, far in zip(stiffness, found, distance, strict=True):
                 place = [repr(float(k)), *([repr(float(value))] if lines else [])]
-                writer.writerow([*place, name, repr(float(one)), repr(rigid[name]), repr(float(far))])
+                writer.writerow(
+                    [*place, name, repr(float(one)), repr(rigid[name]), repr(float(far))]
+                )
             rows.append(
                 [
                     name.replace("_", " "),
@@ -124,7 +130,8 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[s
         "",
         f"{fixed_values(about)} Columns of numbers: {along.replace('_', ' ')}. The rigid value is "
         "that of one run with rigid walls; the order is the exponent of the power law that fits "
-        "the distances best, -1/2 where they fall as the time of contact.",
+        "the distances over the stiffer half of the decades best, -1/2 where they fall as the "
+        "time of contact.",
         "",
         *markdown_table(heads, rows),
         *remarks(about),
