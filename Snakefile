@@ -13,15 +13,19 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/gather.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
+include: "workflow/rules/verify.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
     default_target: True
     input:
         [everything_of(study) for study in STUDIES.values()],
+        claims_if_complete(),
+        report_if_complete(),
     message:
         "Everything is made"
 
 
 onsuccess:
-    print(cost_by_stage(), file=sys.stderr)
+    tell_cost()

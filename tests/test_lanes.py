@@ -43,6 +43,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},
     "response": {},
+    "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
 }
 

@@ -293,6 +293,7 @@ OBSERVED = {
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {},
     "bursts": {"compare_thresholds": [0.1], "records": 60},
+    "accumulation": {"bursts": 60},
 }
 
 

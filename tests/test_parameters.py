@@ -28,6 +28,29 @@ RANGES = {
     "restitution": "0 <= restitution <= 1",
     "phase": "any phase in rad",
 }
+#: What chooses another model than the rigid one: name -> range, default.
+OPTIONS = {
+    "support_stiffness_ratio": ("support_stiffness_ratio >= 0", 0.0),
+    "support_damping_ratio": (
+        "support_damping_ratio >= 0 (C2 / (2 sqrt(K M)), with K and M of the primary)",
+        0.0,
+    ),
+    "support_damping_factor": ("support_damping_factor >= 0", 0.0),
+    "contact_stiffness_ratio": (
+        "contact_stiffness_ratio > 0 (leave it out for a rigid wall)",
+        math.inf,
+    ),
+    "contact_tension": (
+        "0 <= contact_tension <= 1, whole (0: it lets go when its force vanishes, "
+        "1: it holds until the gap reopens)",
+        0.0,
+    ),
+    "modulation_depth": ("0 <= modulation_depth < 1", 0.0),
+    "modulation_order": ("modulation_order >= 1, whole", 1.0),
+    "modulation_phase": ("any modulation_phase in rad", 0.0),
+}
+DEFAULTS = {name: default for name, (_, default) in OPTIONS.items()}
+RANGES |= {name: words for name, (words, _) in OPTIONS.items()}
 TINY = 5e-324
 OUT_OF_RANGE = [
     *((name, value) for name in GOOD for value in (math.nan, math.inf, -math.inf)),
@@ -39,6 +62,15 @@ OUT_OF_RANGE = [
     ("clearance", -1e-300),
     ("restitution", -TINY),
     ("restitution", math.nextafter(1.0, 2.0)),
+    ("support_stiffness_ratio", -TINY),
+    ("support_damping_factor", math.inf),
+    ("contact_stiffness_ratio", 0.0),
+    ("contact_stiffness_ratio", math.nan),
+    ("contact_tension", 0.5),
+    ("contact_tension", 2),
+    ("modulation_depth", 1.0),
+    ("modulation_order", 1.5),
+    ("modulation_order", 0),
 ]
 
 
@@ -82,13 +114,13 @@ def test_ends_of_the_ranges_are_allowed(name: str, value: float) -> None:
     phase=st.floats(allow_nan=False, allow_infinity=False),
 )
 def test_every_allowed_value_is_kept(**values: float) -> None:
-    assert dataclasses.asdict(Parameters(**values)) == values
+    assert dataclasses.asdict(Parameters(**values)) == values | DEFAULTS
 
 
 def test_numbers_of_other_types_become_floats() -> None:
     p = Parameters(np.float32(0.5), 0, np.int64(2), np.float64(1.5), np.array(1.0))
     values = dataclasses.astuple(p)
-    assert values == (0.5, 0.0, 2.0, 1.5, 1.0, 0.0)
+    assert values == (0.5, 0.0, 2.0, 1.5, 1.0, 0.0, *DEFAULTS.values())
     assert {type(value) for value in values} == {float}
 
 
@@ -105,11 +137,64 @@ def test_period() -> None:
 
 def test_quantities_describe_the_parameters() -> None:
     fields = dataclasses.fields(Parameters)
-    assert PARAMETER_NAMES == tuple(field.name for field in fields) == tuple(GOOD)
+    assert tuple(field.name for field in fields) == PARAMETER_NAMES
+    assert (*GOOD, *OPTIONS) == PARAMETER_NAMES
     for quantity, field in zip(QUANTITIES, fields, strict=True):
         assert quantity.allowed == RANGES[quantity.name]
         has_default = field.default is not dataclasses.MISSING
         assert quantity.default == (field.default if has_default else None)
+
+
+@pytest.mark.parametrize(
+    ("options", "model"),
+    [
+        ({}, "rigid"),
+        (DEFAULTS, "rigid"),
+        ({"modulation_order": 3, "modulation_phase": 1.0}, "rigid"),
+        ({"support_stiffness_ratio": 0.1}, "grounded"),
+        ({"support_damping_factor": 2.0}, "grounded"),
+        ({"contact_stiffness_ratio": 1e4, "contact_tension": 1}, "compliant"),
+        ({"modulation_depth": 0.1}, "modulated"),
+    ],
+)
+def test_values_choose_the_model(options: dict[str, float], model: str) -> None:
+    assert Parameters(**GOOD, **options).model == model
+
+
+def test_damping_of_the_support_is_given_in_two_ways() -> None:
+    p = Parameters(**GOOD, support_damping_factor=3.0)
+    assert p.support_damping == 3.0 * 0.05
+    assert p.support_damping == Parameters(**GOOD, support_damping_ratio=3.0 * 0.05).support_damping
+    # A multiple of nothing is nothing: model.md calls it inert.
+    undamped = Parameters(**{**GOOD, "damping_ratio": 0.0}, support_damping_factor=3.0)
+    assert undamped.model == "rigid"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            {"support_stiffness_ratio": 0.1, "modulation_depth": 0.1},
+            "support_stiffness_ratio (grounded) and modulation_depth (modulated) ask for different",
+        ),
+        (
+            {"support_damping_ratio": 0.1, "contact_stiffness_ratio": 9.0},
+            "support_damping_ratio (grounded) and contact_stiffness_ratio (compliant) ask for",
+        ),
+        (
+            {"support_damping_ratio": 0.1, "support_damping_factor": 1.0},
+            "support_damping_factor and support_damping_ratio both give",
+        ),
+        ({"contact_tension": 1}, "contact_tension = 1: a rigid wall cannot pull"),
+        (
+            {"contact_stiffness_ratio": 9.0, "restitution": 0.0},
+            "restitution = 0: a contact that cannot pull always rebounds; must be > 0",
+        ),
+    ],
+)
+def test_one_model_at_a_time(options: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(words)}"):
+        Parameters(**{**GOOD, **options})
 
 
 def test_check_quantity_refuses_an_unknown_name() -> None:

@@ -77,6 +77,7 @@ LAYERS = {
     "models": 4,
     "engine": 4,
     "event_list": 4,
+    "theory": 5,
     "observers": 5,
     "points": 6,
     "lanes": 6,

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from damper import Parameters, SIParameters, State, events, simulate
 from damper.lanes import run_lanes
 from damper.parameters import NO_UNITS, Units
-from damper.quantities import PARAMETER_NAMES, SI_NAMES, SI_QUANTITIES, is_si
+from damper.quantities import PARAMETER_NAMES, QUANTITIES, SI_NAMES, SI_QUANTITIES, is_si
 from damper.study.config import ConfigError, load_study
 from damper.study.cube import write_cube
 
@@ -35,6 +35,8 @@ SI: dict[str, float] = {
     "restitution": 0.5,
     "phase": 0.3,
 }
+#: The names of what chooses another model: in SI, and of those of the ratios.
+SI_OPTIONS = tuple(name for name in SI_NAMES if name not in SI)
 SIZES = {"m": 0.05, "s": 0.1, "m/s": 0.5, "J": 0.5}
 RATIOS = {
     "mass_ratio": 0.1,
@@ -44,6 +46,7 @@ RATIOS = {
     "restitution": 0.5,
     "phase": 0.3,
 }
+RIGID = {q.name: q.default for q in QUANTITIES if q.name not in RATIOS}
 EVERYTHING: dict[str, Any] = {
     "stroboscopic_section": {"free_mass": True, "at": 0.1},
     "impacts": {},
@@ -106,8 +109,9 @@ def test_ratios_and_units_by_formula(si: dict[str, float]) -> None:
     damper = SIParameters(**si)
     with mp.workdps(30):
         ratios, sizes = by_formula(si)
-        for name, number in dataclasses.asdict(damper.dimensionless).items():
-            assert abs(number - ratios[name]) <= mpf(6e-16) * abs(ratios[name]), name
+        numbers = dataclasses.asdict(damper.dimensionless)
+        for name in RATIOS:
+            assert abs(numbers[name] - ratios[name]) <= mpf(6e-16) * abs(ratios[name]), name
         units = damper.units
         found = {"m": units.length, "s": units.time, "m/s": units.speed, "J": units.energy}
         for unit, number in found.items():
@@ -119,7 +123,7 @@ def test_ratios_and_units_by_formula(si: dict[str, float]) -> None:
 
 def test_sizes_by_hand() -> None:
     damper = SIParameters(**SI)
-    assert dataclasses.asdict(damper.dimensionless) == pytest.approx(RATIOS, rel=1e-15)
+    assert dataclasses.asdict(damper.dimensionless) == pytest.approx(RATIOS | RIGID, rel=1e-15)
     units = damper.units
     assert (units.length, units.time, units.speed, units.energy) == (0.05, 0.1, 0.5, 0.5)
     assert [units.size(u) for u in ("F0/K", "sqrt(M/K)", "F0/sqrt(K M)", "F0^2/K")] == [
@@ -204,7 +208,7 @@ INITIAL = (
 )
 
 
-@pytest.mark.parametrize("observer", ["response", "trajectory"])
+@pytest.mark.parametrize("observer", ["response", "accumulation", "trajectory"])
 def test_other_observers_in_si(observer: str) -> None:
     pytest.importorskip(f"damper.observers.{observer}")
     run = {"transient": 1, "periods": 2, "observers": [observer]}
@@ -329,7 +333,7 @@ def test_cube_named_by_si_names(tmp_path: Path) -> None:
     cube = simulate(**SI | axes, initial_displacement=[0.0, 0.01], **RUN)
     assert cube.displacement.dims == ("stiffness", "gap", "initial_displacement", "sample")
     units = {quantity.name: quantity.units for quantity in SI_QUANTITIES}
-    for name in SI_NAMES:
+    for name in SI:
         assert cube[name].attrs["units"] == units[name]
         assert cube[name].attrs["long_name"]
     assert units == {
@@ -342,6 +346,14 @@ def test_cube_named_by_si_names(tmp_path: Path) -> None:
         "gap": "m",
         "restitution": "1",
         "phase": "rad",
+        "support_stiffness": "N/m",
+        "support_damping": "N s/m",
+        "support_damping_factor": "1",
+        "contact_stiffness": "N/m",
+        "contact_tension": "1",
+        "modulation_depth": "1",
+        "modulation_order": "1",
+        "modulation_phase": "rad",
     }
     assert cube.initial_displacement.attrs["units"] == "m"
     assert cube.displacement.attrs["units"] == "m"
@@ -489,7 +501,10 @@ def test_events_in_si_against_an_integration() -> None:
 @pytest.mark.parametrize("name", SI_NAMES)
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -1e300, "1", True, None])
 def test_value_out_of_range_is_named(name: str, value: Any) -> None:
-    if name == "phase" and value == -1e300:
+    if (name.endswith("phase") and value == -1e300) or (name, value) == (
+        "contact_stiffness",
+        math.inf,
+    ):
         return
     kind = ValueError if isinstance(value, float) else TypeError
     with pytest.raises(kind, match=re.escape(f"{name} = {value!r}: must be a")):
@@ -589,9 +604,22 @@ def test_mixed_missing_or_wrong_names(
         assert part in str(caught.value)
 
 
+def test_options_of_the_models_are_scaled() -> None:
+    """K = 200 N/m, sqrt(K M) = 20 N s/m."""
+    grounded = SIParameters(**SI, support_stiffness=5.0, support_damping=0.8).dimensionless
+    assert grounded.support_stiffness_ratio == 0.025
+    assert grounded.support_damping == pytest.approx(0.02, rel=1e-15)
+    compliant = SIParameters(**SI, contact_stiffness=2e6, contact_tension=1).dimensionless
+    assert compliant.contact_stiffness_ratio == 1e4
+    assert compliant.contact_tension == 1.0
+    modulation = {"modulation_depth": 0.2, "modulation_order": 3, "modulation_phase": 0.4}
+    modulated = dataclasses.asdict(SIParameters(**SI, **modulation).dimensionless)
+    assert {name: modulated[name] for name in modulation} == modulation
+
+
 @given(names=st.lists(st.sampled_from([*PARAMETER_NAMES, *SI_NAMES, *INITIAL]), unique=True))
 def test_system_of_units_is_told_by_the_names(names: list[str]) -> None:
-    shared = {"restitution", "phase", *INITIAL}
+    shared = ({*PARAMETER_NAMES} & {*SI_NAMES}) | {*INITIAL}
     si = [name for name in names if name in set(SI_NAMES) - shared]
     ratios = [name for name in names if name in set(PARAMETER_NAMES) - shared]
     if si and ratios:

@@ -9,6 +9,7 @@ Layers, each importing only those above it:
 3. `contact`: restitution law, certified search for impacts, burst tail, sticking, release.
 4. `engine`: the event loop of one trajectory; its product is the segment log. `event_list` turns
    the log into the array that `events` returns.
+   `theory` has closed forms to compare with.
 5. `observers`: one file each, each a pass over the segment log.
 6. `points`, `lanes`: many points of a study through engine and observers.
 7. `study`: YAML -> slices -> cubes -> tables; xarray is imported here (and by `simulate`).

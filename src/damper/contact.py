@@ -107,12 +107,7 @@ def tail_duration(
         return 0.0, math.inf
     if gap_rate == 0.0:
         return 0.0, 0.0
-    loss = 1.0 - restitution
-    first = 2.0 * gap_rate / (push * loss)
-    # Each part is relative to `first` and of order w.
-    bend = side * j / push * first / 3.0
-    drag = osc[0] * mass_ratio * restitution / (1.0 + mass_ratio) * first
-    duration = first * (1.0 + bend - drag)
+    first, duration = accumulation_times(osc[0], mass_ratio, restitution, push, side * j, gap_rate)
     lag = (abs(j) / push + 2.0 * osc[0]) * first
     # Sizes, not the fourth derivative itself: its parts need not cancel along the burst.
     snap = osc[2] * osc[3] * osc[3] * abs(sin) + 2.0 * osc[0] * abs(j) + osc[1] * push
@@ -120,6 +115,36 @@ def tail_duration(
     if not duration > 0.0 or not lag < 0.5:
         return 0.0, math.inf
     return duration, error
+
+
+@compiled
+def accumulation_times(
+    damping_ratio: float,
+    mass_ratio: float,
+    restitution: float,
+    push: float,
+    jerk: float,
+    gap_rate: float,
+) -> tuple[float, ...]:
+    """Time that infinitely many bounces take, to first and to second order in their speed.
+
+    Parameters
+    ----------
+    push, jerk : float
+        -g'' > 0 and g''' of the gap just after an impact.
+    gap_rate : float
+        Rebound speed w.
+
+    Returns
+    -------
+    first, second : float
+        T1 and T2 of docs/theory.md, whatever they are worth here.
+    """
+    first = 2.0 * gap_rate / (push * (1.0 - restitution))
+    # Each part is relative to `first` and of order w.
+    bend = jerk / push * first / 3.0
+    drag = damping_ratio * mass_ratio * restitution / (1.0 + mass_ratio) * first
+    return first, first * (1.0 + bend - drag)
 
 
 @compiled

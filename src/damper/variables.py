@@ -40,5 +40,7 @@ OWN_DIMENSIONS = {
     "burst": ("burst in the record", "1"),
     "direction": ("direction in which the followed axis is run through", ""),
     "draw": ("random initial state", "1"),
+    "complete_burst": ("complete burst in the record, from 1", "1"),
+    "burst_impact": ("impact of the burst, from 1", "1"),
     "instant": ("sample or event of the trajectory", "1"),
 }

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import Scene, all_bursts, burst_summary
+from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
 from reference import mp_reference
 
 from damper import State
@@ -21,14 +21,6 @@ SUMMARY = (
     "sticking_fraction",
 )
 
-#: Model section 7.
-SLOW = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
 #: The restitution study.
 STUDY = {
     "mass_ratio": 0.1,
@@ -36,14 +28,6 @@ STUDY = {
     "frequency_ratio": 1.3,
     "clearance": 0.05,
     "restitution": 0.6,
-}
-#: Model section 8, A3: complete bursts in every half period.
-PAPER_A = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.2,
-    "clearance": 0.03,
-    "restitution": 0.8,
 }
 
 

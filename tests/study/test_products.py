@@ -30,12 +30,14 @@ GOOD: dict[str, Any] = {
         "stroboscopic_section": None,
         "bursts": None,
         "response": None,
+        "accumulation": None,
         "trajectory": None,
     },
 }
 MAP = {"kind": "map", "variable": "chatter", "x": "frequency_ratio", "y": "clearance"}
 CURVES = {"kind": "curves", "variables": ["rms_ratio"], "along": "frequency_ratio"}
 BIFURCATION = {"kind": "bifurcation", "along": "frequency_ratio"}
+ACCUMULATION = {"kind": "accumulation", "at": {"frequency_ratio": 1}}
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
 TRAJECTORY = {"kind": "trajectory", "at": POINT}
 
@@ -69,6 +71,8 @@ ACCEPTED = [
     BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}},
     TRAJECTORY | {"start": 1, "stop": 2.5},
     {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
+    ACCUMULATION | {"rows": "mass_ratio", "each": "clearance", "caption": "c"},
+    ACCUMULATION | {"each": "clearance", "at": {"mass_ratio": 0.1, "frequency_ratio": 1}},
 ]
 
 
@@ -104,6 +108,23 @@ def test_tables_may_be_as_before(tmp_path: Path) -> None:
     table = {"kind": "intervals", "along": "frequency_ratio"}
     study = load(tmp_path, TRAJECTORY, tables={"one": table})
     assert study.tables["one"].resolution == 1e-3
+
+
+def test_accumulation_table_needs_its_observer(tmp_path: Path) -> None:
+    tables = {"one": {"kind": "accumulation", "within": 0.05}}
+    assert load(tmp_path, TRAJECTORY, tables=tables).tables["one"].within == 0.05
+    without = {name: None for name in GOOD["observers"] if name != "accumulation"}
+    message = blame(tmp_path, TRAJECTORY, tables=tables, observers=without)
+    assert "tables.one\n    needs accumulation among the observers" in message
+    tables = {"one": {"kind": "accumulation", "within": 0}}
+    assert "tables.one.within\n    out of range" in blame(tmp_path, TRAJECTORY, tables=tables)
+
+
+def test_accumulation_is_of_the_rigid_damper(tmp_path: Path) -> None:
+    parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
+    message = blame(tmp_path, TRAJECTORY, parameters=parameters)
+    assert "observers.accumulation\n    its formulas are those of the rigid damper" in message
+    assert "this is the grounded one" in message
 
 
 # What is refused.
@@ -243,6 +264,11 @@ def test_refused(tmp_path: Path, name: str) -> None:
         ),
         (TRAJECTORY, "trajectory", "needs trajectory among the observers"),
         (MAP | {"each": "mass_ratio"}, "bursts", "written by the observer bursts"),
+        (
+            ACCUMULATION | {"rows": "mass_ratio", "each": "clearance"},
+            "accumulation",
+            "needs accumulation among the observers",
+        ),
     ],
 )
 def test_observer_is_needed(

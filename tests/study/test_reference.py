@@ -16,7 +16,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from damper.quantities import ALL, SI_NAMES
+from damper.quantities import ALL, MODEL_NAMES, SI_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Kind, Strict, kind_of
@@ -69,7 +69,7 @@ SI = {
     "title": "T",
     "source": "S",
     "description": "D",
-    "parameters": dict.fromkeys((n for n in SI_NAMES if n not in ("gap", "phase")), 0.5),
+    "parameters": dict.fromkeys((n for n in SI_NAMES[:8] if n != "gap"), 0.5),
     "axes": {"gap": {"start": 0, "stop": 0.1, "num": 3}},
     "initial": "steady",
     "transient": 5,
@@ -192,7 +192,8 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
         assert text.count(f"\n| `{key}` |") == 1, key
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         for kind, cls in registry.items():
-            part = text.split(f"### kind: {kind}\n")[1].split("\n#")[0]
+            own = text.split(f"\n## {section.capitalize()}\n")[1].split("\n## ")[0]
+            part = own.split(f"### kind: {kind}\n")[1].split("\n#")[0]
             for key in paths(cls, f"{section}.<file>."):
                 assert part.count(f"\n| `{key}` |") == 1, key
     for name in ALL:
@@ -529,13 +530,32 @@ def test_what_the_template_has_commented_out_is_right(whole):
 ALONE = {"figures": None, "tables": None}
 
 
+@pytest.mark.parametrize("model", MODEL_NAMES)
+def test_models_that_the_template_leaves_out(tmp_path, whole, model):
+    data = data_of(TEMPLATE) | ALONE
+    given = {n: whole["parameters"][n] for n in MODEL_NAMES[model] if n not in SI_ONLY}
+    # Two ways to say one thing.
+    given.pop("support_damping_factor", None)
+    data["parameters"] |= given
+    # Of the rigid damper alone, as the template says.
+    assert not loads(tmp_path, data)
+    del data["observers"]["accumulation"]
+    assert loads(tmp_path, data)
+    other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
+    data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}
+    assert not loads(tmp_path, data)
+
+
 @pytest.mark.parametrize("variant", ["SI", "draws", "follow", "step", "impact_section", "speed"])
 def test_ways_that_the_template_leaves_out(tmp_path, whole, variant):
     data = data_of(TEMPLATE) | ALONE
     match variant:
         case "SI":
             given = whole["parameters"]
-            data["parameters"] = {n: given[n] for n in given if n in SI_NAMES or "initial" in n}
+            models = {name for names in MODEL_NAMES.values() for name in names}
+            data["parameters"] = {
+                n: given[n] for n in given if (n in SI_NAMES or "initial" in n) and n not in models
+            }
             data["axes"] = None
         case "draws":
             data["initial"] = whole["initial"]

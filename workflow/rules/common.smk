@@ -73,14 +73,23 @@ def simulation_modules(study):
     ]
 
 
+def tell_cost():
+    """Print what the run cost, and keep it beside the page: it is in no other output."""
+    text = cost_by_stage()
+    if text:
+        print(text, file=sys.stderr)
+        if Path(RESULTS).is_dir():
+            Path(RESULTS, "cost.txt").write_text(f"{text}\n", encoding="utf-8")
+
+
 def cost_by_stage():
     """Wall seconds of this run's jobs, summed by rule, from Snakemake's own benchmark files."""
     cost = {}
     for path in sorted(Path("logs/benchmarks").rglob("*.tsv")):
         if path.stat().st_mtime >= STARTED:
-            # <study>/<stage>... or compile/<model>/<observers>.tsv
+            # <study>/<stage>... or <stage>/... for what belongs to no study
             first, second, *_ = path.relative_to("logs/benchmarks").with_suffix("").parts
-            stage = first if first == "compile" else second
+            stage = first if first in ("compile", "claims", "report") else second
             seconds = float(path.read_text().splitlines()[1].split("\t")[0])
             jobs, total = cost.get(stage, (0, 0.0))
             cost[stage] = jobs + 1, total + seconds

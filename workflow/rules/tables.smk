@@ -12,7 +12,7 @@ def _about_table(wildcards):
     return {
         "title": study.title,
         "fixed": study.fixed,
-        "observers": {"bursts": study.observer_settings()["bursts"]},
+        "observers": {k: v for k, v in study.observer_settings().items() if k == "bursts"},
         "assumed": study.assumed,
         "run": {
             "transient": study.transient,
@@ -41,8 +41,7 @@ rule table:
             SCRIPTS / "table.py",
             [
                 TABLES[_table_settings(wildcards)["kind"]],
-                f"damper.models.{STUDIES[wildcards.study].model}",
-                "damper.observers.bursts",
+                *simulation_modules(STUDIES[wildcards.study]),
             ],
         ),
     message:

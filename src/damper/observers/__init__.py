@@ -22,6 +22,7 @@ OBSERVERS = {
     "impacts": ("damper.observers.impacts", "Impacts"),
     "bursts": ("damper.observers.bursts", "Bursts"),
     "response": ("damper.observers.response", "Response"),
+    "accumulation": ("damper.observers.accumulation", "Accumulation"),
     "trajectory": ("damper.observers.trajectory", "SampledTrajectory"),
 }
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+#: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
+GOOD, DAMPED = 0.5, 0.9
 #: What differs by less than the rest of a transient counts as equal.
 _EQUAL = 1e-6
 

@@ -170,6 +170,35 @@ class Study(Strict):
             for stem, fixed in figure.files(name, values).items()
         }
 
+    def about(self) -> dict[str, Any]:
+        """Return what a page shows of the study, as plain values; paths without suffix."""
+        origins = {name: f"assumed: {text}" for name, text in self.assumed.items()}
+        origins |= {name: f"stated: {text}" for name, text in self.stated.items()}
+        values = {name: f"{value:g}" for name, value in self.fixed.items()}
+        values |= {name: _range_text(given) for name, given in self.axis_values.items()}
+        for settings in self.observers.values():
+            if (threshold := getattr(settings, "threshold", None)) is not None:
+                values["visibility_threshold"] = str(threshold)
+        return {
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "description": self.description or "",
+            "values": [(name, text, origins.get(name, "")) for name, text in values.items()],
+            "figures": [
+                (f"{self.name}/figures/{stem}", self.figures[name].kind, self._caption(name, place))
+                for stem, (name, place) in self.figure_files().items()
+            ],
+            "tables": [
+                (f"{self.name}/tables/{name}", table.kind) for name, table in self.tables.items()
+            ],
+        }
+
+    def _caption(self, name: str, place: Mapping[str, float]) -> str:
+        text = getattr(self.figures[name], "caption", None) or self.title
+        where = {**(getattr(self.figures[name], "at", None) or {}), **place}
+        return "; ".join([text, *(f"{axis} {_plain(value)}" for axis, value in where.items())])
+
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
@@ -194,6 +223,17 @@ class Study(Strict):
         # Works on the raw data: a mistake in one entry is to hide nothing about the others.
         raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
         relate(raw, model, faults)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _range_text(values: tuple[float, ...]) -> str:
+    """The values of an axis, or its ends if they are many."""
+    if len(values) <= 6:
+        return ", ".join(f"{value:g}" for value in values)
+    return f"{min(values):g} to {max(values):g}, {len(values)} values"
 
 
 class Engine(Strict):

@@ -52,12 +52,13 @@ class Best:
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement, what was measured, and whether it holds here."""
+    """A statement, what was measured, and whether it holds here; if in part, under what."""
 
     name: str
     text: str
     measured: str
     verdict: str
+    condition: str = ""
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
@@ -197,7 +198,10 @@ def _plastic(cube: xr.Dataset, contact: xr.DataArray) -> Statement:
     )
     if chatter:
         return Statement("A9", text, measured, "does not hold")
-    return Statement("A9", text, measured, "holds" if sticks == 1.0 else "holds only in part")
+    if sticks == 1.0:
+        return Statement("A9", text, measured, "holds")
+    condition = "the wall does not draw away at once"
+    return Statement("A9", text, measured, "holds only in part", condition)
 
 
 def _band(
@@ -226,9 +230,11 @@ def _band(
         f"per period lie within {NEAR:.0%} of the resonance, all from "
         f"{float(places.min()):g} to {float(places.max()):g}"
     )
-    parts = (low > high, share >= 0.9)
-    verdict = "holds" if all(parts) else "holds only in part" if any(parts) else "does not hold"
-    return Statement("A10", text, measured, verdict)
+    wider, narrow = low > high, share >= 0.9
+    if wider == narrow:
+        return Statement("A10", text, measured, _holds(wider))
+    condition = "its first half is meant, the band" if wider else "its second half is meant"
+    return Statement("A10", text, measured, "holds only in part", condition)
 
 
 def _units(array: xr.DataArray) -> str:

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from damper.quantities import ALL, MODEL_NAMES
 from damper.study.axes import coordinate_name
+from damper.study.best import DAMPED, GOOD
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     STEM,
@@ -55,6 +56,7 @@ VARIABLES = {
         "impact_loss",
         "energy_residual",
     ),
+    "accumulation": ("complete_bursts",),
     "trajectory": ("trajectory_events_left_out",),
 }
 
@@ -62,6 +64,8 @@ MOST_VARIABLES = 4
 """Panels of curves that fit one above the other."""
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
+MOST_ROWS = 6
+"""More rows of square panels do not fit a page."""
 MOST_PANELS = 12
 """More panels do not fit a page."""
 
@@ -529,6 +533,24 @@ class Convergence(Figure):
     variables: Compared
     along: Stiffness
     lines: Conventions = None
+
+
+class Accumulation(Figure):
+    """Errors of the predicted completion of bursts over the rebound speed, log-log.
+
+    Completion time on the left, completion point on the right; both orders of theory, the first
+    impact of each burst apart, and the slopes 2 and 3 that the errors should have.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role(), "rows": Role(most=MOST_ROWS)}
+    overlays: ClassVar[bool] = True
+
+    each: Each = None
+    rows: Annotated[
+        str | None,
+        Text(),
+        Field(description=f"Axis of whose values each makes a row of panels; {MOST_ROWS} at most."),
+    ] = None
     at: At = None
     caption: Caption = None
 
@@ -554,6 +576,8 @@ class ConvergenceTable(Product):
             if name not in offer.axes:
                 faults.unknown((role,), "axis", name, offer.axes)
             _count((role,), name, offer.axes.get(name), Role(least, most), faults)
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
 
 
 class Intervals(Product):
@@ -584,6 +608,24 @@ class Intervals(Product):
         _count(("along",), name, offer.axes.get(name), Role(least=3), faults)
 
 
+class Agreement(Product):
+    """How well theory predicts when and where complete bursts end, at each point of the study."""
+
+    within: Annotated[
+        float,
+        Number(gt=0, lt=1),
+        Field(
+            description="Part of what is left of the burst to which a prediction must be right to "
+            "agree: the table says from which impact on it does."
+        ),
+    ] = 0.01
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "accumulation" not in offer.observers:
+            faults.add((), "needs accumulation among the observers", "accumulation")
+
+
 class Performance(Product):
     """How well the damper damps: the best clearance, its band, statements on good damping."""
 
@@ -595,10 +637,10 @@ class Performance(Product):
     ]
     good: Annotated[
         float, Number(gt=0, lt=1), Field(description="Rms ratio below which damping is good.")
-    ] = 0.5
+    ] = GOOD
     damped: Annotated[
         float, Number(gt=0, le=1), Field(description="Amplitude ratio below which the band lies.")
-    ] = 0.9
+    ] = DAMPED
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
@@ -625,11 +667,13 @@ FIGURES: dict[str, type[Product]] = {
     "curves": Curves,
     "trajectory": Trajectory,
     "convergence": Convergence,
+    "accumulation": Accumulation,
 }
 TABLES: dict[str, type[Product]] = {
     "intervals": Intervals,
     "performance": Performance,
     "convergence": ConvergenceTable,
+    "accumulation": Agreement,
 }
 
 

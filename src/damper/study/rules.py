@@ -57,6 +57,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _relate_initial(raw["initial"], parameters, axes, faults)
     if study is not None and not faults.lines:
         _check_model(study, faults)
+        _check_theory(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
     _follow_one(sound, faults)
@@ -115,6 +116,13 @@ def _check_model(study: Study, faults: Faults) -> None:
         except ValueError as error:
             faults.add(("parameters",), str(error))
             return
+
+
+def _check_theory(study: Study, faults: Faults) -> None:
+    """Refuse to compare a model with theory that is not its own."""
+    if study.model != "rigid" and "accumulation" in study.observers:
+        message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+        faults.add(("observers", "accumulation"), message, "a study of the rigid damper")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

@@ -262,6 +262,11 @@ class Threshold(Strict):
     assumed: Assumed = None
     stated: Stated = None
 
+    def __str__(self) -> str:
+        if self.speed is not None:
+            return f"approach speed {self.speed:g}"
+        return f"{self.fraction:.3g} of the burst's first approach speed"
+
     @classmethod
     def relate(cls, data: dict[str, Any], model: Threshold | None, faults: Faults) -> None:
         if model is not None and (model.fraction is None) == (model.speed is None):
@@ -330,6 +335,21 @@ class Response(Strict):
     """How strongly the primary moves, and where the energy goes."""
 
 
+class Accumulation(Strict):
+    """Complete bursts of the rigid damper beside theory: what is left after each impact."""
+
+    bursts: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="Most complete bursts of each run to use, the first ones of the record."),
+    ] = 20
+    impacts: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="Most impacts of each burst to use, the first ones."),
+    ] = 100
+
+
 class Trajectory(Strict):
     """The motion in time over a stretch of the record."""
 
@@ -361,6 +381,7 @@ OBSERVERS: dict[str, type[Strict]] = {
     "impacts": Impacts,
     "bursts": Bursts,
     "response": Response,
+    "accumulation": Accumulation,
     "trajectory": Trajectory,
 }
 SECTIONS = ("stroboscopic_section", "impact_section")

@@ -15,6 +15,7 @@ TABLES = {
     "intervals": "damper.study.interval_table",
     "performance": "damper.study.performance_table",
     "convergence": "damper.study.convergence",
+    "accumulation": "damper.study.accumulation_table",
 }
 
 

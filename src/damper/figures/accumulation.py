@@ -1,0 +1,166 @@
+"""Errors of predicted burst completions over the rebound speed, with their slopes."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from damper.figures.layout import head, legend, place_text, say, select
+from damper.figures.style import BLACK, BLUE, PAGE, VERMILION, label
+from damper.study.accumulation_errors import (
+    BURST,
+    IMPACT,
+    ORDERS,
+    QUANTITIES,
+    SHARP,
+    Errors,
+    errors_of,
+)
+
+#: Order -> colour, marker, exponent of the law, its dashes.
+_ORDERS: dict[str, tuple[str, str, int, str]] = {
+    "first": (VERMILION, "o", 2, "--"),
+    "second": (BLUE, "^", 3, "-."),
+}
+_BLURRED = {"color": "#E4E4E4", "lw": 0.0}
+_GUIDE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
+#: Part of a panel's height that is added above the points for its legend.
+_HEADROOM = 0.25
+_VARIABLES = (
+    "rebound_speed",
+    "prediction_error_estimate",
+    *(
+        name
+        for quantity in QUANTITIES
+        for name in (
+            f"remaining_{quantity}",
+            f"completion_{quantity}_uncertainty",
+            *(f"{order}_order_{quantity}" for order in ORDERS),
+        )
+    ),
+)
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    rows: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw the errors of completion time (left) and point (right) over the rebound speed.
+
+    All bursts of a point are drawn over each other, and so are directions and random states.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer `accumulation`.
+    rows : str, optional
+        Axis whose values make one row of panels each.
+    at : mapping, optional
+        Value of every other axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
+    place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
+    values = place[rows].values.tolist() if rows else [None]
+    figure = Figure(figsize=(PAGE, 1.0 + 2.1 * len(values)), layout="constrained")
+    axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
+    for row, value in zip(axes, values, strict=True):
+        panel = place if value is None else place.sel({rows: value})
+        for ax, quantity in zip(row, QUANTITIES, strict=True):
+            _panel(ax, panel, quantity)
+        if value is not None:
+            row[0].set_title(place_text(place, rows, value), loc="left", fontweight="bold")
+    units = place.rebound_speed.attrs["units"]
+    for ax in axes[-1]:
+        ax.set_xlabel(label("rebound speed", "$w$", units))
+    figure.align_ylabels()
+    head(figure, place, caption)
+    legend(figure, _handles())
+    return figure
+
+
+def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
+    units = panel[f"remaining_{quantity}"].attrs["units"]
+    name = "time" if quantity == "time" else "point"
+    ax.set_ylabel(label(f"error of completion {name}", "", units))
+    drawn = {order: errors_of(panel, quantity, order) for order in ORDERS}
+    shown = [found for found in drawn.values() if _visible(found).any()]
+    if not shown:
+        say(ax, "no complete burst with a prediction here")
+        return
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for order, found in drawn.items():
+        _points(ax, found, order)
+    blur = float(np.nanmedian(panel[f"completion_{quantity}_uncertainty"]))
+    sizes = np.concatenate([np.abs(found.error[_visible(found)]) for found in shown])
+    low = 0.1 * SHARP * blur
+    high = max(sizes.max(), 10.0 * low)
+    ax.set_ylim(low, high * (high / low) ** _HEADROOM)
+    ax.axhspan(low, SHARP * blur, zorder=0.5, **_BLURRED)
+    ax.margins(x=0.04)
+    ax.minorticks_off()  # over ten decades they tell nothing, and take most of the time to draw
+    handles = [_guide(ax, found, order) for order, found in drawn.items()]
+    ax.legend(handles=handles, loc="upper left", frameon=False, handlelength=2.2)
+
+
+def _visible(found: Errors) -> np.ndarray:
+    """Errors that a logarithmic axis can show."""
+    with np.errstate(invalid="ignore"):
+        return (found.speed > 0.0) & (np.abs(found.error) > 0.0)
+
+
+def _points(ax: Axes, found: Errors, order: str) -> None:
+    colour, marker, _, _ = _ORDERS[order]
+    visible = _visible(found)
+    first = np.zeros_like(visible)
+    first[:, :1] = True
+    for mask, style in (
+        (visible & ~first, {"ms": 2.2, "mew": 0.0, "zorder": 2.0}),
+        (visible & first, {"ms": 4.5, "mew": 0.7, "mec": BLACK, "zorder": 2.5}),
+    ):
+        speed, size = found.speed[mask], np.abs(found.error[mask])
+        ax.plot(speed, size, marker, color=colour, rasterized=True, **style)
+
+
+def _guide(ax: Axes, found: Errors, order: str) -> Artist:
+    """Draw the law through the errors in which it can be seen; return what the legend says."""
+    colour, marker, exponent, dashes = _ORDERS[order]
+    slope, points = found.slope()
+    style = {"ls": dashes, **_GUIDE}
+    if points:
+        speed = found.speed[found.asymptotic]
+        size = np.abs(found.error[found.asymptotic])
+        factor = np.exp(np.median(np.log(size) - exponent * np.log(speed)))
+        ends = np.array([0.3 * speed.min(), 3.0 * speed.max()])
+        ax.plot(ends, factor * ends**exponent, zorder=2.8, scalex=False, scaley=False, **style)
+    fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
+    text = f"{order} order: {fitted} ({points} points)"
+    return Line2D([], [], label=text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
+
+
+def _handles() -> list[Artist]:
+    rim = {"ls": "", "marker": "o", "ms": 4.5, "color": "#BBBBBB", "mew": 0.7, "mec": BLACK}
+    return [
+        Line2D([], [], label="first impact of a burst (black rim)", **rim),
+        *(
+            Line2D([], [], ls=dashes, label=f"slope {exponent}", **_GUIDE)
+            for _, _, exponent, dashes in _ORDERS.values()
+        ),
+        Patch(label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_BLURRED),
+    ]

@@ -1,0 +1,134 @@
+"""One page with everything that was made: verdicts, figures, tables, and the values behind them.
+
+The page links to the files beside it, so it is small and has the same bytes every time. Run times
+are not in it but in a file of their own, which it shows.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+#: Rows of a table that the page shows; the rest is in the file.
+MOST_ROWS = 40
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure: its path below the folder of results without suffix, its caption in words."""
+
+    path: str
+    kind: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: its path below the folder of results without suffix, and its cells."""
+
+    path: str
+    kind: str
+    head: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+    left_out: int = 0
+
+
+@dataclass(frozen=True)
+class Value:
+    """A quantity of a study: name, value or range, where it comes from."""
+
+    name: str
+    value: str
+    origin: str
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One study."""
+
+    name: str
+    title: str
+    source: str
+    description: str
+    values: Sequence[Value] = ()
+    figures: Sequence[Figure] = ()
+    tables: Sequence[Table] = field(default_factory=tuple)
+
+
+def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
+    """Collect what the page shows of one study.
+
+    Parameters
+    ----------
+    about : mapping
+        `damper.study.model.Study.about`.
+    results : Path
+        Folder of results, where the study's tables are read.
+    """
+    return Chapter(
+        about["name"],
+        about["title"],
+        about["source"],
+        about["description"],
+        [Value(*value) for value in about["values"]],
+        [Figure(*figure) for figure in about["figures"]],
+        [_table(path, kind, results) for path, kind in about["tables"]],
+    )
+
+
+def _table(path: str, kind: str, results: Path) -> Table:
+    with (results / f"{path}.csv").open(encoding="utf-8", newline="") as file:
+        head, *rows = list(csv.reader(file)) or [[]]
+    return Table(path, kind, head, rows[:MOST_ROWS], max(0, len(rows) - MOST_ROWS))
+
+
+def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
+    """Return, for each kind of figure or table, how to read it, as HTML.
+
+    Parameters
+    ----------
+    folder : Path
+        With one reStructuredText file for each kind.
+    kinds : iterable of str
+    """
+    from docutils.core import publish_parts
+
+    settings = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
+    return {
+        kind: publish_parts(
+            (folder / f"{kind}.rst").read_text(encoding="utf-8"),
+            writer="html5",
+            settings_overrides=settings,
+        )["fragment"].strip()
+        for kind in sorted(set(kinds))
+    }
+
+
+def page(
+    chapters: Sequence[Chapter],
+    verdicts: Sequence[Mapping[str, str]],
+    how_to_read: Mapping[str, str],
+    template: Path,
+) -> str:
+    """Render the page.
+
+    Parameters
+    ----------
+    chapters : sequence of Chapter
+    verdicts : sequence of mapping
+        Rows of claims.csv.
+    how_to_read : mapping
+        From `captions`.
+    template : Path
+        A Jinja template.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    text = environment.from_string(template.read_text(encoding="utf-8")).render(
+        chapters=chapters, verdicts=verdicts, how_to_read=how_to_read
+    )
+    return text if text.endswith("\n") else f"{text}\n"

@@ -1,0 +1,145 @@
+"""Errors of predicted completions over the rebound speed: points, laws and what the legend says."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
+
+import damper
+from damper.figures.style import BLACK, BLUE, VERMILION
+from damper.study.accumulation_errors import errors_of
+
+POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.25, "clearance": 0.03}
+RUN = {"transient": 0, "periods": 5, "observers": {"accumulation": {"bursts": 6}}}
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    """Return complete bursts at two of three restitutions; 0.97 has none."""
+    return damper.simulate(**POINT, damping_ratio=[0.01, 0.5], restitution=[0.6, 0.8, 0.97], **RUN)
+
+
+AT = {"damping_ratio": 0.01}
+
+
+def points(ax: Axes, colour: str) -> list[Line2D]:
+    """Later and first impacts of one order."""
+    return [
+        line
+        for line in ax.lines
+        if line.get_marker() in ("o", "^") and to_hex(line.get_color()).upper() == colour
+    ]
+
+
+@pytest.mark.parametrize(("order", "colour"), [("first", VERMILION), ("second", BLUE)])
+@pytest.mark.parametrize(("panel", "quantity"), [(0, "time"), (1, "displacement")])
+def test_points_are_the_errors(
+    cube: xr.Dataset, panel: int, quantity: str, order: str, colour: str
+) -> None:
+    figure = drawn("accumulation", cube, at=AT | {"restitution": 0.6})
+    later, first = points(figure.axes[panel], colour)
+    here = cube.sel(AT | {"restitution": 0.6})
+    error = abs(here[f"{order}_order_{quantity}"] - here[f"remaining_{quantity}"])
+    for line, expected, speed in (
+        (first, error[:, 0], here.rebound_speed[:, 0]),
+        (later, error[:, 1:], here.rebound_speed[:, 1:]),
+    ):
+        size, w = expected.values.ravel(), speed.values.ravel()
+        kept = size > 0.0
+        np.testing.assert_array_equal(line.get_xdata(), w[kept])
+        np.testing.assert_array_equal(line.get_ydata(), size[kept])
+    assert first.get_markersize() > 1.5 * later.get_markersize()
+    assert first.get_markeredgecolor() == BLACK
+
+
+def test_laws_have_the_slopes_two_and_three(cube: xr.Dataset) -> None:
+    figure = drawn("accumulation", cube, rows="restitution", at=AT)
+    for ax in figure.axes[:4]:
+        laws = [line for line in ax.lines if line.get_marker() == "None"]
+        slopes = [
+            np.diff(np.log(line.get_ydata()))[0] / np.diff(np.log(line.get_xdata()))[0]
+            for line in laws
+        ]
+        assert slopes == pytest.approx([2.0, 3.0])
+        # Through the middle of the errors that the law is fitted to.
+        name = "time" if "time" in ax.get_ylabel() else "displacement"
+        restitution = 0.6 if ax in figure.axes[:2] else 0.8
+        here = cube.sel(AT | {"restitution": restitution})
+        for law, order in zip(laws, ("first", "second"), strict=True):
+            found = errors_of(here, name, order)
+            x, y = found.speed[found.asymptotic], np.abs(found.error[found.asymptotic])
+            factor = law.get_ydata()[0] / law.get_xdata()[0] ** slopes[order == "second"]
+            above = y > factor * x ** slopes[order == "second"]
+            assert above.mean() == pytest.approx(0.5, abs=0.02)
+
+
+def test_legends_tell_slopes_and_how_many_points(cube: xr.Dataset) -> None:
+    figure = drawn("accumulation", cube, rows="restitution", at=AT)
+    for row, restitution in enumerate((0.6, 0.8)):
+        here = cube.sel(AT | {"restitution": restitution})
+        for ax, quantity in zip(figure.axes[2 * row :], ("time", "displacement"), strict=False):
+            texts = [text.get_text() for text in ax.get_legend().get_texts()]
+            for text, order in zip(texts, ("first", "second"), strict=True):
+                slope, count = errors_of(here, quantity, order).slope()
+                assert text == f"{order} order: slope {slope:.2f} ({count} points)"
+                assert count > 20
+    assert legend_texts(figure) == [
+        "first impact of a burst (black rim)",
+        "slope 2",
+        "slope 3",
+        "below 100 times the uncertainty of the simulation",
+    ]
+
+
+def test_place_without_complete_bursts_says_so(cube: xr.Dataset) -> None:
+    figure = drawn("accumulation", cube, rows="restitution", at=AT)
+    for ax in figure.axes[4:]:
+        assert [text.get_text() for text in ax.texts] == [
+            "no complete burst with a prediction here"
+        ]
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert titles == ["$r$ = 0.6", "", "$r$ = 0.8", "", "$r$ = 0.97", ""]
+
+
+def test_labels_and_layout(cube: xr.Dataset) -> None:
+    figure = drawn("accumulation", cube, rows="damping_ratio", at={"restitution": 0.8}, caption="C")
+    assert figure.axes[0].get_ylabel() == r"error of completion time / ($\sqrt{M/K}$)"
+    assert figure.axes[1].get_ylabel() == "error of completion point / ($F_0/K$)"
+    assert figure.axes[3].get_xlabel() == r"rebound speed $w$ / ($F_0/\sqrt{KM}$)"
+    assert figure.get_suptitle().startswith("C\n")
+    assert "$r$ = 0.8" in figure.get_suptitle()
+    assert_nothing_overlaps(figure)
+
+
+def test_plastic_bursts_have_nothing_to_draw() -> None:
+    """Predicted exactly: no error that a logarithmic axis shows."""
+    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.0, **RUN)
+    assert float(cube.complete_bursts) > 0
+    figure = drawn("accumulation", cube)
+    assert "no complete burst" in figure.axes[0].texts[0].get_text()
+
+
+def test_draws_lie_over_each_other() -> None:
+    initial = {"draws": 2, "seed": 3, "initial_position": [-1, 1]}
+    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.8, **RUN, initial=initial)
+    both = points(drawn("accumulation", cube).axes[0], VERMILION)[1]
+    one = points(drawn("accumulation", cube, at={"draw": 0}).axes[0], VERMILION)[1]
+    assert len(both.get_xdata()) == int(np.isfinite(cube.first_order_time[..., 0]).sum())
+    assert 0 < len(one.get_xdata()) < len(both.get_xdata())
+
+
+def test_in_si_units() -> None:
+    cube = damper.simulate(**{**SI, "free_mass": 0.4}, gap=1.2e-3, forcing_frequency=4.0, **RUN)
+    figure = drawn("accumulation", cube)
+    assert figure.axes[0].get_ylabel() == "error of completion time / s"
+    assert figure.axes[1].get_xlabel() == "rebound speed $w$ / (m/s)"
+
+
+def test_files(cube: xr.Dataset, tmp_path: Path) -> None:
+    svg = assert_files("accumulation", cube, tmp_path, rows="restitution", at=AT)
+    assert "<image" in svg, "point clouds are rasterised"

@@ -1,0 +1,274 @@
+"""What is left of bursts after their impacts: against a plain loop over the events, many digits."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from new_process import in_new_process
+from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
+from reference import mp_reference
+
+from damper import Parameters, simulate
+from damper.engine import Trajectory
+from damper.lanes import run_lanes
+from damper.observers import make_observers
+from damper.observers.base import Window
+from damper.theory.accumulation import predict
+
+PREDICTED = (
+    "first_order_time",
+    "second_order_time",
+    "first_order_displacement",
+    "second_order_displacement",
+    "prediction_error_estimate",
+)
+
+
+def observed(scene: Scene, **given: Any) -> dict[str, np.ndarray]:
+    """Results of the observer for one lane."""
+    arrays, _ = run_lanes([scene.parameters], {"accumulation": given}, **scene.run())
+    return {name: array[0] for name, array in arrays.items()}
+
+
+def expected(scene: Scene) -> Iterator[dict[str, Any]]:
+    """Complete bursts of the record, from the rows of `damper.events`."""
+    rows = scene.rows()
+    at = {float(row["time"]): row for row in rows if row["kind"] == 0}
+    for burst in all_bursts(rows):
+        if burst.onset >= scene.start and burst.complete:
+            hits = [at[time] for time in burst.times]
+            yield {
+                "wall": burst.wall,
+                "displacement": burst.x,
+                "rebound_speed": [scene.restitution * speed for speed in burst.speeds],
+                "remaining_time": [burst.stick - time for time in burst.times],
+                "remaining_displacement": [burst.x - float(row["x"]) for row in hits],
+                "hits": hits,
+            }
+
+
+def assert_as_expected(found: dict[str, np.ndarray], scene: Scene) -> int:
+    """Compare everything; return how many impacts had no prediction."""
+    parameters = Parameters(**scene.parameters)
+    impacts = found["rebound_speed"].shape[1]
+    bursts = list(expected(scene))
+    assert found["complete_bursts"] == len(bursts)
+    listed = bursts[: len(found["completion_wall"])]
+    assert np.isnan(found["completion_wall"][len(listed) :]).all()
+    assert np.isnan(found["rebound_speed"][len(listed) :]).all()
+    missing = 0
+    for number, burst in enumerate(listed):
+        assert found["completion_wall"][number] == burst["wall"]
+        assert found["completion_impacts"][number] == len(burst["hits"])
+        assert found["completion_displacement"][number] == burst["displacement"]
+        count = min(len(burst["hits"]), impacts)
+        for name in ("rebound_speed", "remaining_time", "remaining_displacement"):
+            values = found[name][number]
+            # Times of the rows are sums, which blur with their size.
+            assert values[:count] == pytest.approx(burst[name][:count], rel=1e-12, abs=5e-12), name
+            assert np.isnan(values[count:]).all()
+        for k, row in enumerate(burst["hits"][:count]):
+            got = [float(found[name][number, k]) for name in PREDICTED]
+            state = (burst["wall"], row["time"], row["x"], row["v"])
+            try:
+                there = predict(parameters, *state, burst["rebound_speed"][k])
+            except ValueError:
+                assert got[:4] == pytest.approx([math.nan] * 4, nan_ok=True)
+                assert got[4] == math.inf
+                missing += 1
+                continue
+            if there.error < 0.1:
+                assert got == pytest.approx(there, rel=1e-7, abs=1e-12)
+    return missing
+
+
+# --- against a plain loop
+
+
+@pytest.mark.parametrize("transient", [0, 3, 20])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.8, 1.0])
+@pytest.mark.parametrize("parameters", [SLOW, PAPER_A], ids=["slow", "paper_a"])
+def test_bursts_are_those_of_a_loop_over_the_events(
+    parameters: dict[str, float], restitution: float, transient: int
+) -> None:
+    scene = Scene({**parameters, "restitution": restitution}, transient, 12)
+    assert_as_expected(observed(scene), scene)
+
+
+def test_bursts_that_began_before_the_record_are_left_out() -> None:
+    """Bursts last a third of each half period, so that some of these records begin inside one."""
+    straddling = 0
+    for phase in np.linspace(-3.0, 3.0, 9).tolist():
+        scene = Scene({**PAPER_A, "phase": phase}, 12, 2)
+        assert_as_expected(observed(scene), scene)
+        last = [burst for burst in all_bursts(scene.rows()) if burst.onset < scene.start][-1]
+        straddling += last.complete and last.stick > scene.start
+    assert straddling >= 2
+
+
+@settings(max_examples=60)
+@given(
+    mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
+    damping_ratio=st.sampled_from([0.0, 0.02, 0.3, 1.0]),
+    frequency_ratio=st.sampled_from([0.05, 0.2, 0.7, 1.3]),
+    clearance=st.sampled_from([0.0, 0.02, 0.1, 0.4]),
+    restitution=st.floats(0, 1),
+    phase=st.sampled_from([0.0, 1.0, math.pi / 2]),
+    transient=st.integers(0, 6),
+    periods=st.integers(1, 6),
+    bursts=st.integers(1, 15),
+    impacts=st.integers(1, 80),
+)
+def test_random_scenes(
+    transient: int, periods: int, bursts: int, impacts: int, **parameters: float
+) -> None:
+    scene = Scene(parameters, transient, periods)
+    assert_as_expected(observed(scene, bursts=bursts, impacts=impacts), scene)
+
+
+def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
+    """The first impacts of some bursts of the chaotic transient come before the push."""
+    scene = Scene({**PAPER_A, "frequency_ratio": 0.25}, 0, 20)
+    assert assert_as_expected(observed(scene, bursts=60), scene) > 0
+
+
+def test_limits_keep_the_first_ones() -> None:
+    scene = Scene(PAPER_A, 5, 10)
+    all_of_it = observed(scene, bursts=30, impacts=200)
+    few = observed(scene, bursts=3, impacts=7)
+    assert few["complete_bursts"] == all_of_it["complete_bursts"] > 10
+    for name, array in few.items():
+        if array.ndim == 2:
+            np.testing.assert_array_equal(array, all_of_it[name][:3, :7])
+        elif array.ndim == 1:
+            np.testing.assert_array_equal(array, all_of_it[name][:3])
+
+
+# --- against many digits
+
+
+def test_known_burst_to_forty_digits() -> None:
+    """Model section 7: completion at 44.249718778208865; no further off than it says."""
+    scene = Scene(SLOW, 0, 2)
+    found = observed(scene)
+    with mp.workdps(40):
+        decimals = [mpf(str(value)) for value in SLOW.values()]
+    run = mp_reference.events(*decimals, until=45, dps=40)
+    stick = run[[event.kind for event in run].index("stick")]
+    assert abs(stick.time - 44.249718778208865) < 1e-14
+    burst = [event for event in run if event.kind == "impact" and event.side == stick.side]
+    burst = [event for event in burst if stick.time - event.time < 10]
+    count = int(found["completion_impacts"][0])
+    assert 15 < count <= len(burst)
+    sharp = found["completion_time_uncertainty"][0]
+    assert 1e-15 < sharp < 2e-12
+    assert abs(found["completion_displacement"][0] - stick.x) < 1e-12
+    for k, event in enumerate(burst[:count]):
+        # The impact's own time has an error as well.
+        off = abs(found["remaining_time"][0, k] - (stick.time - event.time))
+        assert off < sharp + 1e-13
+        moved = abs(found["remaining_displacement"][0, k] - (stick.x - event.x))
+        assert moved < found["completion_displacement_uncertainty"][0] + 1e-13
+        w = found["rebound_speed"][0, k]
+        assert w == pytest.approx(float(mpf("0.6") * event.approach_speed), rel=1e-9, abs=1e-13)
+
+
+def test_uncertainty_grows_with_the_accuracy_asked_for() -> None:
+    coarse = observed(Scene(SLOW, 0, 2, accuracy=1e-6))
+    fine = observed(Scene(SLOW, 0, 2))
+    assert 1e-9 < coarse["completion_time_uncertainty"][0] <= 1e-6 + 1e-14
+    off = abs(coarse["completion_displacement"][0] - fine["completion_displacement"][0])
+    assert 1e-14 < off < coarse["completion_displacement_uncertainty"][0]
+    time = abs(coarse["remaining_time"][0, 0] - fine["remaining_time"][0, 0])
+    assert 1e-14 < time < coarse["completion_time_uncertainty"][0]
+
+
+def test_late_bursts_are_as_sharp_as_early_ones() -> None:
+    """The orbit at restitution .3 is periodic: two bursts a period, the same for ever."""
+    scene = {**SLOW, "restitution": 0.3}
+    early, late = (observed(Scene(scene, n, 3), bursts=4) for n in (200, 20_000))
+    seen = np.isfinite(early["remaining_time"])
+    assert seen.sum() > 20
+    for name in ("remaining_time", "remaining_displacement", *PREDICTED[:4]):
+        np.testing.assert_allclose(late[name][seen], early[name][seen], rtol=1e-9, atol=1e-12)
+
+
+# --- units, ends, refusals
+
+
+def test_in_si_units() -> None:
+    """F0/K = 0.05 m, sqrt(M/K) = 0.1 s."""
+    si = {
+        "primary_mass": 2.0,
+        "stiffness": 200.0,
+        "force_amplitude": 10.0,
+        "damping": 4.0 * 0.5,
+        "forcing_frequency": 2.0,
+        "free_mass": 0.2,
+        "gap": 0.025,
+        "restitution": 0.6,
+    }
+    observers = {"accumulation": {"bursts": 2}}
+    cube = simulate(**si, transient=0, periods=2, observers=observers)
+    plain = simulate(**SLOW, transient=0, periods=2, observers=observers)
+    sizes = {"sqrt(M/K)": (0.1, "s"), "F0/K": (0.05, "m"), "F0/sqrt(K M)": (0.5, "m/s")}
+    for name, variable in plain.data_vars.items():
+        size, units = sizes.get(variable.units, (1.0, "1"))
+        assert cube[name].units == units
+        np.testing.assert_allclose(cube[name], size * variable, rtol=1e-9, atol=1e-12)
+
+
+def test_cube_counts_bursts_and_impacts_from_one() -> None:
+    observers = {"accumulation": {"bursts": 2, "impacts": 3}}
+    cube = simulate(**SLOW, transient=0, periods=2, observers=observers)
+    assert cube.remaining_time.dims == ("complete_burst", "burst_impact")
+    assert cube.completion_wall.dims == ("complete_burst",)
+    assert cube.burst_impact.values.tolist() == [1, 2, 3]
+    assert cube.burst_impact.long_name == "impact of the burst, from 1"
+    assert cube.complete_burst.values.tolist() == [1, 2]
+
+
+def test_stopped_run_keeps_the_bursts_before() -> None:
+    arrays, _ = run_lanes([PAPER_A], ["accumulation"], transient=0, periods=12, max_events=500)
+    assert arrays["status"][0] == 1
+    assert arrays["complete_bursts"][0] == -1
+    whole, _ = run_lanes([PAPER_A], ["accumulation"], transient=0, periods=12)
+    kept = np.isfinite(arrays["completion_wall"][0])
+    assert 0 < kept.sum() < 20
+    np.testing.assert_array_equal(
+        arrays["remaining_time"][0][kept], whole["remaining_time"][0][kept]
+    )
+
+
+@pytest.mark.parametrize("name", ["bursts", "impacts"])
+def test_nothing_to_list_is_refused(name: str) -> None:
+    with pytest.raises(ValueError, match=f"{name} = 0: must be at least 1"):
+        make_observers({"accumulation": {name: 0}})
+
+
+def test_another_model_is_refused() -> None:
+    """Its bursts end by other formulas, so predictions would be silently wrong."""
+    (observer,) = make_observers(["accumulation"])
+    trajectory = Trajectory(Parameters(**SLOW))
+    trajectory.model = tuple(trajectory.model)
+    with pytest.raises(ValueError, match="accumulation: its formulas are those of the rigid"):
+        observer.begin(0, trajectory, Window(0.0, 0.0, 1))
+
+
+CODE = f"""
+import json
+from damper.lanes import run_lanes
+arrays, _ = run_lanes([{PAPER_A!r}, {SLOW!r}], ["accumulation"], transient=0, periods=2)
+print(json.dumps({{name: array.tolist() for name, array in arrays.items()}}))
+"""
+
+
+def test_plain_python_gives_the_same_bits() -> None:
+    compiled, plain = (in_new_process(CODE, DAMPER_COMPILE=flag) for flag in "10")
+    for name, values in compiled.items():
+        np.testing.assert_array_equal(np.array(plain[name]), np.array(values))

@@ -1,0 +1,323 @@
+"""Completion of bursts in closed form, against bursts resolved bounce by bounce in many digits."""
+
+import math
+import random
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from new_process import in_new_process
+from reference import mp_reference
+from reference.accumulation import accumulation_time, kinematic_accumulation_time
+
+from damper import Parameters
+from damper.contact import tail_duration
+from damper.flow import acceleration, oscillator
+from damper.theory.accumulation import completion_times, predict
+
+#: Model section 4: on the right wall at t = 2, x = 2, x' = .1.
+P = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
+RATIOS = (P.mass_ratio, P.damping_ratio, P.frequency_ratio, P.restitution)
+
+
+class End(NamedTuple):
+    """Time and displacement from an impact to completion."""
+
+    time: mpf
+    displacement: mpf
+
+
+def resolved(
+    p: Parameters, side: int, time: float, x: float, v: float, w: float, dps: int = 30
+) -> End:
+    """Where a burst ends, by all of its bounces; the other wall is far away."""
+    far = mpf(1000)
+    with mp.workdps(dps + mp_reference.GUARD_DIGITS):
+        run = mp_reference.events(
+            *(mpf(value) for value in (p.mass_ratio, p.damping_ratio, p.frequency_ratio)),
+            far,
+            mpf(p.restitution),
+            mpf(p.phase),
+            state=(mpf(x), mpf(v), mpf(x) + side * far, mpf(v) - side * mpf(w)),
+            start_time=mpf(time),
+            until=mpf(time) + 20 * mp.pi / mpf(p.frequency_ratio),
+            dps=dps,
+            burst_floor=1e-12 * w,
+        )
+        kinds = [event.kind for event in run]
+        assert "stick" in kinds
+        stick = run[kinds.index("stick")]
+        assert {event.side for event in run[: kinds.index("stick")]} <= {side}
+        return End(stick.time - mpf(time), stick.x - mpf(x))
+
+
+# --- known numbers
+
+
+@pytest.mark.parametrize(("w", "printed"), [(0.01, 0.0340400694), (0.005, 0.0169819753)])
+def test_reference_numbers_of_the_model(w: float, printed: float) -> None:
+    found = predict(P, 1, 2.0, 2.0, 0.1, w)
+    exact = resolved(P, 1, 2.0, 2.0, 0.1, w)
+    assert abs(exact.time - printed) < 0.51e-10
+    assert abs(found.second_order_time - printed) < 5e-6 * (w / 0.01) ** 3
+    assert abs(found.first_order_time - printed) < 2e-4 * (w / 0.01) ** 2
+    brute = accumulation_time(*RATIOS, time=2, position=2, velocity=0.1, rebound_speed=w)
+    assert abs(brute - exact.time) < 1e-20
+
+
+def ratios_of_errors(w: float) -> np.ndarray:
+    """By what halving w divides the errors: time to both orders, displacement to both."""
+    errors = []
+    for speed in (w, 0.5 * w):
+        found = predict(P, 1, 2.0, 2.0, 0.1, speed)
+        exact = resolved(P, 1, 2.0, 2.0, 0.1, speed)
+        left = (exact.time, exact.time, exact.displacement, exact.displacement)
+        errors.append([float(a - b) for a, b in zip(found[:4], left, strict=True)])
+    return np.divide(*errors)
+
+
+def test_errors_fall_by_the_ratios_of_the_model() -> None:
+    """Halving w = .01 divides the errors of the time by 4.06 and 8.07."""
+    ratios = ratios_of_errors(0.01)
+    assert ratios[:2] == pytest.approx([4.06, 8.07], abs=0.006)
+    # The primary is slow there: what the point's error has of fourth order shows until w is small.
+    assert ratios_of_errors(5e-4)[2:] == pytest.approx([4.0, 8.0], rel=0.02)
+
+
+@pytest.mark.parametrize(("r", "w", "printed"), [(0.6, 0.05, 0.26156342), (0.8, 0.025, 0.26157446)])
+def test_kinematic_limit(r: float, w: float, printed: float) -> None:
+    """A wall that impacts leave alone, with a = 1 and a constant j = .5."""
+    first, second = completion_times(w, 1.0, 0.5, restitution=r)
+    assert first == pytest.approx(0.25, rel=1e-15)
+    assert second == pytest.approx(0.25 + 4 / 3 * 0.5 * (w / (1 - r)) ** 2, rel=1e-14)
+    assert abs(second - printed) < 0.0013
+    errors = []
+    for part in (1.0, 0.5):
+        exact = kinematic_accumulation_time(1, 0.5, r, part * w)
+        errors.append(
+            [time - exact for time in completion_times(part * w, 1.0, 0.5, restitution=r)]
+        )
+    ratios = np.divide(*errors).astype(float)
+    assert ratios == pytest.approx([4.0, 8.0], rel=0.1)
+
+
+def test_times_are_the_formulas_of_the_model() -> None:
+    rng = random.Random(4)
+    for _ in range(200):
+        w, a, mu, zeta = (10 ** rng.uniform(-3, 1) for _ in range(4))
+        j, r = rng.uniform(-5, 5), rng.uniform(0, 0.99)
+        first, second = completion_times(w, a, j, restitution=r, mass_ratio=mu, damping_ratio=zeta)
+        t1 = 2 * w / (a * (1 - r))
+        bend = 4 / 3 * j * w**2 / (a**3 * (1 - r) ** 2)
+        drag = 4 * zeta * mu * r * w**2 / ((1 + mu) * a**2 * (1 - r) ** 2)
+        assert first == pytest.approx(t1, rel=1e-13)
+        assert second == pytest.approx(t1 + bend - drag, abs=1e-12 * (t1 + abs(bend) + drag))
+
+
+def test_first_order_displacement_is_the_common_velocity_for_that_time() -> None:
+    """V = (x' + mu y') / (1 + mu) with y' = x' - w on the right wall."""
+    w, v, mu = 0.01, 0.1, P.mass_ratio
+    found = predict(P, 1, 2.0, 2.0, v, w)
+    common = (v + mu * (v - w)) / (1 + mu)
+    assert found.first_order_displacement == pytest.approx(
+        common * found.first_order_time, rel=1e-13
+    )
+
+
+def test_first_order_is_that_of_nordmark_and_piiroinen() -> None:
+    """2 r v / (a (1 - r)) with the approach speed v of the impact, w = r v."""
+    v, a, r = 0.3, 0.7, 0.8
+    first, _ = completion_times(r * v, a, 0.0, restitution=r)
+    assert first == pytest.approx(2 * r * v / (a * (1 - r)), rel=1e-15)
+
+
+# --- slopes
+
+
+def random_impact(rng: random.Random) -> tuple[Parameters, int, float, float, float, float]:
+    """A burst that ends soon: parameters, side, time, x, v, and the speed scale of theory."""
+    while True:
+        omega = 10 ** rng.uniform(-0.7, 0.7)
+        p = Parameters(
+            10 ** rng.uniform(-3, 1),
+            rng.choice([0.0, 0.05, 0.5, 2.0]),
+            omega,
+            1.0,
+            rng.choice([0.2, 0.5, 0.7, 0.85]),
+            rng.uniform(-3, 3),
+        )
+        side = rng.choice([-1, 1])
+        time, x, v = rng.uniform(0, p.period), rng.uniform(-2, 2), rng.uniform(-2, 2)
+        osc = oscillator(p.damping_ratio, 1.0, 1.0, omega)
+        angle = omega * time + p.phase
+        a, j = acceleration(osc, x, v, math.sin(angle), math.cos(angle))
+        push = -side * a
+        if push < 0.1:
+            continue
+        # Duration over which the wall's push stays what it is.
+        slow = 1.0 / (abs(j) / push + 2 * p.damping_ratio + max(1.0, omega) / math.sqrt(push))
+        return p, side, time, x, v, 0.5 * slow * push * (1 - p.restitution)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_slopes_are_two_and_three(seed: int) -> None:
+    """For random complete bursts; single ones may be near a zero of the error's leading term."""
+    rng = random.Random(seed)
+    slopes = []
+    for _ in range(5):
+        p, side, time, x, v, scale = random_impact(rng)
+        errors = []
+        for w in (2e-3 * scale, 1e-3 * scale):
+            found = predict(p, side, time, x, v, w)
+            exact = resolved(p, side, time, x, v, w, dps=25)
+            left = (exact.time, exact.time, exact.displacement, exact.displacement)
+            errors.append([float(a - b) for a, b in zip(found[:4], left, strict=True)])
+            assert abs(errors[-1][1]) <= found.error * found.first_order_time
+        slopes.append(np.log2(np.abs(np.divide(*errors))))
+    middle = np.median(slopes, axis=0)
+    assert middle == pytest.approx([2.0, 3.0, 2.0, 3.0], abs=0.05)
+
+
+def test_common_velocity_and_drag_are_needed_for_third_order() -> None:
+    """Without the impacts' own changes of the primary's velocity the error is of second order."""
+    p = Parameters(1.0, 0.8, 0.5, 1.0, 0.7)
+    osc = oscillator(0.8, 1.0, 1.0, 0.5)
+    a, j = acceleration(osc, 2.0, 0.3, math.sin(0.5), math.cos(0.5))
+    wrong = []
+    for w in (1e-3, 5e-4):
+        exact = resolved(p, 1, 1.0, 2.0, 0.3, w)
+        found = predict(p, 1, 1.0, 2.0, 0.3, w)
+        _, without = completion_times(w, -a, j, restitution=0.7)
+        wrong.append(float(without - exact.time))
+        assert abs(found.second_order_time - exact.time) < 0.05 * abs(wrong[-1])
+    assert wrong[0] / wrong[1] == pytest.approx(4.0, rel=0.03)
+
+
+# --- symmetry, the engine, ends of the range
+
+
+@settings(max_examples=100)
+@given(
+    time=st.floats(0, 20),
+    x=st.floats(-3, 3),
+    v=st.floats(-3, 3),
+    w=st.floats(1e-6, 0.1),
+)
+def test_both_walls_are_mirror_images(time: float, x: float, v: float, w: float) -> None:
+    p = Parameters(0.3, 0.1, 0.7, 0.5, 0.7)
+    turned = Parameters(0.3, 0.1, 0.7, 0.5, 0.7, phase=math.pi)
+    push = x + 0.2 * v - math.sin(0.7 * time)
+    assume(abs(push) > 1e-6)
+    if push < 0.0:
+        for args in ((p, 1, time, x, v, w), (turned, -1, time, -x, -v, w)):
+            with pytest.raises(ValueError, match="does not push"):
+                predict(*args)
+        return
+    right = predict(p, 1, time, x, v, w)
+    left = predict(turned, -1, time, -x, -v, w)
+    if right.error < 0.1:
+        assert left[:2] == pytest.approx(right[:2], rel=1e-9)
+        assert left[2:4] == pytest.approx([-right[2], -right[3]], rel=1e-9, abs=1e-12)
+
+
+def test_second_order_is_what_the_engine_closes_tails_with() -> None:
+    osc = oscillator(P.damping_ratio, 1.0, 1.0, P.frequency_ratio)
+    sin, cos = math.sin(0.6), math.cos(0.6)
+    a, j = acceleration(osc, 2.0, 0.1, sin, cos)
+    duration, error = tail_duration(osc, P.mass_ratio, P.restitution, 1.0, a, j, sin, 0.01)
+    found = predict(P, 1, 2.0, 2.0, 0.1, 0.01)
+    assert found.second_order_time == pytest.approx(duration, rel=1e-14)
+    assert found.error * found.first_order_time == pytest.approx(error, rel=1e-12)
+
+
+def test_plastic_impact_ends_the_burst() -> None:
+    p = Parameters(0.5, 0.2, 0.3, 0.5, 0.0)
+    assert predict(p, 1, 2.0, 2.0, 0.1, 0.0) == (0.0, 0.0, 0.0, 0.0, 0.0)
+    assert completion_times(0.0, 1.0, 2.0, restitution=0.5) == (0.0, 0.0)
+
+
+def test_where_theory_claims_nothing() -> None:
+    """A push that fades at once: the first-order time stands, the second-order one is negative."""
+    first, second = completion_times(1.0, 0.1, -1.0, restitution=0.5)
+    assert first == pytest.approx(40.0)
+    assert second < 0.0
+    found = predict(P, 1, 0.0, 0.01, 3.0, 1.0)
+    assert found.first_order_time > 0.0
+    assert math.isnan(found.second_order_time)
+    assert math.isnan(found.second_order_displacement)
+    assert found.error == math.inf
+
+
+@pytest.mark.parametrize("push", [5e-324, 1e-300])
+def test_smallest_pushes(push: float) -> None:
+    first, _ = completion_times(0.1, push, 0.0, restitution=0.9)
+    assert first > 1e298
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"push": 0.0}, "push = 0.0: must be a finite number > 0"),
+        ({"push": -1.0}, "push = -1.0: must be"),
+        ({"push": math.nan}, "push = nan: must be a finite number"),
+        ({"jerk": math.inf}, "jerk = inf: must be a finite number"),
+        ({"rebound_speed": -0.1}, "rebound_speed = -0.1: must be a finite number >= 0"),
+        ({"restitution": 1.0}, "restitution = 1.0: must be .* < 1, for with 1 a burst never"),
+        ({"restitution": 1.5}, "restitution = 1.5: must be"),
+        ({"mass_ratio": -1.0}, "mass_ratio = -1.0: must be a finite number >= 0"),
+        ({"damping_ratio": -1.0}, "damping_ratio = -1.0: must be a finite number >= 0"),
+    ],
+)
+def test_invalid_times_are_refused(arguments: dict[str, float], words: str) -> None:
+    good = {"rebound_speed": 0.1, "push": 1.0, "jerk": 0.0, "restitution": 0.5}
+    with pytest.raises(ValueError, match=words):
+        completion_times(**good | arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"side": 0}, "side = 0: must be -1 .left wall. or 1 .right wall."),
+        ({"x": -2.0}, "the wall does not push just after this impact .side = 1, x = -2.0"),
+        ({"x": math.nan}, "x = nan: must be a finite number"),
+        ({"time": math.inf}, "time = inf: must be a finite number"),
+        ({"rebound_speed": -1.0}, "rebound_speed = -1.0: must be"),
+    ],
+)
+def test_invalid_predictions_are_refused(arguments: dict[str, float], words: str) -> None:
+    good = {"side": 1, "time": 2.0, "x": 2.0, "v": 0.1, "rebound_speed": 0.01}
+    with pytest.raises(ValueError, match=words):
+        predict(P, **good | arguments)
+    with pytest.raises(ValueError, match=r"restitution = 1\.0"):
+        predict(Parameters(0.5, 0.2, 0.3, 0.5, 1.0), **good)
+    with pytest.raises(ValueError, match="must be a rigid damper, the grounded one"):
+        predict(Parameters(0.5, 0.2, 0.3, 0.5, 0.6, support_stiffness_ratio=0.1), **good)
+    with pytest.raises(TypeError, match="x = '2'"):
+        predict(P, **good | {"x": "2"})
+
+
+CODE = """
+import json, random
+from damper import Parameters
+from damper.theory.accumulation import predict
+rng, found = random.Random(1), []
+while len(found) < 40:
+    p = Parameters(10 ** rng.uniform(-3, 2), rng.choice([0.0, 0.3, 30.0]), 10 ** rng.uniform(-2, 2),
+                   1.0, rng.uniform(0, 0.999))
+    try:
+        made = predict(p, 1, rng.uniform(0, 9), rng.uniform(-5, 5), rng.uniform(-5, 5),
+                       10 ** rng.uniform(-9, 3))
+    except ValueError:
+        continue
+    found.append([repr(float(value)) for value in made])
+print(json.dumps(found))
+"""
+
+
+def test_plain_python_gives_the_same() -> None:
+    """And raises nowhere, whatever the sizes."""
+    compiled, plain = (in_new_process(CODE, DAMPER_COMPILE=flag) for flag in "10")
+    assert plain == compiled

@@ -1,0 +1,45 @@
+"""One page with all verdicts, figures and tables; captions are in workflow/report."""
+
+CAPTIONS = HOME / "workflow/report"
+
+
+def report_if_complete():
+    """The page."""
+    return [f"{RESULTS}/report.html"] if COMPLETE else []
+
+
+def _page_inputs(wildcards):
+    made = [path for study in STUDIES.values() for path in everything_of(study)]
+    return [path for path in made if path.endswith((".svg", ".png", ".csv", ".md"))]
+
+
+def _page_kinds():
+    return sorted(
+        {
+            settings.kind
+            for study in STUDIES.values()
+            for settings in (*study.figures.values(), *study.tables.values())
+        }
+    )
+
+
+rule report:
+    input:
+        _page_inputs,
+        claims=claims_if_complete(),
+        captions=[CAPTIONS / f"{kind}.rst" for kind in _page_kinds()],
+        template=CAPTIONS / "page.html",
+    output:
+        f"{RESULTS}/report.html",
+    log:
+        "logs/report.log",
+    benchmark:
+        "logs/benchmarks/report/report.tsv"
+    params:
+        studies=[study.about() for study in STUDIES.values()],
+        kinds=_page_kinds(),
+        code=code_digest(SCRIPTS / "report.py", ["damper.study.report"]),
+    message:
+        "Write the page with everything"
+    script:
+        "../scripts/report.py"

@@ -1,0 +1,42 @@
+"""Verdicts on the papers' statements, from the cubes of the studies that bear on them."""
+
+from damper.study.claims import STUDIES as CLAIM_STUDIES
+
+JUDGED_BY = sorted({name for names in CLAIM_STUDIES.values() for name in names})
+
+
+# Verdicts, and the page, belong to everything if all studies that verdicts need do. A run of one
+# study does not overwrite them; they can still be asked for by name.
+COMPLETE = all(name in STUDIES for name in JUDGED_BY)
+
+
+def claims_if_complete():
+    """Files of the verdicts."""
+    return [f"{RESULTS}/claims.csv", f"{RESULTS}/claims.md"] if COMPLETE else []
+
+
+rule claims:
+    input:
+        **{name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in STUDIES},
+    output:
+        csv=f"{RESULTS}/claims.csv",
+        md=f"{RESULTS}/claims.md",
+    log:
+        "logs/claims.log",
+    benchmark:
+        "logs/benchmarks/claims/claims.tsv"
+    params:
+        # Links to figures that are not made would lead nowhere.
+        figures=[
+            f"{study.name}/figures/{name}"
+            for study in STUDIES.values()
+            for name in study.figure_files()
+        ],
+        code=code_digest(
+            SCRIPTS / "claims.py",
+            ["damper.study.claims.paper_a", "damper.study.claims.paper_b"],
+        ),
+    message:
+        "Judge the papers' statements"
+    script:
+        "../scripts/claims.py"
