@@ -1,16 +1,16 @@
 """Exact flow of the two masses while the free one touches a wall that gives.
 
 Everything is relative to the wall (side = +1 right, -1 left): displacements and the force are
-multiplied by the side, so that both walls are one case. With gamma = (1 + mu) / mu, beta = 1 / gamma
-and the wall's stiffness k and damping c (in units of K and sqrt(K M)),
+multiplied by the side, so that both walls are one case. With gamma = (1 + mu) / mu = 1 / beta and
+the wall's stiffness k and damping c (in units of K and sqrt(K M)),
 
     U = X - beta g                        centre of mass
     p = S - 2 zeta X' - X                 what pushes the primary, S the force
     U'' = p / (1 + mu)
     g'' = p - gamma (k g + c g')          gap; the wall pushes with N = -(k g + c g')
 
-A state is the tuple (U, U', g, g', S, C), C the forcing's cosine; it obeys a linear equation without
-explicit time. The gap is a variable of its own and keeps its digits however small it is.
+A state is the tuple (U, U', g, g', S, C), C the forcing's cosine; it obeys a linear equation
+without explicit time. The gap is a variable of its own and keeps its digits however small it is.
 
 Times are split in binary: one step of a Taylor series for less than the shortest interval, and then
 propagators over that interval times 1, 2, 4, ..., which are made once for a run. A propagator is

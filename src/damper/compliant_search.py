@@ -1,21 +1,22 @@
 """When a contact with a wall that gives ends: a certified search on any scale of time.
 
-The watched quantity q is linear in the state of `damper.compliant_flow`: the depth -g, or the force.
-A step is kept only if the motion at its two ends proves that q stays positive in between, by either
-of two bounds.
+The watched quantity q is linear in the state of `damper.compliant_flow`: the depth -g, or the
+force. A step is kept only if the motion at its two ends proves that q stays positive in between, by
+either of two bounds.
 
-**Energy.** Every derivative of the motion obeys the same equations with the derivative of the force,
-so the root of its energy grows by at most omega^n times the step: a bound on q'''', on the scale of
-the contact's own oscillation, for every set of parameters.
+**Energy.** Every derivative of the motion obeys the same equations with the derivative of the
+force, so the root of its energy grows by at most omega^n times the step: a bound on q'''', on the
+scale of the contact's own oscillation, for every set of parameters.
 
-**Slow and fast.** Where the contact is faster than everything else, the state splits into a slow part,
-which forcing and primary move, and a ring, the decaying oscillation of the contact: q = f + y with
+**Slow and fast.** Where the contact is faster than everything else, the state splits into a slow
+part, which forcing and primary move, and a ring, the decaying oscillation of the contact:
+q = f + y with
 
     f'' + 2 B f' + K f = harmonic,    y'' + 2 b y' + w^2 y = 0,
 
-exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays below its present bound
-R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation: a contact
-that lasts costs a few steps, whether the ring has died or is only too weak to matter.
+exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays below its present
+bound R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation: a
+contact that lasts costs a few steps, whether the ring has died or is only too weak to matter.
 
 The split is that of Chang (SIAM J. Appl. Math. 1972, 22, 151) with the forcing among the slow
 variables. Derivations: docs/models.md.

@@ -5,9 +5,9 @@ g'' + 2 z w g' + w^2 g = 0, that starts at g = 0. Two conventions say when they 
 
 - held (``tension=True``): the contact may pull, and ends when the gap reopens, half a damped
   period later: r = exp(-pi z / sqrt(1 - z^2)), and r = 0 for z >= 1;
-- let go (``tension=False``): it ends when its force z w g' * 2 + w^2 g vanishes. With z = cos(a) that
-  is a time 2 a / (w sin(a)) later and r = exp(-2 a cot(a)); with z = cosh(a), a hyperbolic cotangent
-  stands in its place. So z = 1 has r = exp(-2), and no damping gives r = 0.
+- let go (``tension=False``): it ends when its force, w^2 g + 2 z w g', vanishes. With z = cos(a)
+  that is a time 2 a / (w sin(a)) later and r = exp(-2 a cot(a)); with z = cosh(a), a hyperbolic
+  cotangent stands in its place. So z = 1 has r = exp(-2), and no damping gives r = 0.
 
 (Derived in docs/models.md.)
 """

@@ -2,6 +2,7 @@
 
 import math
 import random
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from damper import Parameters, State, events
 from damper.contact_law import contact_damping
 from damper.engine import Trajectory
 from damper.lanes import run_lanes
+from damper.models import motion
 from damper.segment import (
     CAUSE,
     CONTACT,
@@ -186,13 +188,11 @@ def test_run_is_the_same_however_it_is_split() -> None:
 
 
 def test_segments_join() -> None:
-    """The state at the end of each row is that at the start of the next, on both sides of events."""
+    """The state at the end of each row is that at the start of the next."""
     for tension in (0, 1):
         run = Trajectory(compliant(QUIET, 1e5, tension))
         rows = np.concatenate([log.copy() for log in run.segments(*run.whole_periods(60.0))])
-        from damper.models import motion
-
-        for row, following in zip(rows[:-1], rows[1:], strict=True):
+        for row, following in pairwise(rows):
             x, v, gap, rate = motion(run.model, row, float(row[DURATION]))
             assert x == pytest.approx(following[X], abs=1e-13)
             assert v == pytest.approx(following[V], abs=1e-13)
@@ -266,7 +266,7 @@ def test_without_clearance_both_walls_touch(tension: int) -> None:
 @pytest.mark.parametrize("tension", [0, 1])
 @pytest.mark.parametrize("k", [1.0, 1e10])
 def test_grazing_contacts(k: float, tension: int, speed: float) -> None:
-    """Approach at almost no speed to a wall that is pressed against the mass, and one that parts."""
+    """Approach at almost no speed to a wall that presses, and to one that parts."""
     for phase in (math.pi / 2, -math.pi / 2):
         p = compliant(GENERIC, k, tension, phase=phase)
         run = Trajectory(p, State(0.0, 0.0, 0.25, speed), max_events=5000)
@@ -305,7 +305,7 @@ def test_extremes_finish_or_say_so() -> None:
 
 
 def test_a_contact_beyond_numbers_is_refused() -> None:
-    with pytest.raises(ValueError, match="contact_stiffness_ratio = 1e\\+200.*too fast"):
+    with pytest.raises(ValueError, match=r"contact_stiffness_ratio = 1e\+200.*too fast"):
         Trajectory(compliant(GENERIC, 1e200, 0))
 
 

@@ -1,9 +1,9 @@
 """Events of the damper with walls that give, by two independent solvers in absolute coordinates.
 
 `exact_events` steps the linear equations of each regime in arbitrary precision: Taylor series over
-steps that are short against the fastest rate, and, in contacts whose oscillation has died, the matrix
-exponential over longer ones. `integrated_events` is scipy's DOP853 with fine steps. Both look for
-changes of sign at the ends of steps and then bisect or interpolate; neither is certified.
+steps that are short against the fastest rate, and, in contacts whose oscillation has died, the
+matrix exponential over longer ones. `integrated_events` is scipy's DOP853 with fine steps. Both
+look for changes of sign at the ends of steps and then bisect or interpolate; neither is certified.
 """
 
 from __future__ import annotations

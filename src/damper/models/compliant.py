@@ -1,16 +1,16 @@
 """The impact damper whose walls give: each is a spring and a dashpot, and an impact takes time.
 
-While the gap g to a wall is negative, the wall pushes with N = -(k g + c g'). Either it cannot pull,
-N = max(0, N), and lets go where N vanishes, or it holds until the gap reopens (`contact_tension`).
-Every regime is linear, so the motion is exact: free flight as in the rigid model, contact by
-`damper.compliant_flow`. `damper.compliant_search` finds the ends of contacts.
+While the gap g to a wall is negative, the wall pushes with N = -(k g + c g'). Either it cannot
+pull, N = max(0, N), and lets go where N vanishes, or it holds until the gap reopens
+(`contact_tension`). Every regime is linear, so the motion is exact: free flight as in the rigid
+model, contact by `damper.compliant_flow`. `damper.compliant_search` finds the ends of contacts.
 
-The log has more kinds of row than the rigid one: CONTACT from the moment of touch, with the approach
-speed and no jump; STICKING once a contact has lasted one period 2 pi / sqrt(k (1 + mu) / mu) of its own
-oscillation; FLIGHT with the cause SEPARATION after a contact that ends sooner. A wall that cannot pull
-lets go while the gap is negative still: that flight has a row of its own, up to where the gap
-reopens, or to where the wall, springing back, has caught up. With no clearance both walls touch at
-once, and the free mass goes from one to the other.
+The log has more kinds of row than the rigid one: CONTACT from the moment of touch, with the
+approach speed and no jump; STICKING once a contact has lasted one period 2 pi / sqrt(k (1 + mu) /
+mu) of its own oscillation; FLIGHT with the cause SEPARATION after a contact that ends sooner. A
+wall that cannot pull lets go while the gap is negative still: that flight has a row of its own, up
+to where the gap reopens, or to where the wall, springing back, has caught up. With no clearance
+both walls touch at once, and the free mass goes from one to the other.
 """
 
 import math

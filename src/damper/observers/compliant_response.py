@@ -2,14 +2,15 @@
 
 **Integrals** of quadratic functions of the state, x^2, v^2, force times v and what the contact's
 dashpot takes, over the intervals h of the propagators T of `damper.compliant_flow` are quadratic
-forms G of the state, with G(2 h) = G(h) + T' G(h) T. They are made once for a run, and a contact of any
-length and any oscillation costs some twenty of them. What is left of the time is a Gauss-Legendre sum.
+forms G of the state, with G(2 h) = G(h) + T' G(h) T. They are made once for a run, and a contact
+of any length and any oscillation costs some twenty of them. What is left of the time is a
+Gauss-Legendre sum.
 
-**The peak** is found as in flight, by bounds on the derivatives of x, which the energy gives; or, where
-the contact is faster than the rest, by those on its slow part and on the size of the ring.
+**The peak** is found as in flight, by bounds on the derivatives of x, which the energy gives; or,
+where the contact is faster than the rest, by those on its slow part and on the size of the ring.
 
-**The energy in the contact** is k g^2 / 2 while g < 0. A wall that cannot pull loses what is left of it
-when it has let go, as the gap reopens.
+**The energy in the contact** is k g^2 / 2 while g < 0. A wall that cannot pull loses what is left
+of it when it has let go, as the gap reopens.
 """
 
 import math

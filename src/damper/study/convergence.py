@@ -75,7 +75,7 @@ def compared(cube: xr.Dataset, name: str) -> xr.DataArray:
 def order_of(stiffness: np.ndarray, distance: np.ndarray) -> float:
     """Exponent of a power law, by least squares over the stiffer half; NaN without two points.
 
-    Soft contacts are other systems, not approximations: only the stiffer half of the decades counts.
+    Soft contacts are other systems, not approximations: only the stiffer half of decades counts.
     """
     stiff = stiffness >= np.sqrt(stiffness.min() * stiffness.max())
     good = np.isfinite(distance) & (distance > 0.0) & stiff
