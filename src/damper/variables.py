@@ -9,6 +9,9 @@ ENERGY = "F0^2/K"
 #: What these units are called where the damper is given in SI units.
 SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
 
+#: Visible impacts that make a burst chatter (both papers).
+CHATTER_IMPACTS = 5
+
 
 @dataclass(frozen=True)
 class Variable:

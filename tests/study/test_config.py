@@ -479,6 +479,17 @@ def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:
     assert "(overrides of config)\n    not a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
 
 
+def test_override_leaves_out_what_is_null(tmp_path: Path) -> None:
+    override = {"figures": {"bifurcation": None}, "tables": {"chatter": None}}
+    study = load(tmp_path, GOOD, override)
+    assert study.figures == study.tables == {}
+    # Only there, and only what there is.
+    assert "figures.bifurcaton\n" in blame(tmp_path, GOOD, {"figures": {"bifurcaton": None}})
+    assert "parameters.clearance\n" in blame(tmp_path, GOOD, {"parameters": {"clearance": None}})
+    text = changed("bifurcation: {kind", "one:\n  bifurcation: {kind")
+    assert "figures.one\n" in blame(tmp_path, text)
+
+
 # The workflow's configuration.
 
 

@@ -28,7 +28,7 @@ GOOD: dict[str, Any] = {
     "periods": 10,
     "observers": {
         "stroboscopic_section": None,
-        "bursts": None,
+        "bursts": {"records": 5},
         "response": None,
         "accumulation": None,
         "trajectory": None,
@@ -40,6 +40,9 @@ BIFURCATION = {"kind": "bifurcation", "along": "frequency_ratio"}
 ACCUMULATION = {"kind": "accumulation", "at": {"frequency_ratio": 1}}
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
 TRAJECTORY = {"kind": "trajectory", "at": POINT}
+PLACE = {"frequency_ratio": 0.9, "clearance": 1.5}
+HISTORIES = {"kind": "histories", "panels": "mass_ratio", "at": PLACE}
+PORTRAIT = {"kind": "phase_portrait", "columns": "mass_ratio", "at": PLACE}
 
 
 def load(folder: Path, figure: dict[str, Any], **changes: Any) -> Study:
@@ -73,6 +76,15 @@ ACCEPTED = [
     {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
     ACCUMULATION | {"rows": "mass_ratio", "each": "clearance", "caption": "c"},
     ACCUMULATION | {"each": "clearance", "at": {"mass_ratio": 0.1, "frequency_ratio": 1}},
+    HISTORIES | {"start": 1, "stop": 2.5, "caption": "c"},
+    {
+        "kind": "histories",
+        "panels": "clearance",
+        "each": "mass_ratio",
+        "at": {"frequency_ratio": 1},
+    },
+    PORTRAIT | {"caption": "c"},
+    {"kind": "phase_portrait", "at": POINT},
 ]
 
 
@@ -239,6 +251,30 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         CURVES | {"lines": "clearance", "each": "mass_ratio", "log": "yes"},
         ("figures.one.log\n", "not true or false (value: 'yes')"),
     ),
+    "histories without panels": (
+        {"kind": "histories", "at": POINT},
+        ("figures.one.panels\n    'panels' is missing",),
+    ),
+    "histories with a misspelt axis": (
+        HISTORIES | {"panels": "mass_rato"},
+        ("figures.one.panels\n", "unknown axis 'mass_rato'", "did you mean 'mass_ratio'?"),
+    ),
+    "histories that stop before they start": (
+        HISTORIES | {"start": 2, "stop": 1},
+        ("figures.one.stop\n    start (2", "must be less than stop (1"),
+    ),
+    "histories beyond the stretch": (
+        HISTORIES | {"stop": 11},
+        ("figures.one.stop\n    stops 11 periods into a sampled stretch of 10",),
+    ),
+    "portrait without a place for an axis": (
+        PORTRAIT | {"at": {"clearance": 1}},
+        ("'frequency_ratio' has 5 values", "name it as each, or give its value in at"),
+    ),
+    "portrait of too many columns": (
+        PORTRAIT | {"columns": "frequency_ratio", "at": {"clearance": 1, "mass_ratio": 0.1}},
+        ("figures.one.columns\n    axis 'frequency_ratio' has too many values (5)", "at most 3"),
+    ),
     "stop before start": (
         TRAJECTORY | {"start": 2, "stop": 1},
         ("figures.one.stop\n    start (2", "must be less than stop (1"),
@@ -263,6 +299,10 @@ def test_refused(tmp_path: Path, name: str) -> None:
             "needs a section",
         ),
         (TRAJECTORY, "trajectory", "needs trajectory among the observers"),
+        (HISTORIES, "trajectory", "needs trajectory among the observers"),
+        (HISTORIES, "bursts", "needs bursts among the observers"),
+        (PORTRAIT, "trajectory", "needs trajectory among the observers"),
+        (PORTRAIT, "section", "needs a section among the observers"),
         (MAP | {"each": "mass_ratio"}, "bursts", "written by the observer bursts"),
         (
             ACCUMULATION | {"rows": "mass_ratio", "each": "clearance"},
@@ -276,6 +316,14 @@ def test_observer_is_needed(
 ) -> None:
     observers = {k: v for k, v in GOOD["observers"].items() if observer not in k}
     assert words in blame(tmp_path, figure, observers=observers)
+
+
+def test_histories_need_bursts_one_by_one(tmp_path: Path) -> None:
+    message = blame(tmp_path, HISTORIES, observers=GOOD["observers"] | {"bursts": None})
+    assert (
+        "figures.one\n    shades bursts one by one, but the observer bursts lists none" in message
+    )
+    assert "allowed: records >= 1 for bursts" in message
 
 
 def test_too_many_lines_or_panels(tmp_path: Path) -> None:

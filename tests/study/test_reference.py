@@ -272,6 +272,7 @@ def test_loader_and_schema_accept_good_configurations(tmp_path):
         {"studies": ["config/studies/good.yaml"], "overrides": {"good": {"axes": None} | CHANGE}},
         {"studies": ["good"], "overrides": {"good": {"figures": {"section": {"caption": "C"}}}}},
         {"studies": ["good"], "overrides": {"good": {"axes": {"gap": {"values": [1, 2, 3]}}}}},
+        {"studies": ["good"], "overrides": {"good": {"figures": {"section": None}}}},
     ):
         load_config(config, tmp_path)
         assert list(CONFIG.iter_errors(config)) == []

@@ -113,7 +113,7 @@ def test_reduced_run_makes_everything(reduced):
     figures = [
         f"figures/bifurcation_mass_ratio~{m}.{e}" for m in ("0.25", "0.05") for e in ("png", "svg")
     ]
-    tables = ["tables/chatter_intervals.csv", "tables/chatter_intervals.md"]
+    tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
     slices = [
         f"slices/mass_ratio~{m}/frequency_ratio~{w}.npz"
         for m in ("0.25", "0.05")

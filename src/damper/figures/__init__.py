@@ -6,7 +6,16 @@ from typing import Any
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
     name: f"damper.figures.{name}"
-    for name in ("bifurcation", "map", "curves", "trajectory", "accumulation", "convergence")
+    for name in (
+        "bifurcation",
+        "map",
+        "curves",
+        "trajectory",
+        "histories",
+        "phase_portrait",
+        "accumulation",
+        "convergence",
+    )
 }
 
 

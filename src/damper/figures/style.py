@@ -31,6 +31,9 @@ MISSING = "#B0B0B0"
 #: The class of a map in which nothing happens.
 PALE = "#F2F2F2"
 
+#: How stretches in which the masses stick are shaded.
+STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
+
 SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
 LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()}
 #: Symbols of variables that have one.
@@ -77,6 +80,7 @@ _STYLE = {
     # 1.6 over an axis marked 10^-3 rather than 0.0016, as metres ask for.
     "axes.formatter.limits": (-3, 5),
     "axes.formatter.use_mathtext": True,
+    "hatch.linewidth": 0.5,
     "savefig.dpi": 300,
     "svg.hashsalt": "damper",
     "svg.fonttype": "path",

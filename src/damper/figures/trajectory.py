@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from damper.figures.layout import head, legend, select
-from damper.figures.style import BLACK, PAGE, SYMBOLS, VERMILION, YELLOW, label
-from damper.study.runs import runs
+from damper.figures.stretches import forcing_frequency, half_gap, rows_between, sticking
+from damper.figures.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
 
 _VARIABLES = (
     "trajectory_time",
@@ -25,14 +25,12 @@ _VARIABLES = (
     "trajectory_mode",
     "trajectory_events_left_out",
 )
-_STICKING = 1
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
 _PRIMARY = {"color": BLACK, "lw": 0.9}
 _FREE = {"color": VERMILION, "lw": 0.9, "ls": "-"}
 _WALL = {"color": "#777777", "lw": 0.5}
 _BETWEEN = {"color": "#E8E8E8", "lw": 0.0}
-_STUCK = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
 
 
 def draw(
@@ -66,10 +64,10 @@ def draw(
         When the stretch does not reach to `start`.
     """
     place = select(cube, _VARIABLES, at, ("instant",))
-    frequency = _frequency(place)
+    frequency = forcing_frequency(place)
     period = 2.0 * math.pi / float(place[frequency])
     time = place.trajectory_time.values / period
-    piece = place.isel(instant=_rows(time, start, stop))
+    piece = place.isel(instant=rows_between(time, start, stop))
     time = piece.trajectory_time.values / period
     figure = Figure(figsize=(PAGE, 3.9), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
@@ -93,30 +91,8 @@ def draw(
     return figure
 
 
-def _frequency(place: xr.Dataset) -> str:
-    """Name of the coordinate that gives the forcing period."""
-    return "frequency_ratio" if "frequency_ratio" in place.coords else "forcing_frequency"
-
-
-def _clearance(place: xr.Dataset) -> float:
-    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
-
-
-def _rows(time: np.ndarray, start: float, stop: float | None) -> slice:
-    """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges."""
-    time = time[np.isfinite(time)]
-    if not time.size or time[-1] <= start:
-        end = f"{time[-1]:g}" if time.size else "0"
-        raise ValueError(
-            f"start = {start:g}: the trajectory ends {end} forcing periods after its start"
-        )
-    first = max(int(np.searchsorted(time, start, "right")) - 1, 0)
-    last = time.size if stop is None else int(np.searchsorted(time, stop, "right")) + 1
-    return slice(first, min(last, time.size))
-
-
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
-    x, clearance = piece.trajectory_displacement.values, _clearance(piece)
+    x, clearance = piece.trajectory_displacement.values, half_gap(piece)
     ax.fill_between(time, x - clearance, x + clearance, zorder=0.5, **_BETWEEN, **raster)
     for wall in (x - clearance, x + clearance):
         ax.plot(time, wall, zorder=1.0, **_WALL, **raster)
@@ -124,9 +100,9 @@ def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, A
 
 def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
     """Shade where the masses stick; return whether they do."""
-    stretches = runs(piece.trajectory_mode.values == _STICKING)
+    stretches = sticking(time, piece.trajectory_mode.values)
     for first, last in stretches:
-        ax.axvspan(time[first], time[min(last + 1, time.size - 1)], zorder=0.7, **_STUCK)
+        ax.axvspan(first, last, zorder=0.7, **STUCK)
     return bool(stretches)
 
 
@@ -137,5 +113,5 @@ def _handles(stuck: bool) -> list[Artist]:
         Patch(facecolor="#E8E8E8", edgecolor="#777777", lw=0.5, label="between the walls"),
     ]
     if stuck:
-        handles.append(Patch(label="sticking", **_STUCK))
+        handles.append(Patch(label="sticking", **STUCK))
     return handles

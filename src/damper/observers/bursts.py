@@ -35,12 +35,9 @@ from damper.segment import (
     TIME,
     X,
 )
-from damper.variables import LENGTH, Variable
+from damper.variables import CHATTER_IMPACTS, LENGTH, Variable
 from damper.variables import SPEED as SPEED_UNIT
 from damper.variables import TIME as TIME_UNIT
-
-#: Visible impacts that make a burst chatter (both papers).
-CHATTER_IMPACTS = 5
 
 _TOTALS = 13
 # The burst under way, and the lane's totals. A moment is held as its log row holds it, as whole

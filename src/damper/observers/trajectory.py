@@ -94,6 +94,11 @@ class SampledTrajectory(Observer):
                 instant,
                 comment="missing in unused rows, which come last",
             ),
+            Variable(
+                "trajectory_start",
+                "start of the sampled stretch since the start of the record",
+                TIME_UNIT,
+            ),
             Variable("trajectory_displacement", "primary displacement", LENGTH, instant),
             Variable("trajectory_velocity", "primary velocity", SPEED_UNIT, instant),
             Variable("trajectory_free_displacement", "free mass displacement", LENGTH, instant),
@@ -139,6 +144,9 @@ class SampledTrajectory(Observer):
             self._rest = 0.0
         self._columns = tuple(self.arrays[v.name][lane] for v in self.variables if v.dims)
         self._counts = np.zeros(4, dtype=np.int64)
+        # To whole steps, as the samples are.
+        steps = self._first / self.samples_per_period + self._rest
+        self._put({"trajectory_start": steps * trajectory.period})
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""

@@ -69,8 +69,8 @@ def load_study(path: Path, override: dict[str, Any] | None = None) -> Study:
         The file; its stem is the study's name.
     override : dict, optional
         A partial study that is merged over the file. What it says about the values of an axis
-        replaces the way in which the file gives them. As in `load_config`, text that looks like
-        a number counts as one in it.
+        replaces the way in which the file gives them, and a figure or table that is null in it is
+        left out. As in `load_config`, text that looks like a number counts as one in it.
 
     Returns
     -------
@@ -176,6 +176,9 @@ def _merged(file: dict[str, Any], override: dict[str, Any], loc: Loc = ()) -> di
         for key in {old for new in override for old in _YIELDS.get(new, ())}:
             merged.pop(key, None)
     for key, value in override.items():
+        if value is None and key in merged and loc in (("figures",), ("tables",)):
+            del merged[key]
+            continue
         old = merged.get(key)
         if isinstance(old, dict) and isinstance(value, dict):
             value = _merged(old, value, (*loc, key))

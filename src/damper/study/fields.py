@@ -435,6 +435,8 @@ class Section(Kind):
             made = self.of[name].schema(draft, name)
         else:
             made = {"anyOf": [_of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
+            if draft.partial:  # an override leaves out what is null in it
+                made["anyOf"].append({"type": "null"})
         return _or_nothing(made) if self.bare else made
 
 

@@ -280,7 +280,8 @@ class Settings(Strict):
         Section(_override, "study", of=Study, bare=True, partial=True),
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
-            "says about the values of an axis replaces the way in which the file gives them."
+            "says about the values of an axis replaces the way in which the file gives them; a "
+            "figure or table that is null is left out."
         ),
     ] = _NONE
 

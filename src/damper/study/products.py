@@ -57,13 +57,15 @@ VARIABLES = {
         "energy_residual",
     ),
     "accumulation": ("complete_bursts",),
-    "trajectory": ("trajectory_events_left_out",),
+    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
 
 MOST_VARIABLES = 4
 """Panels of curves that fit one above the other."""
 MOST_LINES = 12
 """More lines in one panel cannot be told apart."""
+MOST_COLUMNS = 3
+"""More columns of phase portraits are too narrow for their titles."""
 MOST_ROWS = 6
 """More rows of square panels do not fit a page."""
 MOST_PANELS = 12
@@ -474,65 +476,46 @@ class Trajectory(Figure):
             faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
-#: What may be compared with the rigid damper beside what has one value at each point -> observers.
-_RECORDED = {
-    "displacement": SECTIONS,
-    "velocity": SECTIONS,
-    "burst_onset": ("bursts",),
-    "burst_duration": ("bursts",),
-    "burst_accumulation_time": ("bursts",),
-    "burst_sticking_time": ("bursts",),
-}
-_STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
+class Histories(Trajectory):
+    """The free mass between the walls over time, with a panel for each value of an axis.
 
-Compared = Annotated[
-    tuple[str, ...],
-    ListOf(Text(), least=1),
-    Field(
-        description="Variables of the cube, each with one value at each point; or displacement "
-        "or velocity, of which the section's last sample counts, or burst_onset, burst_duration, "
-        "burst_accumulation_time, burst_sticking_time, of which the first record counts "
-        "(records: 1); 4 at most."
-    ),
-]
-Stiffness = Annotated[str, Text(), Field(description="Axis of the contact's stiffness.")]
-Conventions = Annotated[
-    str | None,
-    Text(),
-    Field(description="Axis of whose values, two at most, each makes a line: contact_tension."),
-]
+    Bursts of chatter and stretches of sticking are shaded.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[str, Text(), Field(description="Axis of whose values each makes a panel.")]
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        super().needs(settings, offer, faults)
+        if "bursts" not in offer.observers:
+            faults.add((), "needs bursts among the observers", "bursts: {records: 50}")
 
 
-def _fit_convergence(settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-    """Note what a comparison with the rigid damper asks of a study in vain."""
-    names = settings.get("variables")
-    for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
-        needed = _RECORDED.get(name) if isinstance(name, str) else None
-        if needed is None:
-            _written(("variables", i), name, offer, faults)
-        elif not any(observer in offer.observers for observer in needed):
-            message = f"'{name}' needs {' or '.join(needed)} among the observers"
-            faults.add(("variables", i), message, " or ".join(needed))
-    if isinstance(names, list | tuple) and len(names) > MOST_VARIABLES:
-        message = f"{len(names)} variables are too many for one figure"
-        faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
-    along = settings.get("along")
-    if isinstance(along, str) and along in offer.axes and along not in _STIFFNESSES:
-        faults.add(("along",), f"'{along}' is no stiffness of the contact", words(_STIFFNESSES))
-    for name in offer.axes:
-        if name not in MODEL_NAMES["compliant"]:
-            message = f"axis '{name}' is not of the contact: the rigid damper is run at one point"
-            faults.add((), message, "a study with no axes but those of the contact")
+class PhasePortrait(Figure):
+    """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
 
+    roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
 
-class Convergence(Figure):
-    """The distance to the rigid damper over the stiffness of a compliant contact, and its order."""
+    columns: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis of whose values each makes a column of panels; "
+            f"{MOST_COLUMNS} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
 
-    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
-
-    variables: Compared
-    along: Stiffness
-    lines: Conventions = None
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if "trajectory" not in offer.observers:
+            faults.add((), "needs trajectory among the observers", "trajectory")
+        if not any(section in offer.observers for section in SECTIONS):
+            faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
 
 
 class Accumulation(Figure):
@@ -556,26 +539,6 @@ class Accumulation(Figure):
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        _fit_convergence(settings, offer, faults)
-
-
-class ConvergenceTable(Product):
-    """The same as a table: value, rigid value and distance at each stiffness, and the order."""
-
-    variables: Compared
-    along: Stiffness
-    lines: Conventions = None
-
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        _fit_convergence(settings, offer, faults)
-        for role, least, most in (("along", 2, None), ("lines", 1, 2)):
-            name = settings.get(role)
-            if not isinstance(name, str):
-                continue
-            if name not in offer.axes:
-                faults.unknown((role,), "axis", name, offer.axes)
-            _count((role,), name, offer.axes.get(name), Role(least, most), faults)
         if "accumulation" not in offer.observers:
             faults.add((), "needs accumulation among the observers", "accumulation")
 
@@ -661,19 +624,107 @@ class Performance(Product):
             _count((role,), name, offer.axes.get(name), Role(least=2), faults)
 
 
+#: What may be compared with the rigid damper beside what has one value at each point -> observers.
+_RECORDED = {
+    "displacement": SECTIONS,
+    "velocity": SECTIONS,
+    "burst_onset": ("bursts",),
+    "burst_duration": ("bursts",),
+    "burst_accumulation_time": ("bursts",),
+    "burst_sticking_time": ("bursts",),
+}
+_STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
+
+Compared = Annotated[
+    tuple[str, ...],
+    ListOf(Text(), least=1),
+    Field(
+        description="Variables of the cube, each with one value at each point; or displacement "
+        "or velocity, of which the section's last sample counts, or burst_onset, burst_duration, "
+        "burst_accumulation_time, burst_sticking_time, of which the first record counts "
+        "(records: 1); 4 at most."
+    ),
+]
+Stiffness = Annotated[str, Text(), Field(description="Axis of the contact's stiffness.")]
+Conventions = Annotated[
+    str | None,
+    Text(),
+    Field(description="Axis of whose values, two at most, each makes a line: contact_tension."),
+]
+
+
+def _fit_convergence(settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+    """Note what a comparison with the rigid damper asks of a study in vain."""
+    names = settings.get("variables")
+    for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
+        needed = _RECORDED.get(name) if isinstance(name, str) else None
+        if needed is None:
+            _written(("variables", i), name, offer, faults)
+        elif not any(observer in offer.observers for observer in needed):
+            message = f"'{name}' needs {' or '.join(needed)} among the observers"
+            faults.add(("variables", i), message, " or ".join(needed))
+    if isinstance(names, list | tuple) and len(names) > MOST_VARIABLES:
+        message = f"{len(names)} variables are too many for one figure"
+        faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
+    along = settings.get("along")
+    if isinstance(along, str) and along in offer.axes and along not in _STIFFNESSES:
+        faults.add(("along",), f"'{along}' is no stiffness of the contact", words(_STIFFNESSES))
+    for name in offer.axes:
+        if name not in MODEL_NAMES["compliant"]:
+            message = f"axis '{name}' is not of the contact: the rigid damper is run at one point"
+            faults.add((), message, "a study with no axes but those of the contact")
+
+
+class Convergence(Figure):
+    """The distance to the rigid damper over the stiffness of a compliant contact, and its order."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+
+    variables: Compared
+    along: Stiffness
+    lines: Conventions = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        _fit_convergence(settings, offer, faults)
+
+
+class ConvergenceTable(Product):
+    """The same as a table: value, rigid value and distance at each stiffness, and the order."""
+
+    variables: Compared
+    along: Stiffness
+    lines: Conventions = None
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        _fit_convergence(settings, offer, faults)
+        for role, least, most in (("along", 2, None), ("lines", 1, 2)):
+            name = settings.get(role)
+            if not isinstance(name, str):
+                continue
+            if name not in offer.axes:
+                faults.unknown((role,), "axis", name, offer.axes)
+            _count((role,), name, offer.axes.get(name), Role(least, most), faults)
+
+
 FIGURES: dict[str, type[Product]] = {
     "bifurcation": Bifurcation,
     "map": Map,
     "curves": Curves,
     "trajectory": Trajectory,
-    "convergence": Convergence,
     "accumulation": Accumulation,
+    "histories": Histories,
+    "phase_portrait": PhasePortrait,
+    "convergence": Convergence,
 }
 TABLES: dict[str, type[Product]] = {
     "intervals": Intervals,
     "performance": Performance,
-    "convergence": ConvergenceTable,
     "accumulation": Agreement,
+    "convergence": ConvergenceTable,
 }
 
 

@@ -23,7 +23,7 @@ from damper.quantities import (
 from damper.study.axes import axis_values
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
-from damper.study.products import FIGURES, TABLES, Offer
+from damper.study.products import FIGURES, TABLES, Histories, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 
@@ -94,8 +94,12 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         faults.add(loc, message, f"start + length <= {study.periods}, at least one sample step")
         return
     for stem, figure in study.figures.items():
-        if figure.kind != "trajectory":
+        if not isinstance(figure, Trajectory):
             continue
+        bursts = study.observers.get("bursts")  # `Histories.needs` tells if there is none
+        if isinstance(figure, Histories) and bursts is not None and not bursts.records:
+            message = "shades bursts one by one, but the observer bursts lists none"
+            faults.add(("figures", stem), message, "records >= 1 for bursts, such as records: 50")
         if figure.start >= length:
             message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")

@@ -1,0 +1,194 @@
+"""Time histories one above the other: the free mass between the walls, chatter shaded."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from damper.figures.layout import head, legend, place_text, say, select
+from damper.figures.stretches import (
+    CHATTER_VARIABLES,
+    chatter,
+    forcing_frequency,
+    half_gap,
+    listed_until,
+    rows_between,
+    sticking,
+)
+from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
+
+_VARIABLES = (
+    "trajectory_time",
+    "trajectory_displacement",
+    "trajectory_free_displacement",
+    "trajectory_mode",
+    "trajectory_events_left_out",
+    "chatter",
+    "visible_impacts",
+    *CHATTER_VARIABLES,
+)
+_CLASSES = {0: "no chatter", 1: "incomplete chatter", 2: "complete chatter"}
+#: Whether a burst completes -> its shade. Hatched as well: orange on paper is close to yellow.
+_SHADES: dict[bool, dict[str, Any]] = {
+    True: {"facecolor": BLUE, "alpha": 0.3, "lw": 0.0},
+    False: {"facecolor": "#FBE7C2", "edgecolor": ORANGE, "hatch": "////", "lw": 0.0},
+}
+_FREE = {"color": BLACK, "lw": 0.8}
+_WALL = {"color": "#777777", "lw": 0.6}
+#: Height of a panel in inches.
+_PANEL = 0.82
+#: Points in all panels up to which lines stay vectors.
+_MOST_POINTS = 20_000
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    panels: str,
+    start: float = 0.0,
+    stop: float | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw the free mass's place between the walls over time, a panel for each value of an axis.
+
+    The relative displacement is drawn over the clearance, so the walls are at -1 and 1. Bursts with
+    at least five visible impacts are shaded from their first impact to sticking, or to their last
+    impact where they do not complete; so are the stretches in which the masses stick. Each panel
+    says how the whole record, of which it shows a part, is classed.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observers `trajectory` and `bursts`, the latter with records.
+    panels : str
+        Axis whose values make a panel each.
+    start, stop : float, optional
+        Part to draw, in forcing periods since the start of the sampled stretch.
+    at : mapping, optional
+        Value of every other axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        When a stretch does not reach to `start`, or the list of bursts is missing.
+    """
+    if "burst_onset" not in cube:
+        raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
+    place = select(cube, _VARIABLES, at, (panels, "instant", "burst"))
+    values = place[panels].values.tolist()
+    figure = Figure(figsize=(PAGE, 1.15 + _PANEL * len(values)), layout="constrained")
+    axes = figure.subplots(len(values), 1, sharex=True, sharey=True, squeeze=False).ravel()
+    shown: dict[str, Artist] = {}
+    end = start
+    for ax, value in zip(axes, values, strict=True):
+        run = place.sel({panels: value})
+        ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold", pad=3.0)
+        last, handles = _history(ax, run, start, stop, place.sizes["instant"] * len(values))
+        ax.set_title(_class(run, handles), loc="right", pad=3.0)
+        end = max(end, last)
+        shown |= handles
+    if end > start:  # some run got there
+        axes[-1].set_xlim(start, end)
+    axes[-1].set_ylim(-1.2, 1.2)
+    axes[-1].set_yticks([-1, 0, 1])
+    frequency = SYMBOLS[forcing_frequency(place)]
+    axes[-1].set_xlabel(f"time $t$ / (forcing period $2\\pi$/{frequency})")
+    figure.supylabel(_ordinate(place), fontsize=8.0)
+    head(figure, place, caption, remarks=_remarks(place))
+    legend(figure, [shown[name] for name in _ORDER if name in shown])
+    return figure
+
+
+_ORDER = ("free", "walls", "complete", "incomplete", "sticking")
+
+
+def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
+    kind, visible = int(run.chatter), int(run.visible_impacts)
+    if kind < 0:
+        return "run stopped"
+    elsewhere = " (at other times)" if kind and not {"complete", "incomplete"} & set(shown) else ""
+    return f"{_CLASSES[kind]}{elsewhere}, most visible impacts in a burst: {visible}"
+
+
+def _remarks(place: xr.Dataset) -> list[str]:
+    recorded = place.attrs.get("recorded_periods")
+    return [] if recorded is None else [f"classed by {recorded} forcing periods"]
+
+
+def _ordinate(place: xr.Dataset) -> str:
+    gap = SYMBOLS["clearance"] if "clearance" in place.coords else f"({SYMBOLS['gap']}/2)"
+    return label("relative displacement", f"$(y - x)$ / {gap}", "1")
+
+
+def _history(
+    ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
+) -> tuple[float, dict[str, Artist]]:
+    """Draw one run; return where it ends, and legend entries of what it shows."""
+    period = 2.0 * math.pi / float(run[forcing_frequency(run)])
+    time = run.trajectory_time.values / period
+    if not np.isfinite(time).any():
+        say(ax)
+        return start, {}
+    piece = run.isel(instant=rows_between(time, start, stop))
+    time = piece.trajectory_time.values / period
+    end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
+    shown: dict[str, Artist] = {
+        "free": Line2D([], [], label="free mass", **_FREE),
+        "walls": Line2D([], [], label="walls", **_WALL),
+    }
+    for wall in (-1.0, 1.0):
+        ax.axhline(wall, zorder=1.0, **_WALL)
+    relative = piece.trajectory_free_displacement.values - piece.trajectory_displacement.values
+    clearance = half_gap(run)
+    if clearance > 0.0:  # else the free mass is on both walls at once
+        relative = relative / clearance
+    # More vector points make files that no reader opens.
+    ax.plot(time, relative, zorder=2.0, rasterized=points > _MOST_POINTS, **_FREE)
+    for burst in chatter(run):
+        if burst.start / period < end and burst.stop / period > start:
+            name = "complete" if burst.complete else "incomplete"
+            _shade(ax, burst.start / period, burst.stop / period, _SHADES[burst.complete])
+            shown[name] = Patch(label=f"{name} chatter", **_SHADES[burst.complete])
+    for first, last in sticking(time, piece.trajectory_mode.values):
+        _shade(ax, first, last, STUCK)
+        shown["sticking"] = Patch(label="sticking", **STUCK)
+    _tell_what_is_missing(ax, run, end * period)
+    return end, shown
+
+
+def _shade(ax: Axes, first: float, last: float, shade: Mapping[str, Any]) -> None:
+    ax.axvspan(first, last, zorder=0.7, **shade)
+
+
+def _tell_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
+    """Write into the panel what did not fit into the cube."""
+    missing = []
+    if left_out := int(run.trajectory_events_left_out):
+        missing.append(f"{left_out} events did not fit (observers: trajectory: events)")
+    if listed_until(run) < end:
+        missing.append("later bursts are not listed (observers: bursts: records)")
+    if missing:
+        ax.text(
+            0.5,
+            0.5,
+            "\n".join(missing),
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+            fontsize=7.0,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
+        )

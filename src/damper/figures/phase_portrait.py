@@ -1,0 +1,166 @@
+"""Phase portraits of the primary and of the relative motion, and the section, side by side."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from damper.figures.layout import head, place_text, say, select
+from damper.figures.stretches import half_gap
+from damper.figures.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.study.section_period import section_period
+
+_MOTION = (
+    "trajectory_displacement",
+    "trajectory_velocity",
+    "trajectory_free_displacement",
+    "trajectory_free_velocity",
+    "trajectory_events_left_out",
+)
+_SECTION = ("displacement", "velocity")
+_PRIMARY = {"color": BLACK, "lw": 0.4}
+_RELATIVE = {"color": BLUE, "lw": 0.4}
+_WALL = {"color": "#777777", "lw": 0.8}
+_BEYOND = {"facecolor": "#E8E8E8", "lw": 0.0}
+#: Part of the clearance that is shown beyond each wall.
+_MARGIN = 0.15
+#: Points of a motion up to which its lines stay vectors.
+_MOST_POINTS = 5_000
+#: Columns -> most steps between ticks of their abscissas: values on the section are long.
+_STEPS = {1: 9, 2: 5, 3: 3}
+#: Distinct points of a section up to which each is drawn large.
+_FEW = 16
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    columns: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw phase portraits and the Poincare map, a column of panels for each value of an axis.
+
+    Above the primary's phase portrait, then that of the free mass relative to the primary between
+    its walls, then the points of the section, whose number is told. All columns share their scales.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer `trajectory` and of a section.
+    columns : str, optional
+        Axis whose values make a column each.
+    at : mapping, optional
+        Value of every other axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    place = select(cube, [*_MOTION, *_SECTION], at, (columns, "instant", "sample"))
+    values = place[columns].values.tolist() if columns else [None]
+    figure = Figure(figsize=(PAGE, 7.4), layout="constrained")
+    axes = figure.subplots(3, len(values), sharex="row", sharey="row", squeeze=False)
+    _frame_section(axes[2, 0], place)
+    for column, value in zip(axes.T, values, strict=True):
+        run = place if value is None else place.sel({columns: value})
+        text = "" if value is None else place_text(place, columns, value)
+        _portrait(column[0], run, text)
+        _relative(column[1], run, text)
+        _section(column[2], run, text)
+    _label(axes, place)
+    head(figure, place, caption, remarks=_remarks(place))
+    return figure
+
+
+def _portrait(ax: Axes, run: xr.Dataset, text: str) -> None:
+    x, v = run.trajectory_displacement.values, run.trajectory_velocity.values
+    _line(ax, x, v, _PRIMARY)
+    _title(ax, text, "primary")
+    if left_out := int(run.trajectory_events_left_out):
+        say(ax, f"{left_out} events did not fit\n(observers: trajectory: events)")
+
+
+def _relative(ax: Axes, run: xr.Dataset, text: str) -> None:
+    gap = run.trajectory_free_displacement.values - run.trajectory_displacement.values
+    rate = run.trajectory_free_velocity.values - run.trajectory_velocity.values
+    clearance = half_gap(run)
+    _line(ax, gap, rate, _RELATIVE)
+    if clearance > 0.0:
+        edge = (1.0 + _MARGIN) * clearance
+        for side in (-1.0, 1.0):
+            ax.axvspan(side * clearance, side * edge, zorder=0.5, **_BEYOND)
+            ax.axvline(side * clearance, zorder=1.0, **_WALL)
+        low, high = ax.get_xlim() if ax.has_data() else (-edge, edge)
+        ax.set_xlim(min(low, -edge), max(high, edge))
+    _title(ax, text, "free mass between the walls")
+
+
+def _line(ax: Axes, x: np.ndarray, v: np.ndarray, style: Mapping[str, Any]) -> None:
+    known = np.isfinite(x)
+    if not known.any():
+        say(ax)
+        return
+    many = bool(known.sum() > _MOST_POINTS)
+    ax.plot(x[known], v[known], zorder=2.0, rasterized=many, **style)
+
+
+def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
+    points = np.column_stack([run[name].values for name in _SECTION])
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        say(ax)
+        return
+    period = section_period(points)
+    few = 0 < period <= _FEW
+    size = 6.0 if few else 2.2
+    ax.plot(*points.T, ".", ms=size, mew=0.0, color=VERMILION if few else BLACK, rasterized=True)
+    found = f"{period} point{'s' if period > 1 else ''}" if period else "no period found"
+    _title(ax, text, f"Poincaré map, {found} ({len(points)} taken)")
+
+
+def _title(ax: Axes, text: str, rest: str) -> None:
+    ax.set_title(f"{text}: {rest}" if text else rest, loc="left")
+
+
+def _frame_section(ax: Axes, place: xr.Dataset) -> None:
+    """Set scales on which a single point does not fill a panel with its rounding errors."""
+    for name, set_limits in zip(_SECTION, (ax.set_xlim, ax.set_ylim), strict=True):
+        values = place[name].values
+        values = values[np.isfinite(values)]
+        if not values.size:
+            continue
+        low, high, size = values.min(), values.max(), np.abs(values).max()
+        margin = 0.08 * (high - low) if high - low > 1e-3 * size else 0.1 * (size or 1.0)
+        set_limits(low - margin, high + margin)
+
+
+def _label(axes: np.ndarray, place: xr.Dataset) -> None:
+    length, speed = (place[name].attrs["units"] for name in _SECTION)
+    primary = (
+        label("displacement", VARIABLE_SYMBOLS["displacement"], length),
+        label("velocity", VARIABLE_SYMBOLS["velocity"], speed),
+    )
+    relative = (
+        label("relative displacement", "$(y - x)$", length),
+        label("relative velocity", r"$(\dot y - \dot x)$", speed),
+    )
+    steps = _STEPS.get(axes.shape[1], 2)
+    for row, (x, y) in zip(axes, (primary, relative, primary), strict=True):
+        row[0].set_ylabel(y)
+        row[0].xaxis.set_major_locator(MaxNLocator(steps))  # shared along the row
+        for ax in row:
+            ax.set_xlabel(x)
+    axes[0, 0].figure.align_ylabels()
+
+
+def _remarks(place: xr.Dataset) -> list[str]:
+    # "primary displacement once per forcing period" -> where the section lies
+    section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
+    return [f"section {section}"] if section else []

@@ -1,0 +1,188 @@
+"""Time histories one above the other, with chatter and sticking shaded."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.patches import Rectangle
+
+from damper import simulate
+from damper.figures import histories
+from damper.figures.stretches import chatter, sticking
+from damper.figures.style import BLUE, YELLOW
+
+POINT = {"mass_ratio": 0.25, "damping_ratio": 0.02, "frequency_ratio": 1.5, "clearance": 0.05}
+PERIOD = 2 * math.pi / 1.5
+RESTITUTION = [0.3, 0.6, 0.8]
+#: What each value does: sticks without chatter, completes, does not complete.
+CLASSES = ["no chatter", "complete chatter", "incomplete chatter"]
+OBSERVERS: dict[str, Any] = {
+    "bursts": {"records": 30},
+    "trajectory": {"start": 2, "length": 3, "samples_per_period": 200},
+}
+
+
+def simulated(**given: Any) -> xr.Dataset:
+    settings = {"transient": 100, "periods": 10, "observers": OBSERVERS}
+    return simulate(**{**POINT, "restitution": RESTITUTION, **settings, **given})
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    return simulated()
+
+
+def spans(ax: Axes, kind: str) -> list[tuple[float, float]]:
+    found = []
+    for patch in ax.patches:
+        assert isinstance(patch, Rectangle)
+        colour = to_hex(patch.get_facecolor()).upper()
+        is_a = "incomplete" if patch.get_hatch() else {BLUE: "complete", YELLOW: "sticking"}[colour]
+        if is_a == kind:
+            found.append((patch.get_x(), patch.get_x() + patch.get_width()))
+    return found
+
+
+def test_lines_are_the_relative_motion_over_the_clearance(cube: xr.Dataset) -> None:
+    figure = drawn("histories", cube, panels="restitution")
+    assert len(figure.axes) == len(RESTITUTION)
+    for ax, r in zip(figure.axes, RESTITUTION, strict=True):
+        run = cube.sel(restitution=r)
+        known = np.isfinite(run.trajectory_time.values)
+        relative = run.trajectory_free_displacement - run.trajectory_displacement
+        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
+        np.testing.assert_allclose(line.get_ydata(), relative.values[known] / 0.05)
+        np.testing.assert_allclose(line.get_xdata(), run.trajectory_time.values[known] / PERIOD)
+        assert np.abs(line.get_ydata()).max() == pytest.approx(1.0, abs=1e-9)
+        walls = [k.get_ydata()[0] for k in ax.lines if k.get_color() == histories._WALL["color"]]
+        assert walls == [-1.0, 1.0]
+    assert figure.axes[-1].get_xlim() == pytest.approx((0.0, 3.0))
+
+
+def test_shades_are_the_stretches(cube: xr.Dataset) -> None:
+    figure = drawn("histories", cube, panels="restitution")
+    shaded = set()
+    for ax, r in zip(figure.axes, RESTITUTION, strict=True):
+        run = cube.sel(restitution=r)
+        for kind in ("complete", "incomplete"):
+            expected = [
+                (burst.start / PERIOD, burst.stop / PERIOD)
+                for burst in chatter(run)
+                if burst.complete is (kind == "complete")
+                and burst.stop > 0.0
+                and burst.start < 3.0 * PERIOD
+            ]
+            np.testing.assert_allclose(spans(ax, kind), expected)
+            shaded |= {kind} if expected else set()
+        known = np.isfinite(run.trajectory_time.values)
+        stuck = sticking(
+            run.trajectory_time.values[known] / PERIOD, run.trajectory_mode.values[known]
+        )
+        np.testing.assert_allclose(spans(ax, "sticking"), stuck)
+    assert shaded == {"complete", "incomplete"}
+    # A complete burst ends where sticking begins.
+    ends, starts = ([k[i] for k in spans(figure.axes[1], n)] for n, i in SEAMS)
+    assert set(np.round(ends, 9)) <= set(np.round(starts, 9))
+
+
+SEAMS = (("complete", 1), ("sticking", 0))
+
+
+def test_classes_and_legend(cube: xr.Dataset) -> None:
+    figure = drawn("histories", cube, panels="restitution")
+    for ax, r, text in zip(figure.axes, RESTITUTION, CLASSES, strict=True):
+        assert ax.get_title(loc="left") == f"$r$ = {r:g}"
+        visible = int(cube.visible_impacts.sel(restitution=r))
+        assert ax.get_title(loc="right") == f"{text}, most visible impacts in a burst: {visible}"
+    entries = ["free mass", "walls", "complete chatter", "incomplete chatter", "sticking"]
+    assert legend_texts(figure) == entries
+    assert "classed by 10 forcing periods" in figure.get_suptitle()
+    assert_nothing_overlaps(figure)
+    plain = drawn("histories", cube.sel(restitution=[0.3]), panels="restitution")
+    assert legend_texts(plain) == ["free mass", "walls", "sticking"]
+
+
+def test_chatter_outside_the_part_shown_is_told(cube: xr.Dataset) -> None:
+    onset, stop, _ = next(b for b in chatter(cube.sel(restitution=0.6)) if b.start > 0.0)
+    whole = drawn("histories", cube, panels="restitution", start=0.0, stop=onset / PERIOD)
+    title = whole.axes[1].get_title(loc="right")
+    assert title.startswith("complete chatter (at other times), ")
+    assert spans(whole.axes[1], "complete") == []
+    assert not whole.axes[0].get_title(loc="right").count("other times")
+    part = drawn("histories", cube, panels="restitution", start=onset / PERIOD, stop=2.5)
+    assert part.axes[1].get_title(loc="right").startswith("complete chatter, ")
+    assert part.axes[0].get_xlim() == pytest.approx((onset / PERIOD, 2.5))
+    assert spans(part.axes[1], "complete")[0] == pytest.approx((onset / PERIOD, stop / PERIOD))
+
+
+def test_what_did_not_fit_is_told() -> None:
+    few = simulated(
+        restitution=[0.6], observers=OBSERVERS | {"trajectory": {"start": 2, "events": 3}}
+    )
+    (text,) = drawn("histories", few, panels="restitution").axes[0].texts
+    assert text.get_text().startswith(f"{int(few.trajectory_events_left_out[0])} events did not")
+    short = simulated(restitution=[0.6], observers=OBSERVERS | {"bursts": {"records": 6}})
+    (text,) = drawn("histories", short, panels="restitution").axes[0].texts
+    assert text.get_text() == "later bursts are not listed (observers: bursts: records)"
+    (ax,) = drawn("histories", short, panels="restitution", stop=0.5).axes
+    assert not ax.texts
+
+
+def test_bursts_must_be_listed() -> None:
+    bare = simulated(observers={"bursts": None, "trajectory": None})
+    with pytest.raises(ValueError, match="not listed one by one"):
+        drawn("histories", bare, panels="restitution")
+
+
+def test_stopped_run_says_so() -> None:
+    stopped = simulated(restitution=[0.6], max_events=30)
+    figure = drawn("histories", stopped, panels="restitution")
+    assert figure.axes[0].get_title(loc="right") == "run stopped"
+    assert figure.axes[0].texts[0].get_text() == "no run finished here"
+
+
+def test_no_clearance_is_no_division_by_zero() -> None:
+    stuck = simulated(clearance=[0.0, 0.05], restitution=0.6)
+    figure = drawn("histories", stuck, panels="clearance")
+    (line,) = [k for k in figure.axes[0].lines if k.get_color() == histories._FREE["color"]]
+    assert (line.get_ydata() == 0.0).all()
+    assert spans(figure.axes[0], "sticking") == [pytest.approx((0.0, 3.0))]
+
+
+def test_frequencies_each_with_their_own_period() -> None:
+    several = simulated(frequency_ratio=[1.1, 1.5], restitution=0.6)
+    figure = drawn("histories", several, panels="frequency_ratio")
+    for ax in figure.axes:
+        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
+        assert line.get_xdata()[-1] == pytest.approx(3.0)
+
+
+def test_si_units_and_files(tmp_path: Path) -> None:
+    cube = simulate(
+        **SI | {"restitution": [0.3, 0.6]},
+        gap=0.001,
+        forcing_frequency=24.0,
+        transient=30,
+        periods=6,
+        observers=OBSERVERS,
+    )
+    figure = drawn("histories", cube, panels="restitution")
+    assert figure.axes[-1].get_xlabel().endswith(r"$2\pi$/$\Omega$)")
+    assert "/2)" in figure.get_supylabel()
+    for ax in figure.axes:
+        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
+        assert np.abs(line.get_ydata()).max() == pytest.approx(1.0, abs=1e-9)
+    assert "<image" not in assert_files("histories", cube, tmp_path, panels="restitution")
+
+
+def test_very_many_points_are_rasterised(
+    cube: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(histories, "_MOST_POINTS", 100)
+    assert "<image" in assert_files("histories", cube, tmp_path, panels="restitution")
