@@ -456,7 +456,9 @@ CONVERGENCE = {
 
 def contact(**changes: Any) -> dict[str, Any]:
     point = {"clearance": 1.0, "frequency_ratio": 0.9, "mass_ratio": 0.1, "restitution": 0.5}
-    return {"parameters": GOOD["parameters"] | point} | CONTACT | changes
+    observers = {"stroboscopic_section": None, "bursts": None, "response": None}
+    given = {"parameters": GOOD["parameters"] | point, "observers": observers}
+    return given | CONTACT | changes
 
 
 def test_convergence_is_accepted(tmp_path: Path) -> None:
@@ -467,9 +469,12 @@ def test_convergence_is_accepted(tmp_path: Path) -> None:
     ("change", "words"),
     [
         ({"variables": ["burst_nonsense"]}, "burst_nonsense"),
-        ({"variables": ["status"] * 5}, "too many for one figure"),
+        (
+            {"variables": ["status", "chatter", "rms_ratio", "visible_impacts", "velocity"]},
+            "too many for one figure",
+        ),
         ({"along": "contact_tension", "lines": None}, "no stiffness of the contact"),
-        ({"along": "clearance"}, "clearance"),
+        ({"along": "clearance"}, "unknown axis 'clearance'"),
     ],
 )
 def test_convergence_names_what_is_wrong(

@@ -9,7 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from damper.figures.layout import head, legend, place_label, place_text, wrap
+from damper.figures.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.style import BLUE, COLUMN, VERMILION, label
 from damper.study.convergence import compared, order_of, rigid_values
 
@@ -72,17 +72,20 @@ def draw(
                 half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
                 ax.plot(stiffness, half, **_HALF)
         ax.set_xscale("log")
-        ax.set_yscale("log")
+        if any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
+            ax.set_yscale("log")
+            ax.text(
+                0.98,
+                0.95,
+                f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}"),
+                transform=ax.transAxes,
+                ha="right",
+                va="top",
+                fontsize=7.0,
+            )
+        else:
+            say(ax, "no distance to show")
         ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 1.5)
-        ax.text(
-            0.98,
-            0.95,
-            f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}"),
-            transform=ax.transAxes,
-            ha="right",
-            va="top",
-            fontsize=7.0,
-        )
         attrs = cube[name].attrs
         words = _SHORT.get(name, attrs.get("long_name", name)).split()
         units = label("", "", attrs.get("units", "1"))
