@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from damper import Parameters
-from damper.compliant_flow import advance, derivative
-from damper.compliant_search import FOUND, NOT_YET, dot, find_switch
+from damper.compliant_flow import advance, derivative, energy_size
+from damper.compliant_search import FOUND, NOT_YET, _bound4, _parts, dot, find_switch
 from damper.models.compliant import Compliant, prepare
 
 
@@ -126,3 +126,32 @@ def test_contact_from_rest_begins_at_third_order() -> None:
     assert steps < 100
     tau, found, _, _ = search(m, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0), 5.0)
     assert (found, tau) == (FOUND, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("by_energy", [False, True])
+def test_fourth_derivative_stays_below_its_bound(seed: int, by_energy: bool) -> None:
+    """Both bounds hold along the motion, and are not so loose that they say nothing."""
+    m, z = random_case(seed)
+    watch = m.ending._replace(separated=0.0) if by_energy else m.ending
+    if not by_energy and not watch.separated:
+        pytest.skip("not faster than the rest")
+
+    def fourth(state: tuple) -> float:
+        for _ in range(4):
+            state = derivative(m.touch, state)
+        return watched(m, state)
+
+    swing, omega = 1.0 / math.sqrt(m.touch.reduced), m.touch.omega
+    third = derivative(m.touch, derivative(m.touch, derivative(m.touch, z)))
+    sizes = [swing * energy_size(m.touch, w) for w in (third, derivative(m.touch, third))]
+    slow = ring = 0.0
+    if not by_energy:
+        *_, f3, f4, _, ring = _parts(watch, z)
+        slow = math.sqrt(max(watch.stiffness, 0.0) * f3 * f3 + f4 * f4)
+    for span in (0.1 / m.touch.rate, 3.0 / m.touch.rate, 1.0):
+        bound = _bound4(watch, swing, omega**3, omega, *sizes, slow, ring, span)
+        times = np.linspace(0.0, span, 60)
+        found = [abs(fourth(advance(m.touch, m.table, z, float(t)))) for t in times]
+        assert max(found) <= bound * (1 + 1e-9)
+    assert abs(fourth(z)) > 1e-6 * bound or by_energy

@@ -101,7 +101,7 @@ class Trajectory:
         state = state or _REST
         check_state(p, state)
         self.model = model_of(p, accuracy)
-        self._loop, begin = loop_of(p, run, place)
+        self._loop, begin = loop_of(p.model, run, place)
         self.period = p.period
         self.start = self.whole_periods(state.time)
         self._state = np.empty(COLUMNS)
@@ -199,10 +199,9 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
 
     Walls that give let it in deeper.
     """
-    if parameters.model == "compliant":
-        return
     distance = abs(state.y - state.x)
-    if distance > parameters.clearance + slack(parameters.clearance, state.x, state.y):
+    allowed = parameters.clearance + slack(parameters.clearance, state.x, state.y)
+    if distance > allowed and parameters.model != "compliant":
         limit = "clearance" if units is NO_UNITS else "gap / 2"
         raise ValueError(
             f"state: |y - x| = {distance * units.length!r} is outside the box: "

@@ -68,9 +68,9 @@ def draw(
             shown = np.where(distance > 0.0, distance, np.nan)
             ax.plot(stiffness, shown, lw=0.9, ms=2.8, **look)
             slopes.append(f"{order_of(stiffness, distance):.2f}")
-            if np.isfinite(shown[-1]):
-                half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
-                ax.plot(stiffness, half, **_HALF)
+        if np.isfinite(shown[-1]):
+            half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
+            ax.plot(stiffness, half, **_HALF)
         ax.set_xscale("log")
         if any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
             ax.set_yscale("log")
@@ -85,7 +85,7 @@ def draw(
             )
         else:
             say(ax, "no distance to show")
-        ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 1.5)
+        ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
         attrs = cube[name].attrs
         words = _SHORT.get(name, attrs.get("long_name", name)).split()
         units = label("", "", attrs.get("units", "1"))
@@ -96,7 +96,7 @@ def draw(
             text = text or place_text(place, lines, value)
             handles.append(Line2D([], [], lw=0.9, ms=2.8, label=text, **look))
     handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
-    axes[-1].set_xlabel(place_label(place, along, 0.8 * COLUMN))
+    axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     figure.align_ylabels()
     head(figure, place, caption, remarks=["distances to the values with rigid walls"])
     legend(figure, handles)

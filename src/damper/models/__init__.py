@@ -35,9 +35,10 @@ def model_of(parameters: Parameters, accuracy: float) -> Model:
     return _module(parameters.model).prepare(parameters, accuracy)
 
 
-def loop_of(parameters: Parameters, run: Callable, place: Callable) -> tuple[Callable, Callable]:
+@lru_cache
+def loop_of(model: str, run: Callable, place: Callable) -> tuple[Callable, Callable]:
     """Event loop and start of a run: the model's own where it has them, else those given."""
-    module = _module(parameters.model)
+    module = _module(model)
     return getattr(module, "run", run), getattr(module, "place", place)
 
 
