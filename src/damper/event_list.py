@@ -9,7 +9,7 @@ from damper.segment import (
     CAUSE,
     DURATION,
     FINISHED,
-    NOTHING,
+    IMPACT,
     PERIOD,
     SIDE,
     SPEED,
@@ -110,7 +110,7 @@ def events(
         )
     pieces = []
     for log in trajectory.segments(*trajectory.whole_periods(until / units.time)):
-        rows = log[log[:, CAUSE] != NOTHING]
+        rows = log[log[:, CAUSE] >= IMPACT]
         piece = np.empty(len(rows), dtype=EVENT)
         piece["time"] = rows[:, PERIOD] * trajectory.period + rows[:, TIME]
         piece["kind"] = rows[:, CAUSE]

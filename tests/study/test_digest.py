@@ -148,7 +148,7 @@ def test_edit_behind_a_script_changes_its_digest_and_no_other(copy: Copy, script
         assert copy.digest(script, modules, edit=path) == before, path
 
 
-@pytest.mark.parametrize("kind", ["bifurcation", "map", "curves", "trajectory"])
+@pytest.mark.parametrize("kind", ["bifurcation", "map", "curves", "trajectory", "convergence"])
 def test_figure_kind_counts_if_it_is_named(copy: Copy, kind: str) -> None:
     named = (f"damper.figures.{kind}",)
     edit = f"figures/{kind}.py"

@@ -508,3 +508,65 @@ def test_every_setting_is_described(product: type[Product]) -> None:
     for name, field in product.model_fields.items():
         assert field.description, f"{product.__name__}.{name}"
         assert field.description.endswith(".")
+
+
+# Convergence to the rigid damper.
+
+CONTACT = {
+    "axes": {
+        "contact_stiffness_ratio": {"values": [1e4, 1e6]},
+        "contact_tension": {"values": [0, 1]},
+    }
+}
+CONVERGENCE = {
+    "kind": "convergence",
+    "variables": ["rms_ratio", "displacement", "burst_onset"],
+    "along": "contact_stiffness_ratio",
+    "lines": "contact_tension",
+}
+
+
+def contact(**changes: Any) -> dict[str, Any]:
+    point = {"clearance": 1.0, "frequency_ratio": 0.9, "mass_ratio": 0.1, "restitution": 0.5}
+    observers = {"stroboscopic_section": None, "bursts": None, "response": None}
+    given = {"parameters": GOOD["parameters"] | point, "observers": observers}
+    return given | CONTACT | changes
+
+
+def test_convergence_is_accepted(tmp_path: Path) -> None:
+    load(tmp_path, CONVERGENCE, **contact(tables={"one": CONVERGENCE}))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"variables": ["burst_nonsense"]}, "burst_nonsense"),
+        (
+            {"variables": ["status", "chatter", "rms_ratio", "visible_impacts", "velocity"]},
+            "too many for one figure",
+        ),
+        ({"along": "contact_tension", "lines": None}, "no stiffness of the contact"),
+        ({"along": "clearance"}, "unknown axis 'clearance'"),
+    ],
+)
+def test_convergence_names_what_is_wrong(
+    tmp_path: Path, change: dict[str, Any], words: str
+) -> None:
+    figure = {k: v for k, v in (CONVERGENCE | change).items() if v is not None}
+    if change.get("along") == "contact_tension":
+        figure["at"] = {"contact_stiffness_ratio": 1e4}
+    assert words in blame(tmp_path, figure, **contact())
+
+
+def test_convergence_needs_a_single_point_beside_the_contact(tmp_path: Path) -> None:
+    parts = contact()
+    parts["axes"] = parts["axes"] | {"clearance": {"values": [1, 2]}}
+    del parts["parameters"]["clearance"]
+    figure = CONVERGENCE | {"at": {"clearance": 1}}
+    assert "is not of the contact" in blame(tmp_path, figure, **parts)
+
+
+def test_convergence_of_a_record_needs_its_observer(tmp_path: Path) -> None:
+    parts = contact(observers={"response": None})
+    figure = CONVERGENCE | {"variables": ["burst_onset"]}
+    assert "needs bursts" in blame(tmp_path, figure, **parts)

@@ -19,6 +19,7 @@ FIGURES = {
         "schematic",
         "slow_manifold",
         "profiles",
+        "convergence",
     )
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.

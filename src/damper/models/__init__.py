@@ -9,9 +9,11 @@ are the primary's second and third derivative in flight, `sin` and `cos` those o
 `periods` and `time` the moment as whole forcing periods and the rest.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from damper.compiled import by_model
 from damper.parameters import Parameters
 
 #: Constants of one run, a NamedTuple of floats and of tuples of floats.
-Model = tuple
+Model = Any
 
 
 def model_of(parameters: Parameters, accuracy: float) -> Model:
@@ -32,6 +34,13 @@ def model_of(parameters: Parameters, accuracy: float) -> Model:
         Largest error of an accumulation time.
     """
     return _module(parameters.model).prepare(parameters, accuracy)
+
+
+@lru_cache
+def loop_of(model: str, run: Callable, place: Callable) -> tuple[Callable, Callable]:
+    """Event loop and start of a run: the model's own where it has them, else those given."""
+    module = _module(model)
+    return getattr(module, "run", run), getattr(module, "place", place)
 
 
 @lru_cache
@@ -166,7 +175,8 @@ def settle(
 
 @by_model
 def mass_ratio_at(model: Model, periods: float, time: float) -> float:
-    """Mass ratio at a moment."""
+    """Mass ratio at a moment: constant unless a model says otherwise."""
+    return model.mass_ratio
 
 
 @by_model

@@ -21,7 +21,6 @@ from damper.flow import (
 from damper.models import (
     cut_flight,
     flight,
-    mass_ratio_at,
     motion,
     rest_shift,
     rests,
@@ -278,11 +277,6 @@ def _tail(model, side, a, j, b, k, sin, rate):
 def _settle(model, periods, time, side, x, v, rate, sin, cos, duration):
     common = v - side * model.mass_ratio / (1.0 + model.mass_ratio) * rate
     return advance(model.stuck, x + rest_shift(model, side), common, sin, cos, duration)
-
-
-@mass_ratio_at.of(Grounded)
-def _mass_ratio_at(model, periods, time):
-    return model.mass_ratio
 
 
 @motion.of(Grounded)

@@ -18,7 +18,6 @@ from damper.flow import (
 from damper.models import (
     cut_flight,
     flight,
-    mass_ratio_at,
     motion,
     rests,
     settle,
@@ -114,11 +113,6 @@ def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
 def _settle(model, periods, time, side, x, v, rate, sin, cos, duration):
     common = v - side * model.mass_ratio / (1.0 + model.mass_ratio) * rate
     return advance(model.stuck, x, common, sin, cos, duration)
-
-
-@mass_ratio_at.of(Rigid)
-def _mass_ratio_at(model, periods, time):
-    return model.mass_ratio
 
 
 @motion.of(Rigid)

@@ -5,7 +5,7 @@ import numpy as np
 from damper.compiled import compiled
 from damper.observers.base import since
 from damper.observers.sections import Section, free_state
-from damper.segment import CAUSE, GAP, IMPACT, RATE, SIDE, V, X
+from damper.segment import CAUSE, CONTACT, GAP, IMPACT, MODE, RATE, SEPARATION, SIDE, V, X
 
 
 class ImpactSection(Section):
@@ -57,8 +57,10 @@ def _sample(model, log, periods, time, side, samples, taken):
         row = log[index]
         if taken == len(samples):
             break
+        # Where walls give, an impact is over when its contact is.
+        struck = row[CAUSE] == IMPACT and row[MODE] != CONTACT
         if (
-            row[CAUSE] != IMPACT
+            not (struck or row[CAUSE] == SEPARATION)
             or row[SIDE] != side
             or since(row, model.period, periods, time) < 0.0
         ):

@@ -66,7 +66,7 @@ from damper.variables import ENERGY, LENGTH, Variable
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
 #: stored energy at the window's start, whether the window has begun, the modulation's work, the
 #: loss in a support of the free mass.
-SQUARE, SPEED_SQUARE, WORK, LOSS, PEAK, _STORED, _BEGUN, MODULATION, SUPPORT = range(9)
+SQUARE, SPEED_SQUARE, WORK, LOSS, PEAK, STORED, BEGUN, MODULATION, SUPPORT = range(9)
 
 #: Error of one Gauss sum relative to the scale of its integrand.
 _TOLERANCE = 1e-17
@@ -146,6 +146,9 @@ class Response(Observer):
     modulation_work : bool, default False
         Write that work as well; it is zero in every other model.
 
+    Where walls give, an impact's loss is that of the contact's dashpot, lasting contacts included,
+    and the energy in the contact's spring is stored energy.
+
     Everything stays missing where the run stopped early.
     """
 
@@ -192,10 +195,17 @@ class Response(Observer):
             import_module(f"damper.observers.{more}")
         self._totals = np.zeros(9)
         self._last = np.zeros(COLUMNS)
+        # Walls that give have a pass of their own.
+        self._pass, self._stored, self._more = _follow, _stored, ()
+        if hasattr(self._model, "touch"):
+            from damper.observers import compliant_response as compliant
+
+            self._pass, self._stored = compliant.follow, compliant.stored_energy
+            self._more = (compliant.integrals_of(self._model),)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _follow(self._model, log, *self._window, self._totals, self._last)
+        self._pass(self._model, *self._more, log, *self._window, self._totals, self._last)
 
     def finish(self, finished: bool) -> None:
         """Write the lane's results."""
@@ -209,7 +219,7 @@ class Response(Observer):
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
         )
-        end = _stored(self._model, self._last, min(self._last[DURATION], left))
+        end = self._stored(self._model, self._last, min(self._last[DURATION], left))
         rms = math.sqrt(square / record)
         amplitude = steady_amplitude(free[0], free[3])
         self._put(
@@ -248,10 +258,10 @@ def _follow(model, log, periods, time, length, totals, last):
             reduced = mass_ratio / (1.0 + mass_ratio)
             approach = float(row[SPEED])
             lost = 0.5 * reduced * (1.0 - restitution) * (1.0 + restitution) * approach * approach
-        if since_start < 0.0 or totals[_BEGUN] == 0.0:
+        if since_start < 0.0 or totals[BEGUN] == 0.0:
             # With an impact at exactly the window's start, the energy just before it.
-            totals[_BEGUN] = 1.0
-            totals[_STORED] = _stored(model, row, low) + lost
+            totals[BEGUN] = 1.0
+            totals[STORED] = _stored(model, row, low) + lost
         totals[LOSS] += lost
 
         add_part(model, row, low, high, totals)

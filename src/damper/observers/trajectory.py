@@ -17,11 +17,11 @@ from damper.observers.sections import free_state
 from damper.observers.stretch import SLACK, sample_steps
 from damper.segment import (
     CAUSE,
+    CONTACT,
     DURATION,
     GAP,
     IMPACT,
     MODE,
-    NOTHING,
     PERIOD,
     RATE,
     SIDE,
@@ -210,7 +210,7 @@ def _write(
         # Times never go back, not even by rounding.
         now = since(row, period, start_period, start_time)
         inside = now >= 0.0 and since(row, period, end_period, end_time) <= 0.0
-        if row[CAUSE] != NOTHING and inside:
+        if row[CAUSE] >= IMPACT and inside:
             if counts[_EVENTS] == most_events:
                 counts[_LEFT_OUT] += 1
             else:
@@ -222,7 +222,8 @@ def _write(
                     mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
                     jump = mass_ratio * (1.0 + model.restitution) / (1.0 + mass_ratio)
                     approach = float(row[SPEED])
-                    before = v - side * jump * approach
+                    # Walls that give change the velocity in time: before and after are the same.
+                    before = v if row[MODE] == CONTACT else v - side * jump * approach
                     y, u = free_state(clearance, side, x, before, 0.0, -approach)
                     times[n], xs[n], vs[n], ys[n], us[n] = now, x, before, y, u
                     kinds[n], modes[n] = 0, 0

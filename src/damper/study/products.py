@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from damper.quantities import ALL, INITIAL_NAMES
+from damper.quantities import ALL, INITIAL_NAMES, MODEL_NAMES
 from damper.study.axes import coordinate_name
 from damper.study.branches import DIRECTIONS
 from damper.study.calibration.statements import STATEMENTS
@@ -812,6 +812,92 @@ class Performance(Product):
             _count((role,), name, offer.axes.get(name), Role(least=2), faults)
 
 
+#: What may be compared with the rigid damper beside what has one value at each point -> observers.
+_RECORDED = {
+    "displacement": SECTIONS,
+    "velocity": SECTIONS,
+    "burst_onset": ("bursts",),
+    "burst_duration": ("bursts",),
+    "burst_accumulation_time": ("bursts",),
+    "burst_sticking_time": ("bursts",),
+}
+_STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
+
+Compared = Annotated[
+    tuple[str, ...],
+    ListOf(Text(), least=1),
+    Field(
+        description="Variables of the cube, each with one value at each point; or displacement "
+        "or velocity, of which the section's last sample counts, or burst_onset, burst_duration, "
+        "burst_accumulation_time, burst_sticking_time, of which the first record counts "
+        "(records: 1); 4 at most."
+    ),
+]
+Stiffness = Annotated[str, Text(), Field(description="Axis of the contact's stiffness.")]
+Conventions = Annotated[
+    str | None,
+    Text(),
+    Field(description="Axis of whose values, two at most, each makes a line: contact_tension."),
+]
+
+
+def _fit_convergence(settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+    """Note what a comparison with the rigid damper asks of a study in vain."""
+    names = settings.get("variables")
+    for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
+        needed = _RECORDED.get(name) if isinstance(name, str) else None
+        if needed is None:
+            _written(("variables", i), name, offer, faults)
+        elif not any(observer in offer.observers for observer in needed):
+            message = f"'{name}' needs {' or '.join(needed)} among the observers"
+            faults.add(("variables", i), message, " or ".join(needed))
+    if isinstance(names, list | tuple) and len(names) > MOST_VARIABLES:
+        message = f"{len(names)} variables are too many for one figure"
+        faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
+    along = settings.get("along")
+    if isinstance(along, str) and along in offer.axes and along not in _STIFFNESSES:
+        faults.add(("along",), f"'{along}' is no stiffness of the contact", words(_STIFFNESSES))
+    for name in offer.axes:
+        if name not in MODEL_NAMES["compliant"]:
+            message = f"axis '{name}' is not of the contact: the rigid damper is run at one point"
+            faults.add((), message, "a study with no axes but those of the contact")
+
+
+class Convergence(Figure):
+    """The distance to the rigid damper over the stiffness of a compliant contact, and its order."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+
+    variables: Compared
+    along: Stiffness
+    lines: Conventions = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        _fit_convergence(settings, offer, faults)
+
+
+class ConvergenceTable(Product):
+    """The same as a table: value, rigid value and distance at each stiffness, and the order."""
+
+    variables: Compared
+    along: Stiffness
+    lines: Conventions = None
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        _fit_convergence(settings, offer, faults)
+        for role, least, most in (("along", 2, None), ("lines", 1, 2)):
+            name = settings.get(role)
+            if not isinstance(name, str):
+                continue
+            if name not in offer.axes:
+                faults.unknown((role,), "axis", name, offer.axes)
+            _count((role,), name, offer.axes.get(name), Role(least, most), faults)
+
+
 class OtherStudies(Kind):
     """Statements that other studies test -> these studies."""
 
@@ -1006,6 +1092,7 @@ FIGURES: dict[str, type[Product]] = {
     "free_mass": FreeMass,
     "schematic": Schematic,
     "slow_manifold": SlowManifold,
+    "convergence": Convergence,
 }
 TABLES: dict[str, type[Product]] = {
     "intervals": Intervals,
@@ -1014,6 +1101,7 @@ TABLES: dict[str, type[Product]] = {
     "accumulation": Agreement,
     "small_mass_limit": SmallMassLimit,
     "two_impacts": TwoImpacts,
+    "convergence": ConvergenceTable,
 }
 
 

@@ -19,6 +19,7 @@ TABLES = {
     "small_mass_limit": "damper.study.small_mass_table",
     "two_impacts": "damper.study.two_impacts_table",
     "ranking": "damper.study.calibration.ranking_table",
+    "convergence": "damper.study.convergence",
     "accumulation": "damper.study.accumulation_table",
 }
 

@@ -1,0 +1,115 @@
+"""Convergence: the distance to the rigid damper over the stiffness of the contact."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from damper.figures.layout import head, legend, place_label, place_text, say, wrap
+from damper.figures.style import BLUE, COLUMN, VERMILION, label
+from damper.study.convergence import compared, order_of, rigid_values
+
+_PANEL = 1.35
+"""Height of a panel in inches."""
+_STYLES = (
+    {"color": BLUE, "marker": "o", "ls": "-"},
+    {"color": VERMILION, "marker": "s", "ls": "--"},
+)
+_HALF: dict[str, Any] = {"color": "#777777", "lw": 0.8, "ls": ":"}
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    variables: Sequence[str],
+    along: str,
+    lines: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw the distance of each variable to that of the rigid damper, one panel each.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Of a study with no axes but those of the contact, with the study in its attributes.
+    variables : sequence of str
+        Of sections the last sample counts, of records of bursts the first one.
+    along : str
+        Axis of the stiffness.
+    lines : str, optional
+        Axis whose values make a line each, two at most.
+    at : mapping, optional
+        Value of every other axis.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    rigid = rigid_values(cube, variables)
+    place = cube.sel(at or {}).sortby(along)
+    figure = Figure(figsize=(COLUMN, 1.2 + _PANEL * len(variables)), layout="constrained")
+    axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
+    values = place[lines].values.tolist() if lines else [None]
+    stiffness = place[along].values
+    handles: list[Artist] = []
+    for ax, name in zip(axes, variables, strict=True):
+        array = compared(place, name)
+        slopes = []
+        for value, look in zip(values, _STYLES, strict=False):
+            line = array.sel({lines: value}) if lines else array
+            distance = np.abs(line.values.astype(float) - rigid[name])
+            shown = np.where(distance > 0.0, distance, np.nan)
+            ax.plot(stiffness, shown, lw=0.9, ms=2.8, **look)
+            slopes.append(f"{order_of(stiffness, distance):.2f}")
+        if np.isfinite(shown[-1]):
+            half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
+            ax.plot(stiffness, half, **_HALF)
+        ax.set_xscale("log")
+        if any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
+            ax.set_yscale("log")
+            ax.text(
+                0.98,
+                0.95,
+                f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}"),
+                transform=ax.transAxes,
+                ha="right",
+                va="top",
+                fontsize=7.0,
+            )
+        else:
+            say(ax, "no distance to show")
+        ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
+        attrs = cube[name].attrs
+        words = _SHORT.get(name, attrs.get("long_name", name)).split()
+        units = label("", "", attrs.get("units", "1"))
+        ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
+    for value, look in zip(values, _STYLES, strict=False):
+        if value is not None:
+            text = _TENSION.get(value) if lines == "contact_tension" else None
+            text = text or place_text(place, lines, value)
+            handles.append(Line2D([], [], lw=0.9, ms=2.8, label=text, **look))
+    handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
+    axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
+    figure.align_ylabels()
+    head(figure, place, caption, remarks=["distances to the values with rigid walls"])
+    legend(figure, handles)
+    return figure
+
+
+_TENSION = {0.0: "lets go at zero force", 1.0: "holds until the gap reopens"}
+#: Meanings that are too long for a panel.
+_SHORT = {
+    "burst_onset": "time of first impact",
+    "burst_duration": "duration of the burst",
+    "burst_accumulation_time": "time of sticking",
+    "burst_sticking_time": "length of sticking",
+    "displacement": "displacement on section",
+    "velocity": "velocity on section",
+}
