@@ -20,7 +20,9 @@ CHATTER_UP_TO = 1.35
 ONSET, DURATION = 332.0, 11.0
 SLOW, MIDDLE, FAST = 0.20, 0.25, 0.30
 #: What "about" and "nearly" may mean, relative.
-ABOUT, NEARLY = 0.1, 0.2
+ABOUT = 0.1
+#: Part of the steady bursts that must complete for chatter to be complete.
+_MOSTLY = 0.9
 #: How far the onset may be from the stated one: within one half period every burst has a chance.
 NEAR_ONSET = 5.0
 #: Fewer visible impacts are no chatter.
@@ -124,8 +126,13 @@ def same_duration(cubes: Cubes) -> Verdict:
         f"are complete and last {durations[0]:.4g} and {durations[1]:.4g}, a ratio of {ratio:.3g} "
         f"(in forcing periods {ratio * MIDDLE / SLOW:.3g})"
     )
-    good = min(shares) == 1.0 and abs(ratio - 1.0) <= NEARLY
-    return Verdict(ours, HOLDS if good else FAILS)
+    if min(shares) < _MOSTLY:
+        return Verdict(ours, FAILS)
+    if abs(ratio - 1.0) <= ABOUT:
+        return Verdict(ours, HOLDS)
+    if abs(ratio * MIDDLE / SLOW - 1.0) <= ABOUT:
+        return Verdict(ours, ONLY_IF, "durations are compared in forcing periods")
+    return Verdict(ours, FAILS)
 
 
 def _steady(bursts: xr.Dataset) -> xr.Dataset:
@@ -202,25 +209,30 @@ def prediction(cubes: Cubes) -> Verdict:
 
 
 def after_a_transient(cubes: Cubes) -> Verdict:
-    """A7: how long it takes from rest to the first chatter, and to steady chatter."""
+    """A7: how long it takes from rest to the first chatter, and to the first that completes."""
     cube = cubes["paper_a_histories"]
     told = []
-    firsts = []
+    first, complete = [], []
     for frequency in (SLOW, MIDDLE, FAST):
         bursts = _bursts(cube, frequency)
         period = 2.0 * np.pi / frequency
         if not bursts.sizes["burst"]:
             told.append(f"none at {frequency:g}")
             continue
-        firsts.append(float(bursts.burst_onset[0]) / period)
-        told.append(
-            f"at frequency ratio {frequency:g} after {firsts[-1]:.3g} forcing periods from rest"
-        )
-    ours = "first chatter burst " + ", ".join(told)
-    if not firsts:
-        return Verdict(ours, FAILS)
+        onsets = bursts.burst_onset.values / period
+        first.append(float(onsets[0]))
+        told.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
+        completing = onsets[bursts.burst_complete.values == 1]
+        if completing.size:
+            complete.append(float(completing[0]))
+            told[-1] += f", the first that completes after {complete[-1]:.3g}"
+    ours = "first chatter burst from rest " + "; ".join(told)
     # Less than a period from rest is no transient worth the name.
-    return Verdict(ours, HOLDS if min(firsts) > 1.0 else FAILS)
+    if first and min(first) > 1.0:
+        return Verdict(ours, HOLDS)
+    if complete and min(complete) > 1.0:
+        return Verdict(ours, ONLY_IF, "chatter that completes is meant")
+    return Verdict(ours, FAILS)
 
 
 def _performance(number: int) -> Callable[[Cubes], Verdict]:

@@ -158,21 +158,26 @@ def _summed(ours: str, held: Sequence[str], count: int) -> Verdict:
 def figures_exist(cubes: Mapping[str, xr.Dataset]) -> Verdict:
     """B5: what the figures show, not whether they are the paper's."""
     portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
-    restitutions = portraits.restitution.values.reshape(-1)
-    points = section_points(portraits).values.reshape(-1)
+    points = section_points(portraits)
+    restitutions = points.restitution.values
+    told = []
+    held = []
+    for place in points.transpose(..., "restitution").values.reshape(-1, restitutions.size):
+        told.append(
+            ", ".join(
+                f"{r:g} ({n} point{'s' if n > 1 else ''} on the section)"
+                for r, n in zip(restitutions, place, strict=True)
+            )
+        )
+        # Before and after a bifurcation the section differs in kind.
+        held.append(place[-1] > place[0] > 0)
     ours = (
         f"diagrams for {cubes[ABOVE].sizes['mass_ratio']} mass ratios; portraits at restitution "
-        + ", ".join(
-            f"{r:g} ({n} point{'s' if n > 1 else ''} on the section)"
-            for r, n in zip(restitutions, points, strict=True)
-        )
-        + f"; time histories for {histories.sizes['mass_ratio']} mass ratios, "
+        f"{'; '.join(told)}; time histories for {histories.sizes['mass_ratio']} mass ratios, "
         f"{histories.sizes['frequency_ratio']} frequency ratios and "
         f"{histories.sizes['restitution']} restitutions"
     )
-    # Before and after a bifurcation the section differs in kind.
-    before, after = points[0], points[-1]
-    return Verdict(ours, HOLDS if after > before > 0 else FAILS)
+    return Verdict(ours, HOLDS if all(held) else FAILS)
 
 
 def bifurcation_above_half(cubes: Mapping[str, xr.Dataset]) -> Verdict:
