@@ -491,8 +491,8 @@ def test_each_direction_has_its_colour() -> None:
         assert found["down"].get_zorder() < found["up"].get_zorder()
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == [
-        "upwards",
-        "downwards",
+        "continued upwards",
+        "continued downwards",
         "incomplete chatter",
         "complete chatter",
     ]

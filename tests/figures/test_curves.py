@@ -228,3 +228,37 @@ def test_simulated(tmp_path: Path) -> None:
     worst = cube.amplitude_ratio.max("frequency_ratio").idxmin("clearance").values
     for text, d in zip(legend_texts(figure), worst, strict=False):
         assert f"best $d$ = {d:g}" in text
+
+
+# --- labels within the page
+
+
+@pytest.mark.parametrize("along", ["modulation_depth", "support_stiffness_ratio", "damping_ratio"])
+def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
+    """A layout leaves room for the height of a label under an axis, but none for its length."""
+    cube = made_up({"restitution": [0.5, 0.6], along: [0.1, 0.2, 0.4]}, peak_displacement=1.0)
+    figure = drawn(
+        "curves", cube, variables=["peak_displacement"], along=along, lines="restitution"
+    )
+    box = figure.axes[0].xaxis.label.get_window_extent(figure.canvas.get_renderer())
+    assert figure.bbox.x0 < box.x0
+    assert box.x1 < figure.bbox.x1
+
+
+def test_ticks_of_few_decades_are_apart() -> None:
+    grid = np.geomspace(0.02, 0.2, 11)
+    cube = made_up({"clearance": grid}, peak_displacement=np.geomspace(1.8, 11.0, 11))
+    figure = drawn("curves", cube, variables=["peak_displacement"], along="clearance", log=True)
+    (ax,) = figure.axes
+    assert [text.get_text() for text in ax.get_xticklabels()][1:-1] == [
+        "0.02",
+        "0.05",
+        "0.1",
+        "0.2",
+    ]
+    renderer = figure.canvas.get_renderer()
+    shown = [*ax.get_xticklabels(which="both")]
+    boxes = [text.get_window_extent(renderer) for text in shown if text.get_text()]
+    boxes = [box for box in boxes if ax.bbox.x0 - 30 < box.x1 and box.x0 < ax.bbox.x1 + 30]
+    for a, b in pairwise(sorted(boxes, key=lambda box: box.x0)):
+        assert a.x1 < b.x0

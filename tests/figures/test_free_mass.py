@@ -183,7 +183,8 @@ def test_incomplete_chatter_is_called_so(incomplete: xr.Dataset) -> None:
     figure = draw(incomplete)
     assert figure.axes[1].get_title("left").endswith("incomplete chatter; no sticking follows")
     assert "sticking" not in annotations(figure)
-    assert legend_texts(figure) == ["incomplete chatter", r"walls $y-x = \pm d$"]
+    duration = "its duration (incomplete)"
+    assert legend_texts(figure) == ["incomplete chatter", r"walls $y-x = \pm d$", duration]
 
 
 def test_sampling_may_start_late(cube: xr.Dataset) -> None:

@@ -119,7 +119,7 @@ def test_ratios_are_white_at_one_with_a_line() -> None:
     blue, orange = cells.cmap(cells.norm(0.3)), cells.cmap(cells.norm(1.5))
     assert blue[2] > blue[0]
     assert orange[0] > orange[2]
-    assert legend_texts(figure) == ["no value", "ratio 1, as without damper"]
+    assert legend_texts(figure) == ["no value", "border of ratios below 1"]
 
 
 def test_no_line_where_the_masses_never_touch() -> None:

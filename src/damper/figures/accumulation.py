@@ -84,7 +84,7 @@ def draw(
         for ax, quantity in zip(row, QUANTITIES, strict=True):
             _panel(ax, panel, quantity)
         if value is not None:
-            row[0].set_title(place_text(place, rows, value), loc="left", fontweight="bold")
+            row[0].set_title(place_text(place, rows, value), loc="left")
     units = place.rebound_speed.attrs["units"]
     for ax in axes[-1]:
         ax.set_xlabel(label("rebound speed", "$w$", units))

@@ -34,9 +34,9 @@ _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: rim of it shows where both agree, and it stands alone where they do not.
 _DIRECTIONS = {"up": (BLACK, 0.9, 2.1), "down": (VERMILION, 1.9, 2.0)}
 _SINGLE = (BLACK, 0.9, 2.0)
-_LABELS = {"up": "upwards", "down": "downwards"}
+_LABELS = {"up": "continued upwards", "down": "continued downwards"}
 #: Distance of the bars of both directions above the panels, in points.
-_STRIPS = {"up": 8.5, "down": 3.0}
+_STRIPS = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
@@ -116,7 +116,7 @@ def draw(
                 _bracket(ax, mark)
             titles.append(_agreement(panel, along, mark))
         if titles:
-            style = {"fontweight": "bold"} if mark is None else {"fontsize": 7.0}
+            style = {} if mark is None else {"fontsize": 7.0}
             row[0].set_title("\n".join(titles), loc="left", pad=_above(place), **style)
         if theory:
             for handle in import_module(THEORY[theory]).overlay(
@@ -231,7 +231,7 @@ def _strip(ax: Axes, direction: str) -> None:
         xycoords="axes fraction",
         textcoords="offset points",
         color=_DIRECTIONS[direction][0],
-        fontsize=5.5,
+        fontsize=6.0,
         va="center",
         annotation_clip=False,
     )

@@ -85,9 +85,10 @@ def draw(
             )
         else:
             say(ax, "no distance to show")
+        ax.minorticks_off()
         ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
         attrs = cube[name].attrs
-        words = _SHORT.get(name, attrs.get("long_name", name)).split()
+        words = [r"$|\Delta|$", *_SHORT.get(name, attrs.get("long_name", name)).split()]
         units = label("", "", attrs.get("units", "1"))
         ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
     for value, look in zip(values, _STYLES, strict=False):
@@ -98,7 +99,7 @@ def draw(
     handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
     axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     figure.align_ylabels()
-    head(figure, place, caption, remarks=["distances to the values with rigid walls"])
+    head(figure, place, caption, remarks=[r"$|\Delta|$: distance to the value with rigid walls"])
     legend(figure, handles)
     return figure
 

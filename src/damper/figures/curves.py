@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from damper.figures.layout import (
+    few_decades,
     geometric,
     head,
     legend,
@@ -30,6 +31,8 @@ from damper.study.best import least
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75
 """Height of a panel in inches."""
+_ABSCISSA = 2.1
+"""Inches about the middle of a panel that a label has before it is cut off on the right."""
 
 
 def draw(
@@ -76,7 +79,7 @@ def draw(
         for line, style in drawn:
             ax.plot(line[along].values, _ordinates(line[name], along, log), **style)
         _dress(ax, place, name, along, log)
-    axes[-1].set_xlabel(place_label(place, along, 0.8 * COLUMN))
+    axes[-1].set_xlabel(place_label(place, along, _ABSCISSA))
     figure.align_ylabels()
     head(figure, place, caption)
     handles: list[Artist] = [
@@ -143,6 +146,7 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
         ax.set_yscale("log")
     elif whole(place[name]):
         ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    few_decades(ax)
     if name in RATIOS:
         ax.axhline(1.0, zorder=1.0, **_REFERENCE)
-    ax.set_ylabel(variable_label(place[name], 0.83 * _PANEL))
+    ax.set_ylabel(variable_label(place[name], 0.72 * _PANEL))

@@ -41,6 +41,10 @@ _MARGIN = 0.12
 _LINE = {"color": BLACK, "lw": 0.6}
 _WALL = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
 _CHATTER = {True: ("complete chatter", BLUE), False: ("incomplete chatter", ORANGE)}
+_DURATIONS: dict[bool, dict[str, Any]] = {
+    complete: {"ls": "", "marker": marker, "ms": 3.2, "mec": BLACK, "mew": 0.4}
+    for complete, marker in ((True, "o"), (False, "s"))
+}
 _SHADE = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
 _STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
 _MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
@@ -109,7 +113,7 @@ def draw(
             ax.axhline(wall, **_WALL)
     units = place.trajectory_time.attrs["units"]
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
-    left[0].set_title("whole history", loc="left", fontweight="bold")
+    left[0].set_title("whole history", loc="left")
     left[0].set_xlim(start, stop)
     if chosen is None:
         for ax in right:
@@ -235,9 +239,8 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
     shown = [burst for burst in chatter if span[0] <= burst.onset <= span[1]]
     for complete, (_, colour) in _CHATTER.items():
         some = [burst for burst in shown if burst.complete is complete]
-        style: dict[str, Any] = {"ls": "", "marker": "o" if complete else "s", "ms": 3.2}
         onsets, durations = [b.onset for b in some], [b.duration for b in some]
-        ax.plot(onsets, durations, mfc=colour, mec=BLACK, mew=0.4, **style)
+        ax.plot(onsets, durations, mfc=colour, **_DURATIONS[complete])
     ax.set_ylabel(label("duration of each\nburst of chatter", "\n", units))
     if shown:
         ax.set_ylim(0.0, 1.12 * max(burst.duration for burst in shown))
@@ -265,4 +268,11 @@ def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
     if stuck:
         handles.append(Patch(label="sticking", **_STUCK))
     handles.append(Line2D([], [], label=r"walls $y-x = \pm d$", **_WALL))
+    handles += [
+        Line2D(
+            [], [], label=f"its duration ({text.split()[0]})", mfc=colour, **_DURATIONS[complete]
+        )
+        for complete, (text, colour) in _CHATTER.items()
+        if any(burst.chatter and burst.complete is complete for burst in bursts)
+    ]
     return handles

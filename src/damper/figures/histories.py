@@ -96,7 +96,7 @@ def draw(
     end = start
     for ax, value in zip(axes, values, strict=True):
         run = place.sel({panels: value})
-        ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold", pad=3.0)
+        ax.set_title(place_text(place, panels, value), loc="left", pad=3.0)
         last, handles = _history(ax, run, start, stop, place.sizes["instant"] * len(values))
         ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
@@ -126,7 +126,7 @@ def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
 
 def _remarks(place: xr.Dataset) -> list[str]:
     recorded = place.attrs.get("recorded_periods")
-    return [] if recorded is None else [f"classed by {recorded} forcing periods"]
+    return [] if recorded is None else [f"each panel classed from {recorded} forcing periods"]
 
 
 def _ordinate(place: xr.Dataset) -> str:

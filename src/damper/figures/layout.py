@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from damper.figures.style import (
     RATIOS,
@@ -162,6 +163,18 @@ def geometric(values: np.ndarray) -> bool:
         return False
     ratios = values[1:] / values[:-1]
     return bool(np.allclose(ratios, ratios[0], rtol=1e-6))
+
+
+def few_decades(ax: Axes) -> None:
+    """Mark logarithmic axes over less than two decades at 1, 2 and 5, in plain numbers.
+
+    Otherwise labels such as 3 x 10^-2 stand so close that they overlap.
+    """
+    for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
+        if axis.get_scale() == "log" and high < 100.0 * low and low >= 1e-3 and high <= 1e4:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
 
 
 def edges(values: np.ndarray) -> np.ndarray:

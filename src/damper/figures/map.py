@@ -26,6 +26,7 @@ from matplotlib.ticker import MaxNLocator
 from damper.figures import THEORY
 from damper.figures.layout import (
     edges,
+    few_decades,
     geometric,
     head,
     legend,
@@ -131,7 +132,7 @@ def draw(
                 marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, variable, values)
         if value is not None:
-            ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold")
+            ax.set_title(place_text(place, panels, value), loc="left")
     _label(axes, place, x, y, columns)
     if variable not in _CLASSES:
         _colour_bar(figure, axes, mesh, place[variable])
@@ -186,6 +187,7 @@ def _cells(
     for name, axis in ((x, "x"), (y, "y")):
         if geometric(panel[name].values):
             ax.set(**{f"{axis}scale": "log"})
+    few_decades(ax)
     ax.spines[:].set_visible(True)
     return mesh
 
@@ -204,7 +206,7 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     if not ((values < 1.0).any() and (values > 1.0).any()):
         return {}
     ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)
-    text = "ratio 1, as without damper"
+    text = "border of ratios below 1"
     return {text: Line2D([], [], label=text, color=BLACK, lw=_CONTOUR)}
 
 

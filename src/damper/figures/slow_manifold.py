@@ -15,14 +15,14 @@ from damper.figures.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.study.amplitudes import VARIABLES, amplitudes
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
 
-_STABLE = {"color": BLACK, "lw": 1.2}
+_STABLE = {"color": BLACK, "lw": 0.8}
 _UNSTABLE = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
 _FOLD = {"color": BLACK, "ls": "", "marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.8}
 _LIMIT = {"color": BLACK, "ls": "", "marker": "s", "ms": 3.4, "mfc": "white", "mew": 0.8}
 #: Cycles with two impacts, one on each wall, and all others -> how they are drawn.
 _CYCLES: dict[bool, dict[str, Any]] = {
-    False: {"color": ORANGE, "ls": "", "marker": ".", "ms": 2.4, "mew": 0.0, "rasterized": True},
-    True: {"color": BLUE, "ls": "", "marker": ".", "ms": 3.2, "mew": 0.0, "rasterized": True},
+    False: {"color": ORANGE, "ls": "", "marker": ".", "ms": 2.8, "mew": 0.0, "rasterized": True},
+    True: {"color": BLUE, "ls": "", "marker": ".", "ms": 4.4, "mew": 0.0, "rasterized": True},
 }
 _MEANINGS = {
     True: "simulated: two impacts in the cycle",
@@ -71,7 +71,7 @@ def draw(
         for kind in _panel(ax, panel):
             drawn[kind] = True
         if value is not None:
-            ax.set_title(place_text(place, panels, value), loc="left", fontweight="bold")
+            ax.set_title(place_text(place, panels, value), loc="left")
         if index + columns >= len(shown):
             ax.set_xlabel("amplitude of the primary\nover the clearance $\\xi$")
             ax.tick_params(labelbottom=True)

@@ -16,7 +16,7 @@ from damper.theory.small_mass import critical_restitution
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 31) ** 3])
-_CURVE = {"color": VERMILION, "lw": 1.4}
+_CURVE = {"color": VERMILION, "lw": 0.9}
 
 
 def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
@@ -44,7 +44,7 @@ def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
     values = _GAPS / scale
     pair = (values, _critical()) if free == x else (_critical(), values)
     # A dark rim, so that the line is seen on every colour.
-    ax.plot(*pair, **_CURVE, path_effects=[withStroke(linewidth=2.4, foreground=BLACK)])
+    ax.plot(*pair, **_CURVE, path_effects=[withStroke(linewidth=1.6, foreground=BLACK)])
     ax.set(xlim=limits[0], ylim=limits[1])
     text = r"small-mass limit $r_\mathrm{crit}(2d/A)$"
     return [Line2D([], [], label=text, **_CURVE)]

@@ -35,7 +35,9 @@ PALE = "#F2F2F2"
 STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
 
 SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
-LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()}
+LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()} | {
+    "mass_ratio": "mass ratio",  # the symbol follows
+}
 #: Symbols of variables that have one.
 VARIABLE_SYMBOLS = {
     "displacement": "$x$",
@@ -49,6 +51,7 @@ VARIABLE_SYMBOLS = {
 VARIABLE_MEANINGS = {
     "amplitude_ratio": "peak displacement over that without damper",
     "rms_ratio": "rms displacement over that without damper",
+    "burst_at_duration": "duration of the burst",
 }
 #: Ratios that are 1 where the damper changes nothing.
 RATIOS = ("amplitude_ratio", "rms_ratio")

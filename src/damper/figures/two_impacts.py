@@ -20,7 +20,7 @@ _BETWEEN, _MOST = 4, 600
 #: The stable motion lies beneath the points, as a band of which a rim shows where they agree.
 _CURVES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
-    False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.5)), "zorder": 3.0},
+    False: {"color": GREEN, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
 #: Width of the bars along the lower edge, in points.
 _EXISTS, _STABLE = 1.2, 3.2
