@@ -304,7 +304,7 @@ def test_manifold_figure(decay: xr.Dataset, tmp_path: Path) -> None:
         (points,) = lines(ax, BLUE)
         found = amplitudes(decay.sel(restitution=restitution))
         assert len(points.get_xdata()) == found.two_impacts.sum()
-        (solid,) = [line for line in ax.lines if line.get_linewidth() == 1.2]
+        (solid,) = [line for line in ax.lines if line.get_linewidth() == 0.8]
         xi, theta = solid.get_data()
         np.testing.assert_allclose(xi, amplitude(theta, restitution))
         assert theta[[0, -1]] == pytest.approx([fold(restitution).theta, SYMMETRIC_LIMIT])

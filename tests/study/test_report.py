@@ -105,6 +105,26 @@ def test_page_shows_everything(tmp_path: Path) -> None:
     assert "0.03 of the burst's first approach speed" in found.text
 
 
+def test_figures_have_their_printed_proportions(tmp_path: Path) -> None:
+    """A page-wide figure twice as wide as a column-wide one: letters are of the same size."""
+    for image in made(tmp_path).images:
+        assert image["srcset"] == f"{image['src']} 2x"
+
+
+def test_how_to_read_a_figure_is_said_once_for_figures_in_a_row(tmp_path: Path) -> None:
+    found = made(tmp_path)
+    assert len(found.images) > 5
+    assert found.text.count("Each dot is the primary on the section") == 1
+
+
+def test_a_schematic_is_named_by_what_it_draws(tmp_path: Path) -> None:
+    alt = {image["src"]: image["alt"] for image in made(tmp_path).images}
+    assert alt["restitution/figures/paper_b_fig_1.png"] == "collision system"
+    assert alt["restitution/figures/paper_b_fig_2.png"].endswith(
+        "all values assumed; mass ratio 0.25; frequency ratio 2"
+    )
+
+
 def test_links_within_the_page_lead_somewhere(tmp_path: Path) -> None:
     found = made(tmp_path)
     inside = [link[1:] for link in found.links if link.startswith("#")]

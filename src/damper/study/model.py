@@ -212,9 +212,13 @@ class Study(Strict):
         }
 
     def _caption(self, name: str, place: Mapping[str, float]) -> str:
-        text = getattr(self.figures[name], "caption", None) or self.title
-        where = {**(getattr(self.figures[name], "at", None) or {}), **place}
-        return "; ".join([text, *(f"{axis} {_plain(value)}" for axis, value in where.items())])
+        figure = self.figures[name]
+        # A schematic shows the model, not what the study's title tells.
+        drawing = getattr(figure, "drawing", "").replace("_", " ")
+        text = getattr(figure, "caption", None) or drawing or self.title
+        where = {**(getattr(figure, "at", None) or {}), **place}
+        words = (f"{axis.replace('_', ' ')} {_plain(value)}" for axis, value in where.items())
+        return "; ".join([text, *words])
 
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
