@@ -166,13 +166,14 @@ def geometric(values: np.ndarray) -> bool:
 
 
 def few_decades(ax: Axes) -> None:
-    """Mark logarithmic axes over less than two decades at 1, 2 and 5, in plain numbers.
+    """Mark logarithmic axes over less than two decades at 1, 2 and 5 (or more), in plain numbers.
 
     Otherwise labels such as 3 x 10^-2 stand so close that they overlap.
     """
     for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
         if axis.get_scale() == "log" and high < 100.0 * low and low >= 1e-3 and high <= 1e4:
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            steps = (1.0, 2.0, 5.0) if high >= 5.0 * low else (1.0, 2.0, 3.0, 4.0, 5.0, 7.0)
+            axis.set_major_locator(LogLocator(subs=steps))
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter(NullFormatter())
 
