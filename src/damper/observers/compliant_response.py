@@ -19,7 +19,14 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.compiled import compiled
-from damper.compliant_flow import advance, derivative, energy_size, leap, short_increment
+from damper.compliant_flow import (
+    advance,
+    derivative,
+    energy_size,
+    leap,
+    short_increment,
+    unit_state,
+)
 from damper.compliant_search import Watch, dot, watch_of
 from damper.flow import acceleration
 from damper.models import motion
@@ -124,14 +131,7 @@ def _fill(touch, table, forms):
     for node in range(len(_NODES)):
         tau = touch.shortest * float(_NODES[node])
         for column in range(6):
-            unit = (
-                1.0 if column == 0 else 0.0,
-                1.0 if column == 1 else 0.0,
-                1.0 if column == 2 else 0.0,
-                1.0 if column == 3 else 0.0,
-                1.0 if column == 4 else 0.0,
-                1.0 if column == 5 else 0.0,
-            )
+            unit = unit_state(column)
             change = short_increment(touch, unit, tau)
             for row in range(6):
                 propagator[row, column] = unit[row] + change[row]
@@ -141,14 +141,7 @@ def _fill(touch, table, forms):
             )
     for level in range(touch.levels):
         for column in range(6):
-            unit = (
-                1.0 if column == 0 else 0.0,
-                1.0 if column == 1 else 0.0,
-                1.0 if column == 2 else 0.0,
-                1.0 if column == 3 else 0.0,
-                1.0 if column == 4 else 0.0,
-                1.0 if column == 5 else 0.0,
-            )
+            unit = unit_state(column)
             after = leap(table[level], unit)
             for row in range(6):
                 propagator[row, column] = after[row]
