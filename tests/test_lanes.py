@@ -42,6 +42,8 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},
+    "burst_at": {"time": 20.0},
+    "chatter_bursts": {"since": [0, 2]},
     "response": {},
     "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
@@ -281,7 +283,9 @@ def test_observer_not_asked_for_is_not_imported(name: str) -> None:
     code = LOADED.format(point=POINT, name=name)
     before, after, heavy = in_new_process(code, DAMPER_COMPILE="0")
     assert before == []
-    assert after == [name]
+    # What reads whole bursts builds on the observer that finds them.
+    built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"]}
+    assert after == [*built_on.get(name, []), name]
     assert heavy == []
 
 
