@@ -17,3 +17,19 @@ def in_new_process(code: str, *options: str, **environment: str) -> Any:
         env={**os.environ, **environment},
     )
     return json.loads(done.stdout)
+
+
+_PLAIN_LANES = """
+import json
+from damper.compiled import COMPILED
+from damper.lanes import run_lanes
+arrays, _ = run_lanes({lanes!r}, {observers!r}, **{settings!r})
+assert not COMPILED
+print(json.dumps({{name: array.tolist() for name, array in arrays.items()}}))
+"""
+
+
+def plain_lanes(lanes: list[dict[str, float]], observers: Any, **settings: Any) -> dict[str, Any]:
+    """Return the arrays of `run_lanes`, as lists, by a core that is not compiled."""
+    code = _PLAIN_LANES.format(lanes=lanes, observers=observers, settings=settings)
+    return in_new_process(code, "-W", "error", DAMPER_COMPILE="0")

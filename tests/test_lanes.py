@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from new_process import in_new_process
+from new_process import in_new_process, plain_lanes
 
 from damper import State, lanes
 from damper.engine import Trajectory
@@ -42,6 +42,8 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},
+    "burst_at": {"time": 20.0},
+    "chatter_bursts": {"since": [0, 2]},
     "response": {},
     "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
@@ -281,26 +283,17 @@ def test_observer_not_asked_for_is_not_imported(name: str) -> None:
     code = LOADED.format(point=POINT, name=name)
     before, after, heavy = in_new_process(code, DAMPER_COMPILE="0")
     assert before == []
-    assert after == [name]
+    # What reads whole bursts builds on the observer that finds them.
+    built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"]}
+    assert after == [*built_on.get(name, []), name]
     assert heavy == []
-
-
-PLAIN = """
-import json
-from damper.compiled import COMPILED
-from damper.lanes import run_lanes
-arrays, _ = run_lanes({lanes}, {observers}, transient=1, periods=3, max_events={limit})
-print(json.dumps([COMPILED, {{name: array.tolist() for name, array in arrays.items()}}]))
-"""
 
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_plain_python_gives_the_same(section: str) -> None:
     """Without numba, to rounding: nothing raises where compiled code gives nan or inf."""
     observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
-    code = PLAIN.format(lanes=LANES, observers=observers, limit=LIMIT)
-    compiled, plain = in_new_process(code, DAMPER_COMPILE="0")
-    assert not compiled
+    plain = plain_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
     here, _ = run_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
     assert set(plain) == set(here)
     for name, array in here.items():

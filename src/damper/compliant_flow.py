@@ -154,16 +154,22 @@ def propagators(touch: Touch) -> np.ndarray:
 
 
 @compiled
+def unit_state(column: int) -> tuple[float, ...]:
+    """State of the pair with 1 in one place of six, and 0 elsewhere."""
+    return (
+        1.0 if column == 0 else 0.0,
+        1.0 if column == 1 else 0.0,
+        1.0 if column == 2 else 0.0,
+        1.0 if column == 3 else 0.0,
+        1.0 if column == 4 else 0.0,
+        1.0 if column == 5 else 0.0,
+    )
+
+
+@compiled
 def _fill(touch, table):
     for column in range(6):
-        z = (
-            1.0 if column == 0 else 0.0,
-            1.0 if column == 1 else 0.0,
-            1.0 if column == 2 else 0.0,
-            1.0 if column == 3 else 0.0,
-            1.0 if column == 4 else 0.0,
-            1.0 if column == 5 else 0.0,
-        )
+        z = unit_state(column)
         change = short_increment(touch, z, touch.shortest)
         for row in range(4):
             table[0, 6 * row + column] = change[row]

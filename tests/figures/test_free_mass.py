@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from damper import Parameters, events, simulate
 from damper.figures.style import BLUE, ORANGE, YELLOW
-from damper.study.chatter_spans import listed_bursts
+from damper.study.stretches import listed_bursts
 
 COMPLETE = {
     "mass_ratio": 0.1,

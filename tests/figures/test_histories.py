@@ -14,8 +14,8 @@ from matplotlib.patches import Rectangle
 
 from damper import simulate
 from damper.figures import histories
-from damper.figures.stretches import chatter, sticking
 from damper.figures.style import BLUE, YELLOW
+from damper.study.stretches import listed_bursts, sticking
 
 POINT = {"mass_ratio": 0.25, "damping_ratio": 0.02, "frequency_ratio": 1.5, "clearance": 0.05}
 PERIOD = 2 * math.pi / 1.5
@@ -65,6 +65,13 @@ def test_lines_are_the_relative_motion_over_the_clearance(cube: xr.Dataset) -> N
     assert figure.axes[-1].get_xlim() == pytest.approx((0.0, 3.0))
 
 
+def chatter(run: xr.Dataset) -> list[tuple[float, float, bool]]:
+    """Start and end, since the sampled stretch began, and kind of each burst of chatter."""
+    zero = float(run.trajectory_start)
+    bursts = [burst for burst in listed_bursts(run) if burst.chatter]
+    return [(burst.onset - zero, burst.end - zero, burst.complete) for burst in bursts]
+
+
 def test_shades_are_the_stretches(cube: xr.Dataset) -> None:
     figure = drawn("histories", cube, panels="restitution")
     shaded = set()
@@ -72,11 +79,9 @@ def test_shades_are_the_stretches(cube: xr.Dataset) -> None:
         run = cube.sel(restitution=r)
         for kind in ("complete", "incomplete"):
             expected = [
-                (burst.start / PERIOD, burst.stop / PERIOD)
-                for burst in chatter(run)
-                if burst.complete is (kind == "complete")
-                and burst.stop > 0.0
-                and burst.start < 3.0 * PERIOD
+                (start / PERIOD, stop / PERIOD)
+                for start, stop, complete in chatter(run)
+                if complete is (kind == "complete") and stop > 0.0 and start < 3.0 * PERIOD
             ]
             np.testing.assert_allclose(spans(ax, kind), expected)
             shaded |= {kind} if expected else set()
@@ -109,7 +114,7 @@ def test_classes_and_legend(cube: xr.Dataset) -> None:
 
 
 def test_chatter_outside_the_part_shown_is_told(cube: xr.Dataset) -> None:
-    onset, stop, _ = next(b for b in chatter(cube.sel(restitution=0.6)) if b.start > 0.0)
+    onset, stop, _ = next(b for b in chatter(cube.sel(restitution=0.6)) if b[0] > 0.0)
     whole = drawn("histories", cube, panels="restitution", start=0.0, stop=onset / PERIOD)
     title = whole.axes[1].get_title(loc="right")
     assert title.startswith("complete chatter (at other times), ")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from new_process import in_new_process
+from new_process import plain_lanes
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
@@ -360,20 +360,9 @@ def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> 
         assert (found["event"] == SAMPLE).sum() == 15
 
 
-PLAIN = """
-import json
-from damper.compiled import COMPILED
-from damper.lanes import run_lanes
-arrays, _ = run_lanes({lanes}, ["trajectory"], transient=1, periods=2)
-print(json.dumps([COMPILED, {{name: array.tolist() for name, array in arrays.items()}}]))
-"""
-
-
 def test_plain_python_gives_the_same() -> None:
     lanes = [parameters(name) for name in SCENES]
-    code = PLAIN.format(lanes=lanes)
-    compiled, plain = in_new_process(code, "-W", "error", DAMPER_COMPILE="0")
-    assert not compiled
+    plain = plain_lanes(lanes, ["trajectory"], transient=1, periods=2)
     here, _ = run_lanes(lanes, ["trajectory"], transient=1, periods=2)
     for name, array in here.items():
         np.testing.assert_allclose(plain[name], array, rtol=1e-9, atol=1e-11, err_msg=name)

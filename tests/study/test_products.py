@@ -371,11 +371,13 @@ def test_observer_is_needed(
     assert words in blame(tmp_path, figure, observers=observers)
 
 
-def test_single_bursts_need_records(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["free_mass", "histories"])
+def test_single_bursts_need_records(tmp_path: Path, kind: str) -> None:
     observers = GOOD["observers"] | {"bursts": None}
-    message = blame(tmp_path, FREE_MASS, observers=observers)
-    assert "observers.bursts.records\n    a figure of kind free_mass needs bursts" in message
-    assert "allowed: integer >= 1" in message
+    figure = {"free_mass": FREE_MASS, "histories": HISTORIES}[kind]
+    message = blame(tmp_path, figure, observers=observers)
+    assert "figures.one\n    shows bursts one by one, but the observer bursts lists none" in message
+    assert "allowed: records >= 1 for bursts" in message
     load(tmp_path, TRAJECTORY, observers=observers)
 
 
@@ -387,14 +389,6 @@ def test_schematics_ask_nothing_of_the_study(tmp_path: Path) -> None:
     assert not made.of_cube
     assert made.drawn_with({}) == figure
     assert all(cls.of_cube for kind, cls in FIGURES.items() if kind != "schematic")
-
-
-def test_histories_need_bursts_one_by_one(tmp_path: Path) -> None:
-    message = blame(tmp_path, HISTORIES, observers=GOOD["observers"] | {"bursts": None})
-    assert (
-        "figures.one\n    shades bursts one by one, but the observer bursts lists none" in message
-    )
-    assert "allowed: records >= 1 for bursts" in message
 
 
 def test_too_many_lines_or_panels(tmp_path: Path) -> None:
@@ -528,7 +522,7 @@ CONVERGENCE = {
 
 def contact(**changes: Any) -> dict[str, Any]:
     point = {"clearance": 1.0, "frequency_ratio": 0.9, "mass_ratio": 0.1, "restitution": 0.5}
-    observers = {"stroboscopic_section": None, "bursts": None, "response": None}
+    observers = {"stroboscopic_section": None, "bursts": {"records": 1}, "response": None}
     given = {"parameters": GOOD["parameters"] | point, "observers": observers}
     return given | CONTACT | changes
 
@@ -564,6 +558,18 @@ def test_convergence_needs_a_single_point_beside_the_contact(tmp_path: Path) -> 
     del parts["parameters"]["clearance"]
     figure = CONVERGENCE | {"at": {"clearance": 1}}
     assert "is not of the contact" in blame(tmp_path, figure, **parts)
+
+
+@pytest.mark.parametrize("section", ["figures", "tables"])
+def test_convergence_of_a_record_needs_records(tmp_path: Path, section: str) -> None:
+    parts = contact(observers={"response": None, "stroboscopic_section": None, "bursts": None})
+    without = CONVERGENCE | {"variables": ["chatter", "displacement"]}
+    products = {"figures": without, "tables": without} | {section: CONVERGENCE}
+    parts["tables"] = {"one": products["tables"]}
+    message = blame(tmp_path, products["figures"], **parts)
+    assert f"{section}.one\n    shows bursts one by one" in message
+    assert message.count("one by one") == 1
+    load(tmp_path, without, **parts | {"tables": {"one": without}})
 
 
 def test_convergence_of_a_record_needs_its_observer(tmp_path: Path) -> None:

@@ -427,7 +427,12 @@ def test_reduced_calibration(tmp_path):
     assert {"calibration", "table", "figure"} < set(jobs(output))
     made = folder / "results/ci"
     assert not (made / "restitution").exists()
-    for study in ("calibration_a3", "calibration_a1", "calibration_b"):
+    for study in (
+        "calibration_a3",
+        "calibration_a3_compliant",
+        "calibration_a1",
+        "calibration_b",
+    ):
         for end in ("svg", "png"):
             assert 5000 < (made / study / f"figures/profiles.{end}").stat().st_size < 2_000_000
         with xr.open_dataset(made / study / "cube.nc") as cube:
@@ -437,6 +442,10 @@ def test_reduced_calibration(tmp_path):
         assert f"\n| {name} |" in text
     # On this grid, thinned out about it, the preset is the best set.
     assert "is number 1 of 270 sets" in text
+    text = (made / "calibration_a3_compliant/tables/bursts.md").read_text()
+    assert "| contact stiffness ratio |" in text
+    # Three stiffnesses, with and without tension.
+    assert "of 90 sets" in text
     assert "Nothing to be done" in snakemake(folder, "calibration", *arguments)
 
 

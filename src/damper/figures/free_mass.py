@@ -13,12 +13,13 @@ from matplotlib.patches import Patch
 
 from damper.figures.layout import head, legend, say, select
 from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
-from damper.study.chatter_spans import (
+from damper.study.stretches import (
     BURST_VARIABLES,
     Burst,
-    list_is_full,
+    half_gap,
     listed_bursts,
-    sticking_spans,
+    listed_until,
+    sticking,
 )
 
 _VARIABLES = (
@@ -109,7 +110,7 @@ def draw(
         if chosen is not None:
             _motion(large, run, values, bursts, _window(chosen))
     for ax in (left[1], right[1]):
-        for wall in (-_clearance(place), _clearance(place)):
+        for wall in (-half_gap(place), half_gap(place)):
             ax.axhline(wall, **_WALL)
     units = place.trajectory_time.attrs["units"]
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
@@ -125,7 +126,7 @@ def draw(
     for ax in (left[4], right[4]):
         ax.set_xlabel(label("time", "$t$", units))
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_left_out(place, bursts))
+    head(figure, place, caption, remarks=_left_out(place))
     legend(figure, _handles(bursts, bool((run.trajectory_mode == _STICKING).any())))
     return figure
 
@@ -141,10 +142,6 @@ def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
         label("free mass\nvelocity", "$\\dot y$\n", speed): u.values,
         label("relative\nvelocity", "$\\dot y-\\dot x$\n", speed): (u - v).values,
     }
-
-
-def _clearance(place: xr.Dataset) -> float:
-    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
 
 
 def _nearest(bursts: Sequence[Burst], near: float | None) -> Burst | None:
@@ -177,7 +174,7 @@ def _motion(
     for complete, (_, colour) in _CHATTER.items():
         kind = [b for b in bursts if b.chatter and b.complete is complete]
         _shade(ax, [(b.onset, b.end) for b in kind], span, _SHADE | {"color": colour})
-    _shade(ax, sticking_spans(time, run.trajectory_mode.values), span, _STUCK)
+    _shade(ax, sticking(time, run.trajectory_mode.values), span, _STUCK)
 
 
 def _shade(
@@ -249,13 +246,13 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
         say(ax, "no chatter in this stretch")
 
 
-def _left_out(place: xr.Dataset, bursts: Sequence[Burst]) -> list[str]:
+def _left_out(place: xr.Dataset) -> list[str]:
     """Say what the record did not have room for."""
     told = []
     if missing := int(place.trajectory_events_left_out):
         told.append(f"{missing} events did not fit (observers: trajectory: events)")
-    if list_is_full(place):
-        told.append(f"bursts listed to $t$ = {bursts[-1].end:.0f} (observers: bursts: records)")
+    if (end := listed_until(place)) < np.inf:
+        told.append(f"bursts listed to $t$ = {end:.0f} (observers: bursts: records)")
     return told
 
 

@@ -13,26 +13,27 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.stretches import (
-    CHATTER_VARIABLES,
-    chatter,
+from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
+from damper.study.stretches import (
+    BURST_VARIABLES,
     forcing_frequency,
     half_gap,
+    listed_bursts,
     listed_until,
     rows_between,
     sticking,
 )
-from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
 
 _VARIABLES = (
     "trajectory_time",
+    "trajectory_start",
     "trajectory_displacement",
     "trajectory_free_displacement",
     "trajectory_mode",
     "trajectory_events_left_out",
     "chatter",
     "visible_impacts",
-    *CHATTER_VARIABLES,
+    *BURST_VARIABLES,
 )
 _CLASSES = {0: "no chatter", 1: "incomplete chatter", 2: "complete chatter"}
 #: Whether a burst completes -> its shade. Hatched as well: orange on paper is close to yellow.
@@ -158,10 +159,12 @@ def _history(
         relative = relative / clearance
     # More vector points make files that no reader opens.
     ax.plot(time, relative, zorder=2.0, rasterized=points > _MOST_POINTS, **_FREE)
-    for burst in chatter(run):
-        if burst.start / period < end and burst.stop / period > start:
+    for burst in listed_bursts(run):
+        first = burst.onset - float(run.trajectory_start)
+        last = first + burst.duration
+        if burst.chatter and first / period < end and last / period > start:
             name = "complete" if burst.complete else "incomplete"
-            _shade(ax, burst.start / period, burst.stop / period, _SHADES[burst.complete])
+            _shade(ax, first / period, last / period, _SHADES[burst.complete])
             shown[name] = Patch(label=f"{name} chatter", **_SHADES[burst.complete])
     for first, last in sticking(time, piece.trajectory_mode.values):
         _shade(ax, first, last, STUCK)
@@ -179,7 +182,7 @@ def _tell_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
     missing = []
     if left_out := int(run.trajectory_events_left_out):
         missing.append(f"{left_out} events did not fit (observers: trajectory: events)")
-    if listed_until(run) < end:
+    if listed_until(run) - float(run.trajectory_start) < end:
         missing.append("later bursts are not listed (observers: bursts: records)")
     if missing:
         ax.text(

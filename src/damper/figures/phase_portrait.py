@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from damper.figures.layout import head, place_text, say, select
-from damper.figures.stretches import half_gap
 from damper.figures.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
 from damper.study.section_period import section_period
+from damper.study.stretches import half_gap
 
 _MOTION = (
     "trajectory_displacement",

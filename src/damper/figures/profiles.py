@@ -46,6 +46,8 @@ _WORDS: dict[tuple[str, Any], str] = {
     ("resonance", "above"): "above resonance",
     ("counted", "complete"): "complete chatter",
     ("counted", "any"): "any chatter",
+    ("contact_tension", 0.0): "without tension",
+    ("contact_tension", 1.0): "with tension",
 }
 
 

@@ -188,34 +188,3 @@ def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
     x, v, gap, rate : float
         Of the primary, and of the gap at the segment's wall.
     """
-
-
-@by_model
-def rest_shift(model: Model, side: float) -> float:
-    """What to add to the primary's displacement to get that of the oscillator `stuck`.
-
-    That one moves about the masses' place of rest. Zero unless a model says otherwise.
-    """
-    return 0.0
-
-
-@by_model
-def support_energy(model: Model, row: np.ndarray, tau: float) -> float:
-    """Energy stored in a support of the free mass, a time `tau` after a segment's start.
-
-    Inside a closed tail less what its dashpot has taken from the centre in the bounce under way.
-    Zero unless a model says otherwise.
-    """
-    return 0.0
-
-
-@by_model
-def support_loss(
-    model: Model, row: np.ndarray, low: float, high: float, speed_square: float
-) -> float:
-    """Energy that a support of the free mass loses from `low` to `high` of a segment.
-
-    `speed_square` is the integral of the square of the velocity of both masses' centre over that
-    part; it matters where they are in contact. Zero unless a model says otherwise.
-    """
-    return 0.0

@@ -22,12 +22,9 @@ from damper.models import (
     cut_flight,
     flight,
     motion,
-    rest_shift,
     rests,
     settle,
     sticking,
-    support_energy,
-    support_loss,
     time_to_sticking,
 )
 from damper.parameters import Parameters
@@ -308,48 +305,10 @@ def _motion(model, row, tau):
     return x + dx + share * gap, v + share * bounce, gap, bounce
 
 
-@rest_shift.of(Grounded)
-def _rest_shift(model, side):
-    return model.stiffness / (1.0 + model.stiffness) * side * model.clearance
-
-
-@support_energy.of(Grounded)
-def _support_energy(model, row, tau):
-    side = float(row[SIDE])
-    x, v, gap, _ = motion(model, row, tau)
-    y = x + side * (model.clearance - gap)
-    energy = 0.5 * model.stiffness * y * y
-    if row[MODE] == TAIL:
-        # As for the primary's dashpot: what this one has given the centre in the bounce under way.
-        energy += 2.0 * model.damping * v * side / (1.0 + model.mass_ratio) * gap
-    return energy
-
-
-@support_loss.of(Grounded)
-def _support_loss(model, row, low, high, speed_square):
-    if model.damping == 0.0:
-        return 0.0
-    side = float(row[SIDE])
-    if row[MODE] == FLIGHT:
-        # What spring and free mass have lost: nothing else acts on them.
-        return _free_energy(model, row, low) - _free_energy(model, row, high)
-    if row[MODE] == TAIL:
-        share = model.mass_ratio / (1.0 + model.mass_ratio)
-        for k in range(2):
-            tau = high if k == 1 else low
-            sign = 1.0 if k == 1 else -1.0
-            _, v, gap, bounce = motion(model, row, tau)
-            # The bounce under way has carried the free mass back from the centre.
-            centre = v - side * share * bounce
-            speed_square -= sign * 2.0 * centre * side / (1.0 + model.mass_ratio) * gap
-    return 2.0 * model.damping * speed_square
-
-
 @compiled
-def _free_energy(model, row, tau):
-    """Energy of the free mass and its spring, a time `tau` after a segment's start."""
-    side = float(row[SIDE])
-    x, v, gap, rate = motion(model, row, tau)
-    y = x + side * (model.clearance - gap)
-    u = v - side * rate
-    return 0.5 * (model.stiffness * y * y + model.mass_ratio * u * u)
+def rest_shift(model: Grounded, side: float) -> float:
+    """What to add to the primary's displacement to get that of the oscillator `stuck`.
+
+    That one moves about the masses' place of rest.
+    """
+    return model.stiffness / (1.0 + model.stiffness) * side * model.clearance

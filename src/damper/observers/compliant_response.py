@@ -1,4 +1,4 @@
-"""The response observer's pass where walls give: integrals and peak through contacts.
+"""The response where walls give: integrals and peak through contacts.
 
 **Integrals** of quadratic functions of the state, x^2, v^2, force times v and what the contact's
 dashpot takes, over the intervals h of the propagators T of `damper.compliant_flow` are quadratic
@@ -19,33 +19,40 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.compiled import compiled
-from damper.compliant_flow import advance, derivative, energy_size, leap, short_increment
+from damper.compliant_flow import (
+    advance,
+    derivative,
+    energy_size,
+    leap,
+    short_increment,
+    unit_state,
+)
 from damper.compliant_search import Watch, dot, watch_of
 from damper.flow import acceleration
 from damper.models import motion
 from damper.models.compliant import Compliant, pair_at
-from damper.observers.base import since
 from damper.observers.response import (
-    BEGUN,
     LOSS,
     MAX_ITERATIONS,
     PEAK,
     ROUNDING,
     SPEED_SQUARE,
     SQUARE,
-    STORED,
     WORK,
     add_oscillation,
+    add_part,
     gauss_rule,
+    impact_loss,
+    stored_energy,
 )
-from damper.segment import DURATION, FLIGHT, GAP, MODE, TIME, V, X
+from damper.segment import FLIGHT, GAP, MODE, SIDE, TIME, V, X
 
 _NODES, _WEIGHTS = gauss_rule(10)
 _FORMS = 4
 
 
 class Integrals(NamedTuple):
-    """What the pass needs beside the model."""
+    """What `add_part` needs beside the model."""
 
     forms: np.ndarray
     """(levels + 1, 4, 6, 6) integrals over the intervals of the propagators."""
@@ -53,73 +60,51 @@ class Integrals(NamedTuple):
     """The primary's displacement, as slow part and ring."""
 
 
-def integrals_of(model: Compliant) -> Integrals:
-    """Prepare the pass for one run."""
+def prepare(model: Compliant) -> Integrals:
+    """Make what `add_part` needs beside the model, once for a run."""
     forms = np.zeros((model.touch.levels + 1, _FORMS, 6, 6))
     _fill(model.touch, model.table, forms)
     row = np.array([1.0, 0.0, model.touch.reduced, 0.0, 0.0, 0.0])
     return Integrals(forms, watch_of(model.touch, model.split, row))
 
 
-@compiled
-def stored_energy(model: Compliant, row: np.ndarray, tau: float) -> float:
-    """Energy of springs and masses, the contact's included, a time `tau` into a segment."""
+@impact_loss.of(Compliant)
+def _impact_loss(model, row):
+    # The contact loses energy while it lasts.
+    return 0.0
+
+
+@stored_energy.of(Compliant)
+def _stored_energy(model, row, tau):
     x, v, gap, rate = motion(model, row, tau)
     # Both walls are one case: the free mass moves at v - side * rate.
-    u = v - float(row[6]) * rate
+    u = v - float(row[SIDE]) * rate
     touch = min(gap, 0.0)
     return 0.5 * (v * v + x * x + model.mass_ratio * u * u + model.touch.stiffness * touch * touch)
 
 
-@compiled
-def follow(
-    model: Compliant,
-    integrals: Integrals,
-    log: np.ndarray,
-    periods: float,
-    time: float,
-    length: float,
-    totals: np.ndarray,
-    last: np.ndarray,
-) -> None:
-    """Add a piece of the log to the totals of `damper.observers.response`."""
-    period = model.period
-    free = model.free
-    inside = -1
-    for index in range(len(log)):
-        row = log[index]
-        since_start = since(row, period, periods, time)
-        low = max(-since_start, 0.0)
-        high = min(float(row[DURATION]), -since(row, period, periods + length, time))
-        if high < low:
-            continue
-        inside = index
-        if totals[BEGUN] == 0.0:
-            totals[BEGUN] = 1.0
-            totals[STORED] = stored_energy(model, row, low)
-        if row[MODE] == FLIGHT:
-            x = float(row[X])
-            v = float(row[V])
-            angle = free[3] * float(row[TIME]) + model.phase
-            sin = math.sin(angle)
-            cos = math.cos(angle)
-            a, j = acceleration(free, x, v, sin, cos)
-            add_oscillation(free, (x, v, a, j, sin, cos), 0.0, low, high, True, totals)
-            if row[GAP] < 0.0:
-                _, _, before, _ = motion(model, row, low)
-                _, _, after, _ = motion(model, row, high)
-                before = min(before, 0.0)
-                after = min(after, 0.0)
-                totals[LOSS] += 0.5 * model.touch.stiffness * (before - after) * (before + after)
-            continue
-        start = pair_at(model, row)
-        z = advance(model.touch, model.table, start, low) if low > 0.0 else start
-        _add(model, integrals, z, high - low, totals)
-        totals[PEAK] = _peak(
-            model, integrals.displacement, start, z, low, high, float(totals[PEAK])
-        )
-    if inside >= 0:
-        last[:] = log[inside]
+@add_part.of(Compliant)
+def _add_part(model, integrals, row, low, high, totals):
+    if row[MODE] == FLIGHT:
+        free = model.free
+        x = float(row[X])
+        v = float(row[V])
+        angle = free[3] * float(row[TIME]) + model.phase
+        sin = math.sin(angle)
+        cos = math.cos(angle)
+        a, j = acceleration(free, x, v, sin, cos)
+        add_oscillation(free, (x, v, a, j, sin, cos), 0.0, low, high, True, totals)
+        if row[GAP] < 0.0:
+            _, _, before, _ = motion(model, row, low)
+            _, _, after, _ = motion(model, row, high)
+            before = min(before, 0.0)
+            after = min(after, 0.0)
+            totals[LOSS] += 0.5 * model.touch.stiffness * (before - after) * (before + after)
+        return
+    start = pair_at(model, row)
+    z = advance(model.touch, model.table, start, low) if low > 0.0 else start
+    _add(model, integrals, z, high - low, totals)
+    totals[PEAK] = _peak(model, integrals.displacement, start, z, low, high, float(totals[PEAK]))
 
 
 @compiled
@@ -146,14 +131,7 @@ def _fill(touch, table, forms):
     for node in range(len(_NODES)):
         tau = touch.shortest * float(_NODES[node])
         for column in range(6):
-            unit = (
-                1.0 if column == 0 else 0.0,
-                1.0 if column == 1 else 0.0,
-                1.0 if column == 2 else 0.0,
-                1.0 if column == 3 else 0.0,
-                1.0 if column == 4 else 0.0,
-                1.0 if column == 5 else 0.0,
-            )
+            unit = unit_state(column)
             change = short_increment(touch, unit, tau)
             for row in range(6):
                 propagator[row, column] = unit[row] + change[row]
@@ -163,14 +141,7 @@ def _fill(touch, table, forms):
             )
     for level in range(touch.levels):
         for column in range(6):
-            unit = (
-                1.0 if column == 0 else 0.0,
-                1.0 if column == 1 else 0.0,
-                1.0 if column == 2 else 0.0,
-                1.0 if column == 3 else 0.0,
-                1.0 if column == 4 else 0.0,
-                1.0 if column == 5 else 0.0,
-            )
+            unit = unit_state(column)
             after = leap(table[level], unit)
             for row in range(6):
                 propagator[row, column] = after[row]

@@ -29,7 +29,7 @@ from damper.varying_mass import DEGREE, evaluate, expand, modulation
 
 
 @add_part.of(Modulated)
-def _add_part(model, row, low, high, totals):
+def _add_part(model, more, row, low, high, totals):
     free = model.free
     law = model.law
     periods = float(row[PERIOD])

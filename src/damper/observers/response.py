@@ -42,7 +42,7 @@ from damper.contact import tail_bounce, tail_duration
 from damper.engine import Trajectory
 from damper.flow import OVERDAMPED, Oscillator, acceleration, derivative_bounds, increments
 from damper.linear import steady_amplitude
-from damper.models import mass_ratio_at, motion, support_energy
+from damper.models import mass_ratio_at, motion
 from damper.models.rigid import Rigid
 from damper.observers.base import Observer, Window, since
 from damper.segment import (
@@ -119,8 +119,13 @@ ROUNDING = 2.220446049250313e-16
 MAX_ITERATIONS = 60
 
 
-#: Model -> module that adds up its segments, loaded with the first such lane.
-_MORE = {"Grounded": "grounded_response", "Modulated": "modulated_response"}
+#: Model -> module that implements the declarations below for it, loaded with the first such lane.
+#: Where it has a function `prepare`, that makes of the model what its `add_part` needs beside it.
+_MODULES = {
+    "Compliant": "compliant_response",
+    "Grounded": "grounded_response",
+    "Modulated": "modulated_response",
+}
 
 _MODULATION_WORK = Variable(
     "modulation_work",
@@ -191,21 +196,17 @@ class Response(Observer):
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
         super().begin(lane, trajectory, window)
-        if (more := _MORE.get(type(self._model).__name__)) is not None:
-            import_module(f"damper.observers.{more}")
+        self._more: tuple = ()
+        if (name := _MODULES.get(type(self._model).__name__)) is not None:
+            module = import_module(f"damper.observers.{name}")
+            if hasattr(module, "prepare"):
+                self._more = module.prepare(self._model)
         self._totals = np.zeros(9)
         self._last = np.zeros(COLUMNS)
-        # Walls that give have a pass of their own.
-        self._pass, self._stored, self._more = _follow, _stored, ()
-        if hasattr(self._model, "touch"):
-            from damper.observers import compliant_response as compliant
-
-            self._pass, self._stored = compliant.follow, compliant.stored_energy
-            self._more = (compliant.integrals_of(self._model),)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        self._pass(self._model, *self._more, log, *self._window, self._totals, self._last)
+        _follow(self._model, self._more, log, *self._window, self._totals, self._last)
 
     def finish(self, finished: bool) -> None:
         """Write the lane's results."""
@@ -219,7 +220,7 @@ class Response(Observer):
         left = -since(
             self._last, self._model.period, self._window.period + length, self._window.time
         )
-        end = self._stored(self._model, self._last, min(self._last[DURATION], left))
+        end = stored_energy(self._model, self._last, min(self._last[DURATION], left))
         rms = math.sqrt(square / record)
         amplitude = steady_amplitude(free[0], free[3])
         self._put(
@@ -239,8 +240,7 @@ class Response(Observer):
 
 
 @compiled
-def _follow(model, log, periods, time, length, totals, last):
-    restitution = model.restitution
+def _follow(model, more, log, periods, time, length, totals, last):
     period = model.period
     inside = -1
     for index in range(len(log)):
@@ -254,28 +254,43 @@ def _follow(model, log, periods, time, length, totals, last):
         inside = index
         lost = 0.0
         if row[CAUSE] == IMPACT and since_start >= 0.0:
-            mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
-            reduced = mass_ratio / (1.0 + mass_ratio)
-            approach = float(row[SPEED])
-            lost = 0.5 * reduced * (1.0 - restitution) * (1.0 + restitution) * approach * approach
+            lost = impact_loss(model, row)
         if since_start < 0.0 or totals[BEGUN] == 0.0:
             # With an impact at exactly the window's start, the energy just before it.
             totals[BEGUN] = 1.0
-            totals[STORED] = _stored(model, row, low) + lost
+            totals[STORED] = stored_energy(model, row, low) + lost
         totals[LOSS] += lost
 
-        add_part(model, row, low, high, totals)
+        add_part(model, more, row, low, high, totals)
     if inside >= 0:
         last[:] = log[inside]
 
 
 @by_model
-def add_part(model: tuple, row: np.ndarray, low: float, high: float, totals: np.ndarray) -> None:
+def add_part(
+    model: tuple, more: tuple, row: np.ndarray, low: float, high: float, totals: np.ndarray
+) -> None:
     """Add what a segment has on [low, high] after its start to the totals of a lane."""
 
 
+@by_model
+def impact_loss(model: tuple, row: np.ndarray) -> float:
+    """Energy lost in the impact with which a segment starts."""
+    restitution = model.restitution
+    mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
+    reduced = mass_ratio / (1.0 + mass_ratio)
+    approach = float(row[SPEED])
+    return 0.5 * reduced * (1.0 - restitution) * (1.0 + restitution) * approach * approach
+
+
+@by_model
+def stored_energy(model: tuple, row: np.ndarray, tau: float) -> float:
+    """Energy stored a time `tau` after a segment's start, in masses and springs."""
+    return primary_and_masses(model, row, tau)
+
+
 @add_part.of(Rigid)
-def _add_part(model, row, low, high, totals):
+def _add_part(model, more, row, low, high, totals):
     free = model.free
     stuck = model.stuck
     mass_ratio = model.mass_ratio
@@ -303,8 +318,8 @@ def _add_part(model, row, low, high, totals):
 
 
 @compiled
-def _stored(model, row, tau):
-    """Energy of spring and masses at a time `tau` after a segment's start."""
+def primary_and_masses(model: tuple, row: np.ndarray, tau: float) -> float:
+    """Energy of the primary's spring and of both masses a time `tau` after a segment's start."""
     free = model.free
     mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]) + tau)
     side = float(row[SIDE])
@@ -314,7 +329,7 @@ def _stored(model, row, tau):
     if row[MODE] == TAIL:
         # What the dashpot has taken from the centre in the bounce under way; motion leaves it out.
         energy -= 2.0 * free[0] * v * side * mass_ratio / (1.0 + mass_ratio) * gap
-    return energy + support_energy(model, row, tau)
+    return energy
 
 
 @compiled

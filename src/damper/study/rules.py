@@ -23,7 +23,7 @@ from damper.quantities import (
 from damper.study.axes import axis_values
 from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
-from damper.study.products import FIGURES, TABLES, Histories, Offer, Trajectory
+from damper.study.products import FIGURES, TABLES, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 
@@ -98,10 +98,6 @@ def _check_stretch(study: Study, faults: Faults) -> None:
     for stem, figure in study.figures.items():
         if not isinstance(figure, Trajectory):
             continue
-        bursts = study.observers.get("bursts")  # `Histories.needs` tells if there is none
-        if isinstance(figure, Histories) and bursts is not None and not bursts.records:
-            message = "shades bursts one by one, but the observer bursts lists none"
-            faults.add(("figures", stem), message, "records >= 1 for bursts, such as records: 50")
         if figure.start >= length:
             message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
             faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
@@ -121,12 +117,14 @@ def _check_parts(study: Study, faults: Faults) -> None:
 
 
 def _check_records(study: Study, faults: Faults) -> None:
-    """Refuse a figure of single bursts where bursts are not listed."""
+    """Refuse figures and tables of single bursts where bursts are not listed."""
     bursts = study.observers.get("bursts")
-    kinds = [figure.kind for figure in study.figures.values()]
-    if "free_mass" in kinds and bursts is not None and not bursts.records:
-        message = "a figure of kind free_mass needs bursts listed one by one (value: 0)"
-        faults.add(("observers", "bursts", "records"), message, "integer >= 1")
+    if bursts is None or bursts.records:  # the products themselves tell if there are none
+        return
+    for section, stem, product in study.products():
+        if product.single_bursts:
+            message = "shows bursts one by one, but the observer bursts lists none"
+            faults.add((section, stem), message, "records >= 1 for bursts, such as records: 50")
 
 
 def _check_model(study: Study, faults: Faults) -> None:

@@ -69,7 +69,8 @@ def chatter_ranges(
 def section_points(cube: xr.Dataset) -> xr.DataArray:
     """Number of distinct points that a motion leaves on the section; 0 where a run stopped.
 
-    Points within 1e-6 of the section's size are one: a periodic motion has as many as periods.
+    Points within 1e-6 of the section's size are one: a periodic motion has as many as periods, a
+    chaotic one as many as were taken (`damper.study.section_period` tells of the order instead).
     """
     x = np.sort(cube.displacement.values, axis=-1)
     size = 1e-6 * (1.0 + np.abs(x).max(axis=-1, keepdims=True))

@@ -1,9 +1,10 @@
-"""Stretches of a sampled trajectory: where bursts are chatter, and where the masses stick.
+"""Stretches of a run: its single bursts, when the masses stick, and parts of a sampled motion.
 
 For figures of motion in time. Everything comes from what the observers `trajectory` and `bursts`
 wrote; nothing is found anew here, so a figure shows what the tables count.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,47 +13,66 @@ import xarray as xr
 from damper.study.runs import runs
 from damper.variables import CHATTER_IMPACTS
 
-#: What `chatter` needs: the observer `trajectory`, and `bursts` with records.
-CHATTER_VARIABLES = (
-    "trajectory_start",
+#: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
+BURST_VARIABLES = (
     "burst_onset",
+    "burst_wall",
     "burst_duration",
     "burst_visible_impacts",
     "burst_complete",
+    "burst_sticking_time",
 )
 _STICKING = 1
 
 
-class Chatter(NamedTuple):
-    """A burst with at least five visible impacts.
+class Burst(NamedTuple):
+    """A run of impacts on one wall. Times count from the start of the record, in its unit."""
 
-    Times count from the start of the sampled stretch, in the cube's units of time.
-    """
-
-    start: float
+    onset: float
     """Of the first impact."""
-    stop: float
-    """Of sticking, or of the last impact where the burst does not complete."""
+    wall: int
+    """-1 left, +1 right."""
+    duration: float
+    """From the first impact to sticking, or to the last impact of an incomplete burst."""
+    visible: int
+    """Visible impacts."""
     complete: bool
+    sticking: float
+    """From sticking to release; NaN where the burst is incomplete or the record ends first."""
+
+    @property
+    def end(self) -> float:
+        """Time of sticking, or of the last impact."""
+        return self.onset + self.duration
+
+    @property
+    def release(self) -> float:
+        """Time of the release after it, or of the last impact where there is none."""
+        return self.end if math.isnan(self.sticking) else self.end + self.sticking
+
+    @property
+    def chatter(self) -> bool:
+        """Whether it has enough visible impacts to be chatter."""
+        return self.visible >= CHATTER_IMPACTS
 
 
-def chatter(place: xr.Dataset) -> list[Chatter]:
-    """Return the listed bursts of one run that are chatter, in order.
+def listed_bursts(place: xr.Dataset) -> list[Burst]:
+    """Return the listed bursts of one run, in order.
 
     A burst that was under way when the record began is not listed, nor is one that the record's
-    end cuts: let the sampled stretch begin a period or two into the record, and end before it.
+    end cuts: let a sampled stretch begin a period or two into the record, and end before it.
 
     Parameters
     ----------
     place : xarray.Dataset
-        One run, with `CHATTER_VARIABLES` over the dimension ``burst``.
+        One run, with `BURST_VARIABLES` over the dimension ``burst``.
     """
-    onsets = place.burst_onset.values - float(place.trajectory_start)
-    stops = onsets + place.burst_duration.values
-    complete = place.burst_complete.values == 1.0
-    # NaN, in unused places of the list, is less than nothing.
-    (found,) = np.nonzero(place.burst_visible_impacts.values >= CHATTER_IMPACTS)
-    return [Chatter(float(onsets[k]), float(stops[k]), bool(complete[k])) for k in found]
+    columns = [place[name].values for name in BURST_VARIABLES]
+    return [
+        Burst(float(onset), int(wall), float(duration), int(visible), bool(complete), float(stuck))
+        for onset, wall, duration, visible, complete, stuck in zip(*columns, strict=True)
+        if np.isfinite(onset)
+    ]
 
 
 def listed_until(place: xr.Dataset) -> float:
@@ -61,10 +81,10 @@ def listed_until(place: xr.Dataset) -> float:
     Parameters
     ----------
     place : xarray.Dataset
-        As for `chatter`.
+        As for `listed_bursts`.
     """
-    onset = place.burst_onset.values[-1] - float(place.trajectory_start)
-    return np.inf if np.isnan(onset) else float(onset + place.burst_duration.values[-1])
+    last = float(place.burst_onset.values[-1] + place.burst_duration.values[-1])
+    return math.inf if math.isnan(last) else last
 
 
 def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:

@@ -1,0 +1,410 @@
+"""What every figure and table has in common, and what it may ask of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+from pydantic_core import PydanticCustomError
+
+from damper.quantities import ALL
+from damper.study.axes import coordinate_name
+from damper.study.branches import DIRECTIONS
+from damper.study.fields import (
+    Choice,
+    Coordinate,
+    Faults,
+    Kind,
+    Number,
+    Strict,
+    Text,
+    as_mapping,
+    nearest,
+)
+from damper.study.schema import Draft, Schema
+from damper.study.settings import SECTIONS
+from damper.study.yaml_file import as_part, show, words
+
+#: Observer -> what it writes with one value at each point; `status` is in every cube.
+VARIABLES = {
+    "impacts": ("impacts_per_period", "mean_approach_speed", "max_approach_speed"),
+    "bursts": (
+        "chatter",
+        "visible_impacts",
+        "bursts_per_period",
+        "complete_fraction",
+        "sticking_fraction",
+    ),
+    "burst_at": (
+        "burst_at_onset",
+        "burst_at_duration",
+        "burst_at_sticking_time",
+        "burst_at_visible_impacts",
+        "burst_at_complete",
+    ),
+    "response": (
+        "rms_displacement",
+        "peak_displacement",
+        "amplitude_ratio",
+        "rms_ratio",
+        "energy_input",
+        "dashpot_loss",
+        "impact_loss",
+        "energy_residual",
+    ),
+    "accumulation": ("complete_bursts",),
+    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
+}
+
+#: What the observer `bursts` writes of single bursts that is compared with the rigid damper.
+BURST_RECORDS = (
+    "burst_onset",
+    "burst_duration",
+    "burst_accumulation_time",
+    "burst_sticking_time",
+)
+#: Names of the free travel.
+FREE_TRAVEL = ("clearance", "gap")
+#: Kinds that are theory themselves.
+_THEORETICAL = ("slow_manifold", "small_mass_limit", "two_impacts")
+#: Kinds that show bursts one by one.
+_OF_SINGLE_BURSTS = ("histories", "free_mass")
+
+SECTION_VARIABLES = ("displacement", "velocity")
+"""What every section writes, sample by sample."""
+
+MOST_VARIABLES = 4
+"""Panels of curves that fit one above the other."""
+MOST_LINES = 12
+"""More lines in one panel cannot be told apart."""
+MOST_COLUMNS = 3
+"""More columns of phase portraits are too narrow for their titles."""
+MOST_ROWS = 6
+"""More rows of square panels do not fit a page."""
+MOST_PANELS = 12
+"""More panels do not fit a page."""
+
+#: Dimensions of the cube beside the axes -> what their values may be.
+_BRANCHES: dict[str, Kind] = {
+    "direction": Choice(*DIRECTIONS["both"]),
+    "draw": Number(ge=0, whole=True),
+}
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a study has to make figures and tables of."""
+
+    axes: Mapping[str, tuple[float, ...] | None]
+    """The values of every axis; an axis in error has none."""
+    observers: Collection[str]
+    branches: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    """The values of the cube's dimensions beside the axes: direction, draw."""
+
+    @property
+    def dimensions(self) -> dict[str, tuple[Any, ...] | None]:
+        """Axes and branches with their values."""
+        return {**self.axes, **self.branches}
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """What the cube has with one value at each point."""
+        written = (VARIABLES.get(name, ()) for name in self.observers)
+        return (*(variable for some in written for variable in some), "status")
+
+
+class Product(Strict):
+    """A figure or a table: its kind, and what it needs of the study."""
+
+    of_cube: ClassVar[bool] = True
+    """Whether it shows results: what does not is made without a simulation."""
+
+    kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
+
+    @property
+    def theoretical(self) -> bool:
+        """Whether it shows a theory of the rigid damper."""
+        return getattr(self, "theory", None) is not None or self.kind in _THEORETICAL
+
+    @property
+    def single_bursts(self) -> bool:
+        """Whether it shows bursts one by one, so that the observer `bursts` has to list them."""
+        compared = getattr(self, "variables", ())
+        return self.kind in _OF_SINGLE_BURSTS or any(name in BURST_RECORDS for name in compared)
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        """Note what `settings`, as written, ask of the study in vain."""
+        raise NotImplementedError
+
+    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings with which the file at a place, see `files`, is made."""
+        return self.model_dump(exclude_none=True)
+
+    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
+        """Return the file stems with the coordinates at which each is made."""
+        return {stem: {}}
+
+    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+        """Return further settings: what it must know of how the study measures."""
+        return {}
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """What other studies measure for it -> the study; see `fit_beside`."""
+        return {}
+
+    @classmethod
+    def fit_beside(cls, what: str, offer: Offer, faults: Faults) -> None:
+        """Note why another study cannot measure what this one asks of it."""
+
+
+class Place(Kind):
+    """Values of some axes and branches."""
+
+    words = "mapping from axes to one of their values each; also direction: up, draw: 0"
+    sort = "mapping"
+
+    def check(self, value: Any, context: Any) -> dict[str, Any]:
+        faults = Faults()
+        kept: dict[str, Any] = {}
+        for name, data in as_mapping(value, self.words).items():
+            if name not in ALL and name not in _BRANCHES:
+                faults.unknown((as_part(name),), "axis", name, (*ALL, *_BRANCHES), data)
+                continue
+            with faults.of(name):
+                kept[name] = self.value(name, data)
+        faults.settle()
+        return kept
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        kinds = {**dict.fromkeys(ALL, Coordinate()), **_BRANCHES}
+        values = {key: kind.schema(draft, key) for key, kind in kinds.items()}
+        made = {"type": "object", "properties": values, "additionalProperties": False}
+        return draft.once("place", made)
+
+    @staticmethod
+    def value(name: str, data: Any) -> Any:
+        """Return the checked value of one axis or branch."""
+        return _BRANCHES.get(name, Coordinate()).check(data, name)
+
+
+Each = Annotated[
+    str | None, Text(), Field(description="Axis of whose values each makes a file of its own.")
+]
+At = Annotated[
+    dict[str, Any] | None,
+    Place(),
+    Field(
+        description="Value of each axis that has no other place in the figure, exactly as the "
+        "axis lists it; also direction: up or down, and draw: the number of a draw."
+    ),
+]
+Caption = Annotated[
+    str | None,
+    Text(),
+    Field(description="Heading above the line of parameters; the study's title when not given."),
+]
+
+
+@dataclass(frozen=True)
+class Role:
+    """A setting that names an axis: how many values it may have, and whether a branch will do."""
+
+    least: int = 1
+    most: int | None = None
+    branches: bool = False
+
+
+class Figure(Product):
+    """A figure in which every axis with several values has its place."""
+
+    roles: ClassVar[Mapping[str, Role]] = {}
+    overlays: ClassVar[bool] = False
+    """Whether branches without a place are drawn over each other."""
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        """Note what the figure shows and the study does not measure."""
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        cls.needs(settings, offer, faults)
+        used = cls._take_roles(settings, offer, faults)
+        used |= _take_values(settings.get("at"), used, offer, faults)
+        # Where a role is missing or wrong, this would make a second error of the first.
+        if faults.lines or not cls._says_where(settings):
+            return
+        for name, values in offer.dimensions.items():
+            if name not in used:
+                cls._without_place(name, values, settings, faults)
+
+    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
+        each = getattr(self, "each", None)
+        if each is None:
+            return {stem: {}}
+        return {f"{stem}_{coordinate_name(each, value)}": {each: value} for value in axes[each]}
+
+    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
+        settings = self.model_dump(exclude={"each"}, exclude_none=True)
+        return settings | {"at": settings.get("at", {}) | dict(place)}
+
+    @classmethod
+    def _says_where(cls, settings: dict[str, Any]) -> bool:
+        """Whether the settings that place axes are all there and well formed."""
+        required = {key for key, info in cls.model_fields.items() if info.is_required()}
+        roles = [settings[key] for key in cls.roles if settings.get(key) is not None]
+        at = Faults()
+        with at.of():
+            Place().check(settings.get("at") or {}, None)
+        return (
+            required <= settings.keys() <= cls.model_fields.keys()
+            and all(isinstance(name, str) for name in roles)
+            and not at.lines
+        )
+
+    @classmethod
+    def _take_roles(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> dict[str, str]:
+        """Return axis -> the role that takes it."""
+        used: dict[str, str] = {}
+        for key, role in cls.roles.items():
+            name = settings.get(key)
+            if not isinstance(name, str):
+                continue
+            names = offer.dimensions if role.branches else offer.axes
+            if name not in names:
+                faults.unknown((key,), "axis", name, names)
+            if name in used:
+                faults.add((key,), f"'{name}' is {used[name]} already", "an axis without a place")
+            used[name] = key
+            count_values((key,), name, names.get(name), role, faults)
+        return used
+
+    @classmethod
+    def _without_place(
+        cls, name: str, values: tuple[Any, ...] | None, settings: dict[str, Any], faults: Faults
+    ) -> None:
+        branch = name not in ALL
+        free = [
+            key
+            for key, role in cls.roles.items()
+            if settings.get(key) is None and (role.branches or not branch)
+        ]
+        ways = f"name it as {' or '.join(free)}, or give its value" if free else "give its value"
+        if not branch and values is not None and len(values) > 1:
+            message = f"axis '{name}' has {len(values)} values but no place in the figure"
+            faults.add((), message, f"{ways} in at")
+        if branch and not cls.overlays and (values is None or len(values) > 1):
+            example = "{direction: up}" if name == "direction" else "{draw: 0}"
+            message = f"the study has several runs at each point ({name}), the figure shows one"
+            faults.add((), message, f"{ways}: at: {example}")
+
+
+def _take_values(at: Any, used: Mapping[str, str], offer: Offer, faults: Faults) -> dict[str, str]:
+    """Check `at` against the study; return axis -> "at"."""
+    taken = {}
+    for name, data in at.items() if isinstance(at, dict) else ():
+        loc = ("at", as_part(name))
+        if name in used:
+            faults.add(loc, f"'{name}' is {used[name]} already", "an axis without a place")
+        elif name in offer.dimensions:
+            taken[name] = "at"
+            check_listed(loc, name, data, offer.dimensions[name], faults)
+        elif name in ALL or name in _BRANCHES:  # what is neither is told by `Place`
+            faults.unknown(loc, "axis", name, offer.dimensions)
+    return taken
+
+
+def check_listed(
+    loc: tuple[str, ...], name: str, data: Any, values: tuple[Any, ...] | None, faults: Faults
+) -> None:
+    """Note a value that an axis does not have."""
+    try:
+        value = Place.value(name, data)
+    except PydanticCustomError:
+        return  # told by `Place`
+    if values is None or value in values:
+        return
+    if isinstance(value, str):
+        allowed = words(values)
+    else:
+        close = min(values, key=lambda listed: abs(listed - value))
+        allowed = f"one of its {len(values)} values; the nearest is {show(close)}"
+    faults.add(loc, f"'{name}' has no value {show(value)}", allowed)
+
+
+def count_values(
+    loc: tuple[str, ...],
+    name: str,
+    values: tuple[Any, ...] | None,
+    role: Role,
+    faults: Faults,
+) -> None:
+    """Note an axis with too few or too many values for its role."""
+    if values is None:
+        return
+    if len(values) < role.least:
+        message = f"axis '{name}' has too few values ({len(values)})"
+        faults.add(loc, message, f"an axis with at least {role.least} values")
+    if role.most is not None and len(values) > role.most:
+        message = f"axis '{name}' has too many values ({len(values)})"
+        faults.add(loc, message, f"an axis with at most {role.most} values, or one value in at")
+
+
+def check_written(loc: tuple[str | int, ...], name: Any, offer: Offer, faults: Faults) -> None:
+    """Note a variable that the cube does not have with one value at each point."""
+    if not isinstance(name, str) or name in offer.variables:
+        return
+    known = words(offer.variables)
+    for observer, variables in VARIABLES.items():
+        if name in variables:
+            message = f"'{name}' is written by the observer {observer}, which the study lacks"
+            faults.add(loc, message, known)
+            return
+    message = f"no observer of the study writes {show(name)} as one value at each point"
+    faults.add(loc, message, known, nearest(name, offer.variables))
+
+
+def fit_axis(
+    key: str, role: Role, settings: Mapping[str, Any], offer: Offer, faults: Faults
+) -> None:
+    """Note that the setting `key` names no axis, or one with too few or too many values."""
+    name = settings.get(key)
+    if not isinstance(name, str):
+        return
+    if name not in offer.axes:
+        faults.unknown((key,), "axis", name, offer.axes)
+    count_values((key,), name, offer.axes.get(name), role, faults)
+
+
+def need(offer: Offer, faults: Faults, *observers: str) -> None:
+    """Note which of these observers the study lacks."""
+    for name in observers:
+        if name not in offer.observers:
+            faults.add((), f"needs {name} among the observers", name)
+
+
+def need_section(offer: Offer, faults: Faults) -> None:
+    """Note that the study has no section."""
+    if not any(section in offer.observers for section in SECTIONS):
+        faults.add((), "needs a section among the observers", " or ".join(SECTIONS))
+
+
+def need_listed_bursts(offer: Offer, faults: Faults) -> None:
+    """Note that the study has no bursts; `Product.single_bursts` is for those without a list."""
+    if "bursts" not in offer.observers:
+        faults.add((), "needs bursts among the observers", "bursts: {records: 50}")
+
+
+def need_one_run(offer: Offer, faults: Faults, bisected: str | None = None) -> None:
+    """Note that the study has several runs at each point, and what is bisected by single ones."""
+    if not offer.branches:
+        return
+    several = f"at each point ({', '.join(offer.branches)})"
+    message = f"this study has several runs {several}"
+    if bisected is not None:
+        start = f"{bisected} are bisected by runs from one initial state"
+        message = f"{start}, but this study has several {several}"
+    faults.add((), message, "a study without follow and without draws")
