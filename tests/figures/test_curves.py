@@ -233,13 +233,14 @@ def test_simulated(tmp_path: Path) -> None:
 # --- labels within the page
 
 
-@pytest.mark.parametrize("along", ["modulation_depth", "support_stiffness_ratio", "damping_ratio"])
+@pytest.mark.parametrize(
+    "along", ["modulation_depth", "support_damping_factor", "initial_position"]
+)
 def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
     """A layout leaves room for the height of a label under an axis, but none for its length."""
-    cube = made_up({"restitution": [0.5, 0.6], along: [0.1, 0.2, 0.4]}, peak_displacement=1.0)
-    figure = drawn(
-        "curves", cube, variables=["peak_displacement"], along=along, lines="restitution"
-    )
+    # Long numbers and three lines at the ordinate push the panel to the right.
+    cube = made_up({along: [0.1, 0.2, 0.4]}, rms_ratio=[1.0001, 1.0002, 1.0004])
+    figure = drawn("curves", cube, variables=["rms_ratio"], along=along)
     box = figure.axes[0].xaxis.label.get_window_extent(figure.canvas.get_renderer())
     assert figure.bbox.x0 < box.x0
     assert box.x1 < figure.bbox.x1
