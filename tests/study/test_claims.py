@@ -199,8 +199,8 @@ def test_chatter_over_clearance_of_one_of_several_places() -> None:
     cubes = [clearances(limit)["paper_a_clearance"] for limit in (1.35, 0.5)]
     cube = xr.concat(cubes, xr.IndexVariable("frequency_ratio", [0.5, 0.6]))
     found = CLAIMS["A1"].judge({"paper_a_clearance": cube})
-    assert (found.verdict, found.condition) == (ONLY_IF, "frequency_ratio 0.5")
-    assert "frequency_ratio 0.6: chatter at clearances 0 to 0.5" in found.ours
+    assert (found.verdict, found.condition) == (ONLY_IF, "frequency ratio is 0.5")
+    assert "where frequency ratio is 0.6: chatter at clearances 0 to 0.5" in found.ours
 
 
 def test_diagram_over_frequency() -> None:

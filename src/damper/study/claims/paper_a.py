@@ -40,7 +40,7 @@ def chatter_over_clearance(cubes: Cubes) -> Verdict:
     held = []
     for k in range(stacked.sizes["place"]):
         line = stacked.isel(place=k)
-        label = ", ".join(f"{name} {float(line[name]):g}" for name in others)
+        label = ", ".join(f"{name.replace('_', ' ')} is {float(line[name]):g}" for name in others)
         chatter = line.chatter.values > 0
         d = line.clearance.values
         found = range_of(d, chatter)
@@ -49,7 +49,7 @@ def chatter_over_clearance(cubes: Cubes) -> Verdict:
         regular = float((several <= max(1.0, _MANY * line.sizes["sample"])).mean())
         contact = line.impacts_per_period.values[d > CHATTER_UP_TO] > 0.0
         told.append(
-            (f"{label}: " if label else "")
+            (f"where {label}: " if label else "")
             + f"chatter at clearances {found.low:.3g} to {found.high:.3g}, at {share:.0%} of those "
             f"up to {CHATTER_UP_TO:g}; above that {contact.mean():.0%} have impacts and "
             f"{regular:.0%} a short period"
