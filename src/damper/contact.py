@@ -333,7 +333,7 @@ def find_release(
         rounding = ROUNDING * (osc[2] + 2.0 * osc[0] * abs(v) + osc[1] * abs(x0 + dx))
         if fresh:
             root = first_root(thrust, -side * j, -side * snap)
-            if thrust <= rounding and not stays(side, 0.0, j, snap, crackle):
+            if thrust <= rounding and _lets_go(osc, side, v, sin, cos):
                 late = root if root < math.inf else 0.0
                 dx += late * (v + 0.5 * a * late)
                 return tau + late, 1.0, dx, v + a * late, steps
@@ -382,6 +382,17 @@ def find_release(
             thrust = -side * a
             snap, crackle = higher_derivatives(osc, a, j, sin, cos)
     return tau, GAVE_UP, dx, v, MAX_STEPS
+
+
+@compiled
+def _lets_go(osc, side, v, sin, cos):
+    """Whether the thrust, which is zero, turns into a pull.
+
+    From x'' = 0 and not as it rounded: heavy damping would multiply that into the third derivative.
+    """
+    third = osc[2] * osc[3] * cos - osc[1] * v
+    snap, crackle = higher_derivatives(osc, 0.0, third, sin, cos)
+    return not stays(side, 0.0, third, snap, crackle)
 
 
 @compiled

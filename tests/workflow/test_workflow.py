@@ -65,7 +65,8 @@ def digests(folder: Path) -> dict[str, str]:
     return {
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != ".gitkeep"
+        # What a run cost is no result: it differs each time, and no other file holds it.
+        if path.is_file() and path.name not in (".gitkeep", "cost.txt")
     }
 
 

@@ -80,7 +80,9 @@ def _prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution,
 @flight.of(Rigid)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if cause == RELEASE:
+        # By definition. Rounding of x'' times heavy damping would drown the third derivative.
         a = 0.0
+        j = model.free[2] * model.free[3] * cos - model.free[1] * v
     return find_impact(model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos)
 
 
