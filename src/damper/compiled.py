@@ -103,9 +103,10 @@ def by_model(function: Callable) -> Callable:
     """Make a function that each model of the damper implements for itself (a decorator).
 
     A model is a NamedTuple of constants. ``@function.of(Model)`` gives the implementation for one
-    class of model; the class of the first argument chooses among them. The function itself is for
-    the classes without one. Compiled code chooses while it is compiled, so a run pays nothing for
-    the choice, nor for models it does not use: those need not even be imported.
+    class of model, and ``function.share(Model, Other)`` takes over that of another; the class of
+    the first argument chooses among them. The function itself is for the classes without one.
+    Compiled code chooses while it is compiled, so a run pays nothing for the choice, nor for models
+    it does not use: those need not even be imported.
     """
     chosen: dict[type, Callable] = {}
 
@@ -120,6 +121,10 @@ def by_model(function: Callable) -> Callable:
 
         return implement
 
+    def share(kind: type, other: type) -> None:
+        chosen[kind] = chosen[other]
+
+    choose.share = share  # type: ignore[attr-defined]
     choose.of = of  # type: ignore[attr-defined]
     if _numba is not None:
         from numba.extending import overload

@@ -9,14 +9,11 @@ import math
 from typing import NamedTuple
 
 from damper.compiled import compiled
-from damper.contact import find_impact, stays, tail_bounce, tail_duration
+from damper.contact import tail_bounce, tail_duration
 from damper.flow import (
     Oscillator,
     acceleration,
-    arrive,
-    higher_derivatives,
     increments,
-    oscillator,
     sine_cosine,
 )
 from damper.models import (
@@ -25,12 +22,13 @@ from damper.models import (
     mass_ratio_at,
     motion,
     rests,
+    rigid,
     settle,
     sticking,
     time_to_sticking,
 )
 from damper.parameters import Parameters
-from damper.segment import FLIGHT, GAP, MODE, PERIOD, RATE, RELEASE, SIDE, TAIL, TIME, V, X
+from damper.segment import FLIGHT, GAP, MODE, PERIOD, RATE, SIDE, TAIL, TIME, V, X
 from damper.varying_mass import MassLaw, advance_together, mass_law, modulation, step_together
 
 
@@ -52,16 +50,8 @@ class Modulated(NamedTuple):
 def prepare(parameters: Parameters, accuracy: float) -> Modulated:
     """Constants of one run."""
     p = parameters
-    heavier = 1.0 + p.mass_ratio
     return Modulated(
-        p.mass_ratio,
-        p.clearance,
-        p.restitution,
-        math.atan2(math.sin(p.phase), math.cos(p.phase)),
-        2.0 * math.pi / p.frequency_ratio,
-        float(accuracy) / max(1.0, p.frequency_ratio),
-        oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio),
-        oscillator(p.damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, p.frequency_ratio),
+        *rigid.prepare(p, accuracy),
         mass_law(
             p.mass_ratio,
             p.modulation_depth,
@@ -72,33 +62,15 @@ def prepare(parameters: Parameters, accuracy: float) -> Modulated:
     )
 
 
-@flight.of(Modulated)
-def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
-    if cause == RELEASE:
-        # The third derivative with it: heavy damping would multiply what rounding leaves of x''.
-        a = 0.0
-        j = model.free[3] * cos - v
-    return find_impact(model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos)
-
-
-@cut_flight.of(Modulated)
-def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
-    end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
-    dx = end_x - x
-    end_gap = gap + ((rate * duration) + side * (dx - v * duration))
-    return dx, end_v, end_gap, rate + side * (end_v - v)
+# A flight does not feel the mass, and the first derivative of x that is not zero has the same sign
+# in flight and in contact.
+for declaration in (flight, cut_flight, rests):
+    declaration.share(Modulated, rigid.Rigid)
 
 
 @sticking.of(Modulated)
 def _sticking(model, periods, time, side, x, v, sin, cos):
     return step_together(model.free, model.law, periods, time, side, x, v, sin, cos)
-
-
-@rests.of(Modulated)
-def _rests(model, periods, time, side, x, v, a, j, sin, cos):
-    # The first derivative of x that is not zero has the same sign in flight and in contact.
-    snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
-    return stays(side, a, j, snap, crackle)
 
 
 @time_to_sticking.of(Modulated)
