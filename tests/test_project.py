@@ -85,10 +85,13 @@ LAYERS = {
     "theory": 5,
     "observers": 5,
     "points": 6,
+    "comparison": 7,
+    "stress": 7,
+    "cost": 7,
     "lanes": 6,
-    "study": 7,
-    "simulation": 7,
-    "figures": 8,
+    "study": 8,
+    "simulation": 8,
+    "figures": 9,
 }
 
 

@@ -12,8 +12,10 @@ Layers, each importing only those above it:
    `theory` has closed forms to compare with.
 5. `observers`: one file each, each a pass over the segment log.
 6. `points`, `lanes`: many points of a study through engine and observers.
-7. `study`: YAML -> slices -> cubes -> tables; xarray is imported here (and by `simulate`).
-8. `figures`: cubes -> plots; matplotlib is imported here only.
+7. `comparison`: other solvers on the same scenes, and how far off each one is. `stress`: the
+   engine on extreme parameters. `cost`: what each part costs. Only their studies load them.
+8. `study`: YAML -> slices -> cubes -> tables; xarray is imported here (and by `simulate`).
+9. `figures`: cubes -> plots; matplotlib is imported here only.
 
 `compiled` (numba where it is installed) stands beside them. Importing damper loads none of
 these: a name loads what it needs when it is first used.

@@ -1,0 +1,56 @@
+"""What all solvers of a comparison are given: parameters, a start, an end."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from damper.parameters import Parameters, State
+from damper.points import read_point
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One run to compare solvers on."""
+
+    parameters: Parameters
+    state: State
+    """Start: primary displacement and velocity, free mass displacement and velocity, time 0."""
+    until: float
+    """End, in units of sqrt(M/K); before chaos takes over, where there is chaos."""
+
+    @property
+    def model(self) -> str:
+        """``rigid`` walls, or ``compliant`` ones."""
+        return self.parameters.model
+
+    @property
+    def periods(self) -> float:
+        """Forcing periods from start to end."""
+        return (self.until - self.state.time) / self.parameters.period
+
+
+def read_scene(values: Mapping[str, float], until: float) -> Scene:
+    """Check and make a scene.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Dimensionless parameters by name, and what is not zero of the initial quantities; see
+        `damper.quantities`.
+    until : float
+        End in units of sqrt(M/K), above 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For unknown, missing or mixed names and for values out of range.
+
+    Examples
+    --------
+    >>> scene = read_scene({"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.5,
+    ...                     "clearance": 0.25, "restitution": 0.6, "initial_velocity": 1.0}, 20.0)
+    >>> scene.model, scene.state
+    ('rigid', State(x=0.0, v=1.0, y=0.0, u=1.0, time=0.0))
+    """
+    point = read_point(values)
+    start = point.start() or State(0.0, 0.0, 0.0, 0.0)
+    return Scene(point.parameters, start, float(until))
