@@ -43,6 +43,8 @@ class Verification(StudyFile):
     """Sections whose entries are mappings of their own -> the class of these."""
     figure_kinds: ClassVar[Mapping[str, type[Made]]] = {}
     table_kinds: ClassVar[Mapping[str, type[Made]]] = {}
+    has_cube: ClassVar[bool] = True
+    """Whether it has results that are the same each time, in ``cube.nc``."""
 
     @property
     def values(self) -> dict[str, str]:
@@ -88,7 +90,8 @@ class Verification(StudyFile):
             ],
         }
 
-    def to_yaml(self) -> str:
-        """Return the study without its figures and tables, every default spelt out."""
+    def attributes(self) -> dict[str, str]:
+        """Return what a file of results says of the study; figures and tables do not change it."""
         left_out = {"figures", "tables"}
-        return dump_yaml(self.model_dump(mode="json", exclude_none=True, exclude=left_out))
+        written = dump_yaml(self.model_dump(mode="json", exclude_none=True, exclude=left_out))
+        return {"title": self.title, "source": self.source, "study": written}
