@@ -24,7 +24,7 @@ def test_tables_are_renewed(tmp_path, capsys):
     assert main([str(tmp_path), str(document)]) == 0
     assert document.read_text() == DOCUMENT.replace("old\n", "| a | b |\n|---|---|\n| 1 | 2 |\n")
     assert main([str(tmp_path), str(document)]) == 0
-    assert capsys.readouterr().out.count("renewed") == 1
+    assert capsys.readouterr().out.count("renewed: ") == 1
     made.write_text("# T\n")
     assert main([str(tmp_path), str(document)]) == 1
 
