@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from reference import mp_reference
+from damper.comparison import reference_rigid as mp_reference
 from reference.accumulation import accumulation_time
 
 from damper.contact import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import mp_reference
+from damper.comparison import reference_rigid as mp_reference
 from reference.two_impacts import two_impacts
 from scipy.linalg import expm
 

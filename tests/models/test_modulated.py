@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
 from reference import varying_mass as reference
-from reference.mp_reference import Hit
+from damper.comparison.reference_rigid import Hit
 from scipy.integrate import quad, solve_ivp
 
 from damper import Parameters, SIParameters, State, events
