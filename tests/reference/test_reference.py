@@ -9,6 +9,7 @@ import pytest
 from mpmath import mp, mpf
 
 from damper.comparison import reference_rigid as mp_reference
+from damper.comparison.reference_rigid import Event, Parameters, events
 
 from . import dop853, fine_step
 from .accumulation import (
@@ -17,7 +18,6 @@ from .accumulation import (
     small_mass_burst_completes,
     small_mass_critical_restitution,
 )
-from damper.comparison.reference_rigid import Event, Parameters, events
 from .two_impacts import coefficients, two_impacts
 
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from damper.comparison.reference import read_reference
 from damper.comparison.runs import run_scene, write_runs
 
+from damper.comparison.reference import read_reference
 from damper.comparison.scene import read_scene
 
 params = snakemake.params

@@ -111,7 +111,7 @@ def make_reference(scene: Scene, digits: int = 50) -> Reference:
     ...                     "clearance": 0.25, "restitution": 0.6}, 10.0)
     >>> reference = make_reference(scene)
     >>> reference.impact_time_digits[0]
-    '2.1586031892824394679250698113768889374797376466594'
+    '2.1586031892824394676789524498464178830291034500478'
     """
     if digits < 20:
         raise ValueError(f"digits = {digits!r}: must be at least 20")
@@ -175,9 +175,7 @@ def read_reference(path: Path) -> Reference:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         sensitivity = content["sensitivity"]
         return Reference(
-            Scene(
-                Parameters(**content["parameters"]), State(**content["start"]), content["until"]
-            ),
+            Scene(Parameters(**content["parameters"]), State(**content["start"]), content["until"]),
             content["digits"],
             tuple(content["impact_times"]),
             tuple(content["impact_sides"]),

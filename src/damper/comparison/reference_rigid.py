@@ -185,7 +185,7 @@ class _Walk:
                         break
                     order = 3
             settled = True
-            hit, pair = _fly(p, self.t, pair, self.until, order)
+            hit, pair = advance_flight(p, self.t, pair, self.until, order)
             if hit is None:
                 break
             self.t, order = hit.time, 0
@@ -216,9 +216,8 @@ class _Walk:
         ahead = taylor(p, mpf(1), self.t, x, v, 12)
         a, j = -2 * side * ahead[2], 6 * side * ahead[3]
         if w == 0:
-            order = 2 + lowest_order(ahead[2:])
-            sticks = order < len(ahead) and side * ahead[order] < 0
-            return order, mpf(0) if sticks else None
+            order, falls = first_order(p, self.t, pair)
+            return order, mpf(0) if falls else None
         if not (p.r < 1 and a > 0 and w < self.floor):
             return 1, None
         first = 2 * w / (a * (1 - p.r))
@@ -247,6 +246,16 @@ class _Walk:
             if released:
                 self.found.append(Event(self.t, "release", side, mpf(0), x, v))
         return Pair(x, v, side, mpf(0), mpf(0)), released
+
+
+def first_order(p: Parameters, t: mpf, pair: Pair) -> tuple[int, bool]:
+    """Order of the first term of the gap that is not zero in a flight from a wall at rest on it.
+
+    And whether that term is negative, so that there can be no such flight.
+    """
+    ahead = taylor(p, mpf(1), t, pair.x, pair.v, 12)
+    order = 2 + lowest_order(ahead[2:])
+    return order, order < len(ahead) and pair.side * ahead[order] < 0
 
 
 def fastest_rate(p: Parameters, inertia: mpf) -> mpf:
@@ -317,11 +326,13 @@ def fly(
         None when there is no impact before ``until``.
     """
     t, x, v = state
-    return _fly(p, t, Pair(x, v, side, *gap), until, order)[0]
+    return advance_flight(p, t, Pair(x, v, side, *gap), until, order)[0]
 
 
-def _fly(p: Parameters, t: mpf, pair: Pair, until: mpf, order: int) -> tuple[Hit | None, Pair]:
-    """The same, and the state at the impact or at ``until``."""
+def advance_flight(
+    p: Parameters, t: mpf, pair: Pair, until: mpf, order: int
+) -> tuple[Hit | None, Pair]:
+    """Return what `fly` does, and the state at the impact or at ``until``."""
     x, v, side, g, rate = pair
     longest = PANEL / fastest_rate(p, mpf(1))
     while t < until:

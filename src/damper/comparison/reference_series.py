@@ -107,5 +107,3 @@ def first_root(q: Sequence[mpf], end: mpf, absolute: bool) -> mpf | None:
 def lowest_order(c: Sequence[mpf]) -> int:
     """Return the index of the first coefficient that is not zero."""
     return next((n for n, value in enumerate(c) if value != 0), len(c))
-
-
