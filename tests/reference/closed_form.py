@@ -9,6 +9,7 @@ by a power series in r**n, of which Richardson's scheme removes term by term.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 from mpmath import mp, mpf
@@ -142,7 +143,7 @@ def extrapolate(values: list, ratio: mpf) -> mpf:
     row = list(values)
     for order in range(1, len(row)):
         q = ratio**order
-        row = [(b - q * a) / (1 - q) for a, b in zip(row, row[1:], strict=False)]
+        row = [(b - q * a) / (1 - q) for a, b in pairwise(row)]
     return row[0]
 
 
