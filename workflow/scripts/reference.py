@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from damper.comparison.reference import make_reference, write_reference
-
 from damper.comparison.scene import read_scene
 
 scene = read_scene(**snakemake.params.scene)
