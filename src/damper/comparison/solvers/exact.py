@@ -34,7 +34,7 @@ LABEL = "exact engine"
 SETTING = "accuracy"
 FINER = -1
 MODELS = ("rigid", "compliant")
-EVALUATIONS_PER_SECOND = 1e7
+EVALUATIONS_PER_SECOND = 5e6
 
 
 def solve(
@@ -78,8 +78,8 @@ def solve(
             kept.append(np.column_stack((starts[events], log[events][:, (CAUSE, SIDE, SPEED)])))
             found.penetration = max(found.penetration, -float(log[:, GAP].min()))
             found.reached = float(starts[-1] + log[-1, DURATION])
-            if len(wanted):
-                _sample(run, log, starts, wanted, found)
+            last = log, starts
+            _sample(run, *last, wanted, found)
             if observer is not None:
                 observer.observe(log)
         if run.evaluations > max_evaluations:
@@ -96,6 +96,8 @@ def solve(
         found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
     else:
         found.reached = scene.until
+        # Again, for what rounding has left between the last segment's end and that time.
+        _sample(run, *last, wanted, found)
         if observer is not None:
             found.energy_residual = _residual(run, scene, observer)
     return found
@@ -105,6 +107,8 @@ def _sample(
     run: Trajectory, log: np.ndarray, starts: np.ndarray, times: np.ndarray, found: Solution
 ) -> None:
     """Write the states at those times that lie in this piece of the log."""
+    if len(times) == 0:
+        return
     first = int(np.searchsorted(times, starts[0]))
     last = int(np.searchsorted(times, found.reached, "right"))
     rows = np.searchsorted(starts, times[first:last], "right") - 1
