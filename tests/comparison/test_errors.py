@@ -1,0 +1,239 @@
+"""Errors of solutions made by hand, whose errors are known."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damper.comparison.errors import FLOOR, MEASURES, counted_impacts, measure
+from damper.comparison.scene import read_scene
+from damper.comparison.solution import STALLED, Solution
+
+SCENE = read_scene(
+    {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.05,
+        "frequency_ratio": 1.0,
+        "clearance": 0.25,
+        "restitution": 0.1,
+    },
+    20.0,
+)
+#: Left, right, then a complete burst on the right whose speeds fall by 10 each, stick at 6,
+#: release at 7, left, a grazing impact on the right.
+TIMES = np.array([1.0, 3.0, 5.0, 5.9, 5.99, 5.999, 5.9999, 5.99999, 9.0, 12.0])
+SIDES = np.array([-1, 1, 1, 1, 1, 1, 1, 1, -1, 1])
+SPEEDS = np.array([1.0, 0.9, 0.8, 0.1, 1e-2, 1e-3, 1e-4, 1e-5, 0.5, 1e-9])
+REFERENCE: Any = SimpleNamespace(
+    impact_times=TIMES,
+    impact_sides=SIDES,
+    approach_speeds=SPEEDS,
+    stick_times=np.array([6.0]),
+    release_times=np.array([7.0]),
+    final_state=np.array([1.0, 2.0, 3.0, 4.0]),
+)
+#: 3.0 belongs to the burst as well: the same wall, nothing in between. So the floor is 9e-4.
+COUNTED = 8
+NOTHING_WRONG = {
+    "impact_time_error": 0.0,
+    "accumulation_error": 0.0,
+    "release_error": 0.0,
+    "state_error": 0.0,
+    "penetration": 1e-9,
+    "energy_residual": 1e-7,
+    "missed_impacts": 0.0,
+    "extra_impacts": 0.0,
+    "unresolved_impacts": 0.0,
+    "missed_sticks": 0.0,
+    "extra_sticks": 0.0,
+    "missed_releases": 0.0,
+    "evaluations": 77.0,
+}
+
+
+def solution(keep: Any = slice(None), **changes: Any) -> Solution:
+    """The reference's own events, or some of them, with changes."""
+    same = Solution(
+        impact_times=TIMES[keep],
+        impact_sides=SIDES[keep],
+        approach_speeds=SPEEDS[keep],
+        stick_times=REFERENCE.stick_times,
+        release_times=REFERENCE.release_times,
+        states=np.array([[1.0, 2.0, 3.0, 4.0]]),
+        penetration=1e-9,
+        energy_residual=-1e-7,
+        evaluations=77,
+        reached=20.0,
+    )
+    return replace(same, **changes)
+
+
+def check(given: Solution, **expected: float) -> None:
+    found = measure(SCENE, REFERENCE, given)
+    assert list(found) == list(MEASURES)
+    assert all(type(value) is float for value in found.values())
+    assert found == pytest.approx(NOTHING_WRONG | expected, nan_ok=True, rel=1e-9, abs=1e-15)
+
+
+def without(*lost: int) -> np.ndarray:
+    return np.setdiff1d(np.arange(len(TIMES)), lost)
+
+
+def test_the_reference_itself_has_no_error() -> None:
+    check(solution())
+    assert counted_impacts(REFERENCE) == COUNTED
+    assert counted_impacts(REFERENCE, 0.0) == len(TIMES)
+
+
+def test_shifted_impacts_have_the_largest_shift_as_error() -> None:
+    shift = np.zeros(len(TIMES))
+    shift[[0, 1, 8]] = 1e-3, -2e-3, 1.5e-3
+    check(solution(impact_times=TIMES + shift), impact_time_error=2e-3)
+
+
+def test_impacts_below_the_floor_do_not_count() -> None:
+    shift = np.zeros(len(TIMES))
+    shift[6] = 3e-5
+    check(solution(impact_times=TIMES + shift))
+    check(solution(without(6, 7)))
+
+
+def test_one_missed() -> None:
+    check(solution(without(1)), missed_impacts=1.0)
+    # However slow: it is in no complete burst.
+    check(solution(without(9)), missed_impacts=1.0)
+
+
+def test_one_doubled() -> None:
+    twice = np.insert(np.arange(10), 8, 8)
+    times = TIMES[twice].copy()
+    times[8] += 1e-2
+    check(solution(twice, impact_times=times), extra_impacts=1.0)
+    times[9] += 2e-2  # the nearer one is the partner
+    check(solution(twice, impact_times=times), extra_impacts=1.0, impact_time_error=1e-2)
+
+
+def test_wrong_wall_is_missed_and_extra() -> None:
+    sides = SIDES.copy()
+    sides[8] = 1
+    check(solution(impact_sides=sides), missed_impacts=1.0, extra_impacts=1.0)
+
+
+def test_too_far_away_is_missed_and_extra() -> None:
+    times = TIMES.copy()
+    times[0] = 5.5  # half of the way from 1 to 9 is 4
+    check(solution(impact_times=times), missed_impacts=1.0, extra_impacts=1.0)
+
+
+def test_burst_closed_early_leaves_impacts_unresolved() -> None:
+    check(solution(without(4, 5, 6, 7)), unresolved_impacts=2.0)
+    check(solution(without(3, 4, 5, 6, 7)), unresolved_impacts=3.0)
+
+
+def test_gap_in_a_burst_is_missed() -> None:
+    check(solution(without(3, 5, 6, 7)), missed_impacts=1.0, unresolved_impacts=1.0)
+
+
+def test_burst_that_is_not_closed_is_missed() -> None:
+    check(
+        solution(without(3, 4, 5, 6, 7), stick_times=np.empty(0), release_times=np.empty(0)),
+        missed_impacts=3.0,
+        missed_sticks=1.0,
+        missed_releases=1.0,
+        accumulation_error=np.nan,
+        release_error=np.nan,
+    )
+
+
+def test_burst_of_which_nothing_is_seen_is_missed() -> None:
+    check(solution(without(*range(1, 8))), missed_impacts=5.0)
+
+
+def test_slow_impacts_while_the_masses_stick_are_noise() -> None:
+    more = np.insert(np.arange(10), 8, 7)
+    times, speeds = TIMES[more].copy(), SPEEDS[more].copy()
+    times[8], speeds[8] = 6.5, 8.9e-4
+    check(solution(more, impact_times=times, approach_speeds=speeds))
+    speeds[8] = 9.1e-4
+    check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
+    times[8], speeds[8] = 7.5, 8.9e-4
+    check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
+
+
+def test_late_stick_and_early_release() -> None:
+    late = solution(stick_times=np.array([6.25]), release_times=np.array([6.875]))
+    check(late, accumulation_error=0.25, release_error=0.125)
+
+
+def test_second_stick_is_extra() -> None:
+    check(solution(stick_times=np.array([6.0, 6.5])), extra_sticks=1.0)
+
+
+def test_what_was_not_reached_is_not_missed() -> None:
+    stalled = solution(
+        slice(0, 8),
+        stick_times=np.empty(0),
+        release_times=np.empty(0),
+        states=np.full((1, 4), np.nan),
+        outcome=STALLED,
+        reached=5.99999,
+    )
+    check(stalled, accumulation_error=np.nan, release_error=np.nan, state_error=np.nan)
+
+
+def test_state_error_is_the_largest_of_the_four() -> None:
+    check(solution(states=np.array([[9.0, 9.0, 9.0, 9.0], [1.5, 2.0, 2.0, 4.25]])), state_error=1.0)
+    check(solution(states=np.empty((0, 4))), state_error=np.nan)
+
+
+def test_solution_without_events() -> None:
+    check(
+        Solution(states=np.zeros((1, 4)), reached=20.0),
+        impact_time_error=np.nan,
+        accumulation_error=np.nan,
+        release_error=np.nan,
+        state_error=4.0,
+        penetration=np.nan,
+        energy_residual=np.nan,
+        missed_impacts=float(COUNTED),
+        missed_sticks=1.0,
+        missed_releases=1.0,
+        evaluations=0.0,
+    )
+
+
+def test_plastic_impact_is_a_burst_of_one() -> None:
+    plastic = SimpleNamespace(
+        impact_times=np.array([2.0]),
+        impact_sides=np.array([1]),
+        approach_speeds=np.array([0.5]),
+        stick_times=np.array([2.0]),
+        release_times=np.array([3.0]),
+        final_state=np.zeros(4),
+    )
+    assert counted_impacts(plastic, FLOOR) == 1  # type: ignore[arg-type]
+    found = measure(
+        SCENE,
+        plastic,  # type: ignore[arg-type]
+        Solution(
+            impact_times=np.array([2.0 + 1e-6]),
+            impact_sides=np.array([1]),
+            approach_speeds=np.array([0.5]),
+            stick_times=np.array([2.0 - 1e-6]),
+            release_times=np.array([3.0]),
+        ),
+    )
+    assert found["impact_time_error"] == pytest.approx(1e-6)
+    assert found["accumulation_error"] == pytest.approx(1e-6)
+    assert found["missed_impacts"] == found["extra_impacts"] == found["missed_sticks"] == 0.0
+    # The only event of its kind is looked for half a period about it, no further.
+    far = Solution(
+        impact_times=np.array([2.0 + 3.2]),
+        impact_sides=np.array([1]),
+        approach_speeds=np.array([0.5]),
+        reached=20.0,
+    )
+    found = measure(SCENE, plastic, far)  # type: ignore[arg-type]
+    assert found["missed_impacts"] == found["extra_impacts"] == 1.0
