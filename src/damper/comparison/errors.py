@@ -9,7 +9,7 @@ A complete burst has infinitely many impacts, so no solver finds all of them. Tw
 apart from impacts that were passed over:
 
 - Impacts of a complete burst count only down to `FLOOR` times the approach speed of its first
-  one, seven impacts for a restitution of 0.3 and fourteen for 0.6. All others count, however
+  one, six impacts for a restitution of 0.3 and fourteen for 0.6. All others count, however
   slow: a grazing impact must not be lost.
 - A solver that closes a burst by sticking leaves the rest of it *unresolved*; that is no impact
   missed.
