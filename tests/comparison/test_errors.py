@@ -7,20 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damper.comparison.errors import FLOOR, MEASURES, counted_impacts, measure
+from damper.comparison.errors import FLOOR, MEASURES, MISSES, counted_impacts, measure, verdict
 from damper.comparison.scene import read_scene
 from damper.comparison.solution import STALLED, Solution
 
-SCENE = read_scene(
-    {
-        "mass_ratio": 0.1,
-        "damping_ratio": 0.05,
-        "frequency_ratio": 1.0,
-        "clearance": 0.25,
-        "restitution": 0.1,
-    },
-    20.0,
-)
+VALUES = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 1.0,
+    "clearance": 0.25,
+    "restitution": 0.1,
+}
+SCENE = read_scene(VALUES, 20.0)
 #: Left, right, then a complete burst on the right whose speeds fall by 10 each, stick at 6,
 #: release at 7, left, a grazing impact on the right.
 TIMES = np.array([1.0, 3.0, 5.0, 5.9, 5.99, 5.999, 5.9999, 5.99999, 9.0, 12.0])
@@ -237,3 +235,28 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
     )
     found = measure(SCENE, plastic, far)  # type: ignore[arg-type]
     assert found["missed_impacts"] == found["extra_impacts"] == 1.0
+
+
+# --- verdicts
+
+
+def test_verdicts() -> None:
+    good = solution()
+    stalled = solution(outcome=STALLED)
+    nothing = dict(NOTHING_WRONG)
+    assert verdict(SCENE, good, nothing) == "good"
+    assert len(MISSES) == 5
+    for name in MISSES:
+        assert verdict(SCENE, good, nothing | {name: 1.0}) == "missed"
+    assert verdict(SCENE, good, nothing | {"unresolved_impacts": 9.0}) == "good"
+    outside = nothing | {"penetration": 0.0026}
+    assert verdict(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
+    assert verdict(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
+    assert verdict(SCENE, stalled, outside) == "stalled"
+    # A solver that does not tell how far it went is not accused.
+    assert verdict(SCENE, good, nothing | {"penetration": np.nan}) == "good"
+
+
+def test_walls_that_give_are_penetrated() -> None:
+    compliant = read_scene(VALUES | {"contact_stiffness_ratio": 100.0}, 20.0)
+    assert verdict(compliant, solution(), NOTHING_WRONG | {"penetration": 0.1}) == "good"

@@ -7,7 +7,7 @@ import pytest
 from comparison.fake_solvers import REFERENCE, STALLS, fake
 
 from damper.comparison import runs
-from damper.comparison.errors import MEASURES
+from damper.comparison.errors import MEASURES, VERDICTS
 from damper.comparison.runs import NOT_APPLICABLE, run_scene, solver_names
 from damper.comparison.scene import read_scene
 from damper.comparison.solution import CAPPED, FINISHED, OUTCOMES, STALLED
@@ -40,7 +40,7 @@ def test_errors_and_outcomes_of_every_level(calls: list[dict[str, Any]]) -> None
     found = run_scene(SCENE, SETTINGS, REFERENCE, 2.0)
     assert set(found) == {
         *MEASURES,
-        *("setting", "outcome", "reached"),
+        *("setting", "outcome", "verdict", "reached"),
         *("reference_impacts", "sensitivity", "until", "periods"),
     }
     nan = np.nan
@@ -54,6 +54,9 @@ def test_errors_and_outcomes_of_every_level(calls: list[dict[str, Any]]) -> None
         found["outcome"],
         [[done, done, capped], [done, done, none], [stalled, none, none], [none, none, none]],
     )
+    names = [VERDICTS[k] for k in found["verdict"][found["verdict"] >= 0]]
+    assert names == ["good", "good", "capped", "good", "good", "stalled"]
+    np.testing.assert_array_equal(found["verdict"] >= 0, found["outcome"] >= 0)
     np.testing.assert_allclose(
         found["state_error"],
         [[0.3 / 4, 0.3 / 100, nan], [0.03, 0.003, nan], [nan] * 3, [nan] * 3],

@@ -17,6 +17,7 @@ apart from impacts that were passed over:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, nan
 from typing import TYPE_CHECKING
@@ -24,13 +25,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.comparison.scene import Scene
-from damper.comparison.solution import Solution
+from damper.comparison.solution import FINISHED, Solution
 
 if TYPE_CHECKING:  # brings mpmath along
     from damper.comparison.reference import Reference
 
 #: Part of a complete burst's first approach speed below which its impacts do not count.
 FLOOR = 1e-3
+
+#: Part of the clearance by which a free mass may be beyond a rigid wall and still count as inside.
+BOX = 1e-2
+
+#: What became of a run: the first of these that holds, in the order of their names from the second
+#: on, or else the first. ``left_box`` is for rigid walls only; ``missed`` is any event passed over
+#: or made up.
+VERDICTS = ("good", "stalled", "capped", "failed", "left_box", "missed")
+#: Counts that are 0 unless events were passed over or made up.
+MISSES = ("missed_impacts", "extra_impacts", "missed_sticks", "extra_sticks", "missed_releases")
 
 #: All that `measure` returns: name -> long name and units.
 MEASURES = {
@@ -111,6 +122,19 @@ def measure(
         "missed_releases": _missed(reference.release_times, release, reached),
         "evaluations": float(solution.evaluations),
     }
+
+
+def verdict(scene: Scene, solution: Solution, measured: Mapping[str, float]) -> str:
+    """Return which of `VERDICTS` a run deserves.
+
+    A solver notices by itself that it stalls, is capped or fails; that it left the box or lost
+    events, only the reference tells.
+    """
+    if solution.outcome != FINISHED:
+        return solution.outcome
+    if scene.model == "rigid" and measured["penetration"] > BOX * scene.parameters.clearance:
+        return "left_box"
+    return "missed" if any(measured[name] for name in MISSES) else "good"
 
 
 def counted_impacts(reference: Reference, floor: float = FLOOR) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.comparison.errors import MEASURES, counted_impacts, measure
+from damper.comparison.errors import MEASURES, VERDICTS, counted_impacts, measure, verdict
 from damper.comparison.scene import Scene
 from damper.comparison.solution import OUTCOMES
 from damper.comparison.solvers import SOLVERS, load
@@ -42,8 +42,9 @@ def run_scene(
     dict of str to ndarray
         Of shape (solver, level), solvers in the order of `SOLVERS`, padded to the solver with the
         most levels: `MEASURES` and ``setting``, ``reached`` (NaN where there is no run), and
-        ``outcome`` (index in `OUTCOMES`, or `NOT_APPLICABLE`). And of the scene, without
-        dimensions: ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``.
+        ``outcome`` (index in `OUTCOMES`, or `NOT_APPLICABLE`), ``verdict`` (likewise in
+        `damper.comparison.errors.VERDICTS`). And of the scene, without dimensions:
+        ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``.
 
     Raises
     ------
@@ -53,7 +54,8 @@ def run_scene(
     names = solver_names(settings)
     shape = (len(names), max(map(len, settings.values()), default=0))
     arrays = {name: np.full(shape, nan) for name in ("setting", *MEASURES, "reached")}
-    arrays["outcome"] = np.full(shape, NOT_APPLICABLE, dtype="i1")
+    for name in ("outcome", "verdict"):
+        arrays[name] = np.full(shape, NOT_APPLICABLE, dtype="i1")
     for row, name in enumerate(names):
         solver = load(name)
         arrays["setting"][row, : len(settings[name])] = settings[name]
@@ -67,8 +69,11 @@ def run_scene(
                 balance=True,
                 max_evaluations=most_evaluations(solver, cap),
             )
-            for key, value in measure(scene, reference, solution).items():
+            measured = measure(scene, reference, solution)
+            for key, value in measured.items():
                 arrays[key][row, level] = value
+            found = verdict(scene, solution, measured)
+            arrays["verdict"][row, level] = VERDICTS.index(found)
             arrays["outcome"][row, level] = OUTCOMES.index(solution.outcome)
             arrays["reached"][row, level] = solution.reached
     arrays["reference_impacts"] = np.array(counted_impacts(reference))
