@@ -5,12 +5,17 @@ half as wide as the way to its neighbour of the same kind (impacts: on the same 
 not overlap, and the solver's event nearest to the middle of a window is the one that is meant.
 What is left over was missed, or is one too many.
 
-A complete burst has infinitely many impacts, so no solver finds all of them. Two rules keep that
-apart from impacts that were passed over:
+A complete burst has infinitely many impacts, ever closer together: no solver finds all of them,
+and near the end times alone do not tell which one is meant. Three rules keep that apart from
+impacts that were passed over:
 
+- From the first impact of a burst on, the solver's next one on that wall is the next one of the
+  reference if their approach speeds agree: within half of the factor, on a logarithmic scale, by
+  which these fall from impact to impact, which is the restitution. Windows in time are for those
+  that do not.
 - Impacts of a complete burst count only down to `FLOOR` times the approach speed of its first
-  one, six impacts for a restitution of 0.3 and fourteen for 0.6. All others count, however
-  slow: a grazing impact must not be lost.
+  one: four impacts for a restitution of 0.3, ten for 0.6. All others count, however slow: a grazing
+  impact must not be lost.
 - A solver that closes a burst by sticking leaves the rest of it *unresolved*; that is no impact
   missed.
 """
@@ -31,7 +36,7 @@ if TYPE_CHECKING:  # brings mpmath along
     from damper.comparison.reference import Reference
 
 #: Part of a complete burst's first approach speed below which its impacts do not count.
-FLOOR = 1e-3
+FLOOR = 1e-2
 
 #: Part of the clearance by which a free mass may be beyond a rigid wall and still count as inside.
 BOX = 1e-2
@@ -85,8 +90,12 @@ def measure(
     counted, bursts = _bursts(reference, floor)
     reached = scene.until if np.isnan(solution.reached) else solution.reached
     ahead = reference.impact_times > reached
-    partner, extra = _match_impacts(scene, reference, solution)
+    partner = _match_impacts(scene, reference, solution)
+    for burst in bursts:
+        _follow(scene, reference, solution, partner, burst)
     found = partner >= 0
+    extra = np.ones(len(solution.impact_times), dtype=bool)
+    extra[partner[found]] = False
 
     stick, extra_sticks = _match(scene, reference.stick_times, solution.stick_times)
     release, _ = _match(scene, reference.release_times, solution.release_times)
@@ -174,19 +183,37 @@ def _bursts(reference: Reference, floor: float) -> tuple[np.ndarray, list[_Burst
     return counted, bursts
 
 
-def _match_impacts(
-    scene: Scene, reference: Reference, solution: Solution
-) -> tuple[np.ndarray, np.ndarray]:
-    """Match on each wall; partner of each impact of the reference, and which are too many."""
+def _match_impacts(scene: Scene, reference: Reference, solution: Solution) -> np.ndarray:
+    """Match on each wall by windows in time: index of each reference impact's partner, or -1."""
     partner = np.full(len(reference.impact_times), -1)
-    extra = np.zeros(len(solution.impact_times), dtype=bool)
     for side in (-1, 1):
         theirs = np.flatnonzero(reference.impact_sides == side)
         mine = np.flatnonzero(solution.impact_sides == side)
-        found, left = _match(scene, reference.impact_times[theirs], solution.impact_times[mine])
+        found, _ = _match(scene, reference.impact_times[theirs], solution.impact_times[mine])
         partner[theirs[found >= 0]] = mine[found[found >= 0]]
-        extra[mine] = left
-    return partner, extra
+    return partner
+
+
+def _follow(
+    scene: Scene, reference: Reference, solution: Solution, partner: np.ndarray, burst: _Burst
+) -> None:
+    """Match a complete burst anew, from impact to impact and by approach speed; see above."""
+    times, sides, speeds = solution.impact_times, solution.impact_sides, solution.approach_speeds
+    fall = scene.parameters.restitution**0.5
+    for k in range(burst.first + 1, burst.last + 1):
+        before, after = partner[k - 1], partner[k - 1] + 1
+        if before >= 0 and after < len(times):
+            wanted = reference.approach_speeds[k]
+            stuck = (solution.stick_times >= times[before]) & (solution.stick_times < times[after])
+            if (
+                sides[after] == reference.impact_sides[k]
+                and wanted * fall < speeds[after] < wanted / fall
+                and not stuck.any()
+                and after not in partner[burst.last + 1 :]
+            ):
+                partner[k] = after
+        if partner[k] in partner[burst.first : k]:  # it was found to be an earlier one
+            partner[k] = -1
 
 
 def _match(scene: Scene, wanted: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
