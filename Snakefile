@@ -14,6 +14,8 @@ include: "workflow/rules/gather.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/verify.smk"
+include: "workflow/rules/comparison.smk"
+include: "workflow/rules/verification.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -34,7 +36,7 @@ for target, names in CONFIG.targets.items():
         name:
             target
         input:
-            [everything_of(STUDIES[name]) for name in names],
+            [everything_of(CONFIG.studies[name]) for name in names],
 
 
 onsuccess:

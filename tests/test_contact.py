@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from reference import mp_reference
 from reference.accumulation import accumulation_time
 
+from damper.comparison import reference_rigid as mp_reference
 from damper.contact import (
     HORIZON,
     _certified_step,

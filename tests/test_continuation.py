@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 from mpmath import mp, mpf
 from new_process import in_new_process
-from reference import mp_reference
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, lanes, simulate
+from damper.comparison import reference_rigid as mp_reference
 from damper.engine import Trajectory
 from damper.lanes import run_lanes
 from damper.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import mp_reference
 from reference.two_impacts import two_impacts
 from scipy.linalg import expm
 
 import damper
 from damper import Parameters, State
+from damper.comparison import reference_rigid as mp_reference
 from damper.compiled import COMPILED
 from damper.engine import Trajectory
 from damper.models import motion

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from reference import dop853, fine_step, mp_reference
+from reference import dop853, fine_step
 from reference.accumulation import accumulation_time
 
 import damper
+from damper.comparison import reference_rigid as mp_reference
 from damper.event_list import EVENT
 
 IMPACT, STICK, RELEASE, STOPPED = range(4)

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
 from reference import varying_mass as reference
-from reference.mp_reference import Hit
 from scipy.integrate import quad, solve_ivp
 
 from damper import Parameters, SIParameters, State, events
+from damper.comparison.reference_rigid import Hit
 from damper.engine import Trajectory
 from damper.flow import acceleration
 from damper.lanes import run_lanes

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
 from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
-from reference import mp_reference
 
 from damper import Parameters, simulate
+from damper.comparison import reference_rigid as mp_reference
 from damper.engine import Trajectory
 from damper.lanes import run_lanes
 from damper.observers import make_observers

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
-from reference import mp_reference
 
 from damper import State
+from damper.comparison import reference_rigid as mp_reference
 from damper.lanes import run_lanes
 
 SUMMARY = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from .mp_reference import GUARD_DIGITS, Parameters, events, fly
+from damper.comparison.reference_rigid import GUARD_DIGITS, Parameters, events, fly
 
 
 def accumulation_time(
@@ -32,7 +32,7 @@ def accumulation_time(
     rebound_speed : float or mpf
         Rate of the gap just after the impact.
     dps, burst_floor
-        As in `mp_reference.events`.
+        As in `reference_rigid.run`.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def kinematic_accumulation_time(
     rebound_speed : float or mpf
         Rate of the gap just after the first impact.
     dps, burst_floor
-        As in `mp_reference.events`.
+        As in `reference_rigid.run`.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def small_mass_burst_completes(
     restitution : float
         Restitution coefficient.
     dps, burst_floor
-        As in `mp_reference.events`.
+        As in `reference_rigid.run`.
     """
     with mp.workdps(dps):
         omega = mpf(1) / 2

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from . import dop853, fine_step, mp_reference
+from damper.comparison import reference_rigid as mp_reference
+from damper.comparison.reference_rigid import Event, Parameters, events
+
+from . import dop853, fine_step
 from .accumulation import (
     accumulation_time,
     kinematic_accumulation_time,
     small_mass_burst_completes,
     small_mass_critical_restitution,
 )
-from .mp_reference import Event, Parameters, events
 from .two_impacts import coefficients, two_impacts
 
 

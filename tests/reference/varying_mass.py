@@ -1,6 +1,6 @@
 """Events of the impact damper with a time-variant free mass in arbitrary precision.
 
-Flights are those of the rigid damper (`mp_reference`). While the masses stick, x and v are Taylor
+Flights are those of the rigid damper (`damper.comparison.reference_rigid`). While the masses stick, x and v are Taylor
 series in panels of a fixed, short length, found by dividing series: x'' = F / (1 + mu).
 """
 
@@ -10,17 +10,8 @@ from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from .mp_reference import (
-    GUARD_DIGITS,
-    Event,
-    Hit,
-    Parameters,
-    first_root,
-    fly,
-    horner,
-    lowest_order,
-    taylor,
-)
+from damper.comparison.reference_rigid import GUARD_DIGITS, Event, Hit, Parameters, fly, taylor
+from damper.comparison.reference_series import first_root, horner, lowest_order
 
 
 class Mass(NamedTuple):

@@ -20,6 +20,7 @@ from damper.quantities import ALL, MODEL_NAMES, SI_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Kind, Strict, kind_of
+from damper.study.kinds import KINDS
 from damper.study.model import Settings, Study
 from damper.study.products import FIGURES, TABLES
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial, Threshold
@@ -30,7 +31,14 @@ STUDIES = sorted((ROOT / "config/studies").glob("*.yaml"))
 CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
 TEMPLATE = ROOT / "config/studies/template.yaml"
 CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVERS.values()]
-CLASSES += [*FIGURES.values(), *TABLES.values()]
+CLASSES += [*FIGURES.values(), *TABLES.values(), *KINDS.values()]
+CLASSES += [entry for kind in KINDS.values() for entry in kind.entries.values()]
+CLASSES += [
+    made
+    for kind in KINDS.values()
+    for registry in (kind.figure_kinds, kind.table_kinds)
+    for made in registry.values()
+]
 
 STUDY, CONFIG = (
     Draft202012Validator(json.loads(text))
@@ -188,8 +196,17 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
     keys += [*paths(Axis, "axes.<name>."), *paths(Initial, "initial.")]
     for name, cls in OBSERVERS.items():
         keys += paths(cls, f"observers.{name}.")
+    kinds = text.index("\n## Studies that check the engine")
+    settings = text.index("\n## Configuration", kinds)
+    cubes = text[:kinds] + text[settings:]
     for key in keys:
-        assert text.count(f"\n| `{key}` |") == 1, key
+        assert cubes.count(f"\n| `{key}` |") == 1, key
+    _, *sections = text[kinds:settings].split("\n### Study of kind: ")
+    assert [section.partition("\n")[0] for section in sections] == list(KINDS)
+    for section, cls in zip(sections, KINDS.values(), strict=True):
+        for path, entry in {"": cls, **{f"{n}.<name>.": e for n, e in cls.entries.items()}}.items():
+            for key in paths(entry, path):
+                assert section.count(f"\n| `{key}` |") == 1, key
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         for kind, cls in registry.items():
             own = text.split(f"\n## {section.capitalize()}\n")[1].split("\n## ")[0]
@@ -222,15 +239,16 @@ def test_schema_tells_ranges_units_and_defaults():
     clearance = schema["$defs"]["clearance"]
     assert (clearance["type"], clearance["minimum"]) == ("number", 0)
     assert "clearance to each wall, $d$ [F0/K]" in clearance["description"]
-    axis = schema["properties"]["axes"]["properties"]["clearance"]["properties"]
+    study = schema["else"]
+    axis = study["properties"]["axes"]["properties"]["clearance"]["properties"]
     assert axis["start"]["description"].endswith("[F0/K]")
     assert schema["$defs"]["mass_ratio"]["exclusiveMinimum"] == 0
     assert schema["$defs"]["restitution"]["maximum"] == 1
-    assert schema["properties"]["periods"]["description"].endswith("[forcing periods]")
-    section = schema["properties"]["observers"]["properties"]["impact_section"]["properties"]
+    assert study["properties"]["periods"]["description"].endswith("[forcing periods]")
+    section = study["properties"]["observers"]["properties"]["impact_section"]["properties"]
     assert section["wall"]["enum"] == ["left", "right"]
     assert section["wall"]["default"] == "right"
-    kinds = schema["properties"]["figures"]["additionalProperties"]["anyOf"]
+    kinds = study["properties"]["figures"]["additionalProperties"]["anyOf"]
     assert [kind["properties"]["kind"]["const"] for kind in kinds] == list(FIGURES)
 
 

@@ -10,10 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
-from reference import mp_reference
 from reference.accumulation import accumulation_time, kinematic_accumulation_time
 
 from damper import Parameters
+from damper.comparison import reference_rigid as mp_reference
 from damper.contact import tail_duration
 from damper.flow import acceleration, oscillator
 from damper.theory.accumulation import completion_times, predict

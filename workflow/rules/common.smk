@@ -10,6 +10,7 @@ from snakemake.exceptions import WorkflowError
 try:
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
+    from damper.study.kinds import Verification
 except ImportError as error:
     raise WorkflowError(
         f"damper or one of its packages is missing ({error}): install them with "
@@ -27,9 +28,11 @@ except ConfigError as error:
     # the line of this file that found the mistake.
     sys.exit(str(error))
 
-STUDIES = CONFIG.studies
+# Studies that check the engine have rules of their own; STUDIES are those that make a cube.
+VERIFICATIONS = {n: study for n, study in CONFIG.studies.items() if isinstance(study, Verification)}
+STUDIES = {n: study for n, study in CONFIG.studies.items() if n not in VERIFICATIONS}
 # What is made without being asked for; verdicts and the page speak of these.
-DEFAULT = {name: STUDIES[name] for name in CONFIG.default}
+DEFAULT = {name: CONFIG.studies[name] for name in CONFIG.default}
 RESULTS = CONFIG.results
 ENGINE = {"accuracy": CONFIG.engine.accuracy, "max_events": CONFIG.engine.max_events}
 
@@ -48,6 +51,16 @@ wildcard_constraints:
 def everything_of(study):
     """Cube, figures and tables of a study."""
     folder = f"{RESULTS}/{study.name}"
+    if isinstance(study, Verification):
+        return [
+            *([f"{folder}/cube.nc"] if study.has_cube else []),
+            *(
+                f"{folder}/{path}.{end}"
+                for path in study.files("figures")
+                for end in ("svg", "png")
+            ),
+            *(f"{folder}/{path}.{end}" for path in study.files("tables") for end in ("csv", "md")),
+        ]
     return [
         f"{folder}/cube.nc",
         *(

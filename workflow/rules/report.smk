@@ -15,11 +15,7 @@ def _page_inputs(wildcards):
 
 def _page_kinds():
     return sorted(
-        {
-            settings.kind
-            for study in DEFAULT.values()
-            for settings in (*study.figures.values(), *study.tables.values())
-        }
+        {product.kind for study in DEFAULT.values() for _, _, product in study.products()}
     )
 
 

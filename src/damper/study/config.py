@@ -1,7 +1,8 @@
 """The study language: what a study file and the workflow's configuration may say.
 
-A study file is one `Study`; `load_config` turns the mapping that Snakemake hands over into the
-studies it names, or raises one `ConfigError` that lists every mistake in every file.
+A study file is one `Study`, or one of the `KINDS` if it says so; `load_config` turns the mapping
+that Snakemake hands over into the studies it names, or raises one `ConfigError` that lists every
+mistake in every file.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from damper.study.fields import STEM, STEM_WORDS, Faults, faults_of, nearest
+from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, faults_of, nearest
+from damper.study.kinds import KINDS
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
+from damper.study.study_file import StudyFile
 from damper.study.yaml_file import (
     ConfigError,
     Loc,
@@ -76,7 +79,7 @@ def load_config(mapping: dict[str, Any], directory: Path) -> Config:
     return Config(studies, default, targets, settings.engine, settings.results)
 
 
-def load_study(path: Path, override: dict[str, Any] | None = None) -> Study:
+def load_study(path: Path, override: dict[str, Any] | None = None) -> Any:
     """Load one study file.
 
     Parameters
@@ -90,7 +93,7 @@ def load_study(path: Path, override: dict[str, Any] | None = None) -> Study:
 
     Returns
     -------
-    Study
+    Study or Verification
         The study, merged and checked.
 
     Raises
@@ -147,19 +150,20 @@ def _stem(entry: str) -> str:
     return Path(entry).stem if entry.endswith(".yaml") else entry
 
 
-def _lacking_beside(studies: dict[str, Study]) -> Iterator[Problem]:
+def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
     """Yield what figures and tables ask of other studies in vain."""
     for name, study in studies.items():
         for section, stem, product in study.products():
-            for what, other in product.beside.items():
+            for what, other in getattr(product, "beside", {}).items():
                 loc, place = (section, stem, "also", what), f"study {name}"
-                if other not in studies:
+                cubes = {name: one for name, one in studies.items() if isinstance(one, Study)}
+                beside = cubes.get(other)
+                if beside is None:
                     message = f"the study '{other}' is not among those to be made"
-                    allowed = f"{words(studies)} (studies and targets in the configuration)"
-                    yield Problem(place, loc, message, allowed, nearest(other, studies))
+                    allowed = f"{words(cubes)} (studies and targets in the configuration)"
+                    yield Problem(place, loc, message, allowed, nearest(other, cubes))
                     continue
                 found = Faults()
-                beside = studies[other]
                 product.fit_beside(what, Offer(beside.axis_values, beside.observers), found)
                 for line in found.lines:
                     context = line["type"].context
@@ -178,7 +182,7 @@ def _part_of(data: Any, key: str, sort: type) -> Any:
     return value if isinstance(value, sort) else sort()
 
 
-def _load(path: Path, label: str, override: Any) -> Study:
+def _load(path: Path, label: str, override: Any) -> StudyFile:
     file = read_yaml(path, label)
     problems, data = file.problems, file.data
     if isinstance(override, dict):
@@ -187,7 +191,7 @@ def _load(path: Path, label: str, override: Any) -> Study:
         message = f"not a mapping (value: {show(override)})"
         problems.append(Problem(f"{label} (overrides of config)", (), message))
     try:
-        study = Study.model_validate(data)
+        study = _kind_of(data).model_validate(data)
     except ValidationError as error:
         for loc, told in faults_of(error):
             place, line = _place(loc, file, override)
@@ -196,6 +200,17 @@ def _load(path: Path, label: str, override: Any) -> Study:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     study._name = path.stem
     return study
+
+
+def _kind_of(data: dict[str, Any]) -> type[StudyFile]:
+    """Return the class of a study as written."""
+    if not isinstance(data, dict) or "kind" not in data:
+        return Study
+    faults = Faults()
+    with faults.of("kind"):
+        return KINDS[Choice(*KINDS).check(data["kind"], None)]
+    faults.settle()
+    raise AssertionError
 
 
 def _place(loc: Loc, file: YamlFile, override: Any) -> tuple[str, int]:
@@ -226,13 +241,17 @@ _YIELDS = {
 }
 
 
+# Where an entry that is null in the override is left out.
+_DROPPED = [(section,) for section in ("figures", "tables", "scenes", "solvers", "rungs")]
+
+
 def _merged(file: dict[str, Any], override: dict[str, Any], loc: Loc = ()) -> dict[str, Any]:
     merged = dict(file)
     if len(loc) == 2 and loc[0] == "axes":
         for key in {old for new in override for old in _YIELDS.get(new, ())}:
             merged.pop(key, None)
     for key, value in override.items():
-        if value is None and key in merged and loc in (("figures",), ("tables",)):
+        if value is None and key in merged and loc in _DROPPED:
             del merged[key]
             continue
         old = merged.get(key)

@@ -382,6 +382,8 @@ class Section(Kind):
         Whether an entry may be nothing at all.
     partial : bool
         Whether an entry may be a part of what `of` asks for.
+    dropped : bool
+        Whether an override may leave out an entry, by null in its place.
     """
 
     sort = "mapping"
@@ -392,12 +394,13 @@ class Section(Kind):
         what: str,
         names: Iterable[str] | None = None,
         *,
-        of: type[Strict] | Mapping[str, type[Strict]],
+        of: type[Strict] | Kind | Mapping[str, type[Strict]],
         bare: bool = False,
         partial: bool = False,
+        dropped: bool = False,
     ) -> None:
         self.entry, self.what, self.names = entry, what, names
-        self.of, self.bare, self.partial = of, bare, partial
+        self.of, self.bare, self.partial, self.dropped = of, bare, partial, dropped
         self.words = f"mapping from {what} to its settings"
 
     def check(self, value: Any, context: Any) -> dict[str, Any]:
@@ -437,13 +440,14 @@ class Section(Kind):
         elif name is not None:
             made = self.of[name].schema(draft, name)
         else:
-            made = {"anyOf": [_of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
-            if draft.partial:  # an override leaves out what is null in it
-                made["anyOf"].append({"type": "null"})
+            made = {"anyOf": [of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
+        if self.dropped and draft.partial:
+            made = {"anyOf": [*made.get("anyOf", [made]), {"type": "null"}]}
         return _or_nothing(made) if self.bare else made
 
 
-def _of_kind(kind: str, made: Schema) -> Schema:
+def of_kind(kind: str, made: Schema) -> Schema:
+    """Return a schema with a title and with ``kind`` fixed to one word."""
     chosen = made["properties"]["kind"] | {"const": kind}
     return {"title": kind} | made | {"properties": made["properties"] | {"kind": chosen}}
 

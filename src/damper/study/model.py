@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field
 
 from damper.quantities import ALL, MODEL_NAMES
 from damper.study.axes import axis_values, coordinate_name
@@ -21,11 +21,14 @@ from damper.study.fields import (
     Text,
     as_mapping,
     fault,
+    of_kind,
 )
+from damper.study.kinds import KINDS
 from damper.study.products import FIGURES, TABLES, Product, product
 from damper.study.rules import relate
-from damper.study.schema import Schema
+from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
+from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 from damper.variables import TIME
 
@@ -33,7 +36,7 @@ _NONE: dict[str, Any] = {}
 _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-class Study(Strict):
+class Study(StudyFile):
     """One study: fixed parameters, axes, what to measure, what to draw."""
 
     rules: ClassVar[Schema] = {
@@ -49,13 +52,6 @@ class Study(Strict):
             }
         ]
     }
-    title: Annotated[str, Text(), Field(description="What the study is about, for people.")]
-    source: Annotated[
-        str, Text(), Field(description="Where its values come from, such as a paper.")
-    ]
-    description: Annotated[
-        str | None, Text(), Field(description="What it shows, in as many words as it takes.")
-    ] = None
     parameters: Annotated[
         dict[str, Fixed],
         Section(Fixed.entry, "parameter", ALL, of=Fixed),
@@ -98,20 +94,14 @@ class Study(Strict):
     ]
     figures: Annotated[
         dict[str, Product],
-        Section(product(FIGURES), "figure", of=FIGURES),
+        Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
         Field(description="What to draw: name of the file -> kind and its settings."),
     ] = _NONE
     tables: Annotated[
         dict[str, Product],
-        Section(product(TABLES), "table", of=TABLES),
+        Section(product(TABLES), "table", of=TABLES, dropped=True),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
-    _name: str = PrivateAttr("")
-
-    @property
-    def name(self) -> str:
-        """Stem of the study's file."""
-        return self._name
 
     @property
     def axis_values(self) -> dict[str, tuple[float, ...]]:
@@ -245,12 +235,6 @@ class Study(Strict):
         raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
         relate(raw, model, faults)
 
-    def products(self) -> Iterator[tuple[str, str, Product]]:
-        """Yield the section, the name and the settings of every figure and table."""
-        for section, made in (("figures", self.figures), ("tables", self.tables)):
-            for stem, settings in made.items():
-                yield section, stem, settings
-
 
 def _plain(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -261,6 +245,18 @@ def _range_text(values: tuple[float, ...]) -> str:
     if len(values) <= 6:
         return ", ".join(f"{value:g}" for value in values)
     return f"{min(values):g} to {max(values):g}, {len(values)} values"
+
+
+class AnyStudy(Strict):
+    """What a study file may be: a study of parameters, or one of another kind."""
+
+    @classmethod
+    def schema(cls, draft: Draft, name: str | None = None) -> Schema:
+        kinds = [of_kind(kind, other.schema(draft)) for kind, other in KINDS.items()]
+        if draft.partial:  # an override need not say of which kind its study is
+            return {"type": "object", "anyOf": [Study.schema(draft), *kinds, {"type": "null"}]}
+        told = {"required": ["kind"]}
+        return {"type": "object", "if": told, "then": {"anyOf": kinds}, "else": Study.schema(draft)}
 
 
 class Engine(Strict):
@@ -326,11 +322,11 @@ class Settings(Strict):
     )
     overrides: Annotated[
         dict[str, Any],
-        Section(_override, "study", of=Study, bare=True, partial=True),
+        Section(_override, "study", of=AnyStudy, bare=True, partial=True),
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "
-            "figure or table that is null is left out."
+            "figure, table, scene, solver or rung that is null is left out."
         ),
     ] = _NONE
 
@@ -343,7 +339,7 @@ class Config:
     `targets` those of each named target.
     """
 
-    studies: dict[str, Study]
+    studies: dict[str, StudyFile]
     default: tuple[str, ...]
     targets: dict[str, tuple[str, ...]]
     engine: Engine

@@ -25,7 +25,8 @@ from typing import Any
 
 from damper.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
-from damper.study.model import Settings, Study
+from damper.study.kinds import KINDS
+from damper.study.model import AnyStudy, Settings, Study
 from damper.study.products import FIGURES, TABLES
 from damper.study.rules import MOST_SLICES
 from damper.study.schema import Draft, Schema, limits_of
@@ -58,7 +59,7 @@ def files() -> dict[str, str]:
     # A file for --configfile, such as config/ci.yaml, lies over config.yaml and may leave out any.
     del configuration["required"]
     schemas = {
-        "config/schema/study.schema.json": schema_of(Study, "damper study"),
+        "config/schema/study.schema.json": schema_of(AnyStudy, "damper study"),
         "config/schema/config.schema.json": configuration,
     }
     texts = {path: json.dumps(schema, indent=1) + "\n" for path, schema in schemas.items()}
@@ -128,6 +129,7 @@ def reference() -> str:
         *_products(FIGURES, "figures"),
         "## Tables",
         *_products(TABLES, "tables"),
+        *_kinds(),
         "## Configuration: config/config.yaml",
         _keys(Settings, deep=True),
         *_cube(),
@@ -244,6 +246,22 @@ def _products(registry: Mapping[str, type[Strict]], section: str) -> Iterable[st
         yield f"### kind: {kind}"
         yield cleandoc(cls.__doc__ or "")
         yield _keys(cls, f"{section}.<file>.", kind=kind)
+
+
+def _kinds() -> Iterable[str]:
+    yield "## Studies that check the engine: `kind`"
+    yield (
+        "A study file with `kind` makes no cube of parameters; it has the keys of its kind, in "
+        "place of all above."
+    )
+    for kind, cls in KINDS.items():
+        yield f"### Study of kind: {kind}"
+        yield cleandoc(cls.__doc__ or "")
+        yield _keys(cls, kind=kind)
+        for section, entry in cls.entries.items():
+            yield _keys(entry, f"{section}.<name>.")
+        for section, registry in (("figures", cls.figure_kinds), ("tables", cls.table_kinds)):
+            yield from _products(registry, section)
 
 
 def _cube() -> Iterable[str]:

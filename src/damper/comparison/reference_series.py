@@ -1,0 +1,109 @@
+"""Taylor polynomials in arbitrary precision, and their first roots by steps that cannot pass one.
+
+With |q''| <= B on a panel, q(tau + s) >= q + q' s - B s**2 / 2. The step to the zero of that
+parabola passes no root, and converges quadratically to a simple one.
+"""
+
+import math
+from collections.abc import Sequence
+
+from mpmath import mp, mpf
+
+
+def term_count(rate_times_step: mpf) -> int:
+    """Return how many Taylor terms bring the remainder below the working precision."""
+    term, n = mpf(1), 0
+    while term > mp.eps:
+        n += 1
+        term *= rate_times_step / n
+    return n + 6
+
+
+def horner(c: Sequence[mpf], tau: mpf) -> tuple[mpf, mpf]:
+    """Return value and first derivative of the polynomial with coefficients ``c``."""
+    value, slope = mpf(0), mpf(0)
+    for coefficient in reversed(c):
+        slope = slope * tau + value
+        value = value * tau + coefficient
+    return value, slope
+
+
+def skip_ahead(q: Sequence[mpf], end: mpf) -> mpf | None:
+    """Return a point of ``[0, end]`` that no root precedes, or None if there is none at all.
+
+    The same steps as in `first_root`, in double precision on coefficients scaled to ``[0, 1]``;
+    each value is lowered by more than its rounding error, so the result is just as certain.
+    """
+    scaled, power = [], mpf(1)
+    for value in q:
+        scaled.append(value * power)
+        power *= end
+    size = max(abs(value) for value in scaled)
+    if size == 0:
+        return mpf(0)
+    b = [float(value / size) for value in scaled]
+    error = 1e-13 * sum((n + 1) * abs(value) for n, value in enumerate(b))
+    bound = 1.0001 * sum(n * (n - 1) * abs(value) for n, value in enumerate(b)) + 1e-12
+    tau = 0.0
+    while tau < 1:
+        value = slope = 0.0
+        for coefficient in reversed(b):
+            slope = slope * tau + value
+            value = value * tau + coefficient
+        value, slope = value - error, slope - error
+        if value < 1e-4:
+            return tau * end
+        root = math.sqrt(slope**2 + 2 * bound * value)
+        step = (root + slope) / bound if slope > 0 else 2 * value / (root - slope)
+        tau += 0.999 * step
+    return None
+
+
+def first_root(q: Sequence[mpf], end: mpf, absolute: bool) -> mpf | None:
+    """Return the first root of a polynomial in ``(0, end]``, or None.
+
+    ``q`` is positive at 0 (or zero and about to leave the positive side). With ``|q''| <= B`` on
+    the panel, ``q(tau + s) >= q + q' s - B s**2 / 2``; the step to the zero of that parabola cannot
+    pass a root and converges quadratically to a simple one.
+
+    Parameters
+    ----------
+    q : sequence of mpf
+        Coefficients.
+    end : mpf
+        End of the search.
+    absolute : bool
+        Also accept an error that is small against ``end`` (not only against the root).
+    """
+    start = skip_ahead(q, end)
+    if start is None:
+        return None
+    bound = mpf(0)
+    for n in range(len(q) - 1, 1, -1):
+        bound = bound * end + n * (n - 1) * abs(q[n])
+    tolerance = 1000 * mp.eps
+    tau = start
+    while True:
+        value, slope = horner(q, tau)
+        if value <= 0 and slope <= 0:
+            return tau
+        value = max(value, mpf(0))
+        root = mp.sqrt(slope**2 + 2 * bound * value)
+        if slope > 0:
+            if bound == 0:
+                return None
+            step = (root + slope) / bound
+        elif root == slope:  # a positive constant
+            return None
+        else:
+            step = 2 * value / (root - slope)
+        if tau + step > end:
+            return None
+        tau += step
+        if step <= tolerance * (end if absolute else tau):
+            return tau
+
+
+def lowest_order(c: Sequence[mpf]) -> int:
+    """Return the index of the first coefficient that is not zero."""
+    return next((n for n, value in enumerate(c) if value != 0), len(c))

@@ -1,0 +1,174 @@
+"""The box of parameters that the stress study covers: its corners, edges and random inside.
+
+A lane is a mapping of names to values for `damper.points.read_point`: parameters of one model, and
+initial quantities where they are not zero.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from random import Random
+from typing import Any
+
+from damper.lanes import product
+
+#: Distance from the wall of a free mass that is about to graze it; small, so that the primary's
+#: acceleration is nearly constant on the way.
+_GRAZING_GAP = 1e-8
+
+#: How lanes may start.
+STARTS = ("centre", "wall", "approaching", "grazing")
+
+
+def start_of(name: str, clearance: float) -> dict[str, float]:
+    """Initial quantities of one of the `STARTS`.
+
+    - ``centre``: at rest, in the middle.
+    - ``wall``: at rest on the right wall. With phase 0 the primary has no acceleration then, and
+      the wall draws away with the third derivative only.
+    - ``approaching``: on the right wall, and into it at relative speed 1.
+    - ``grazing``: near the right wall, which draws away from it at the acceleration 1 (primary at
+      -1, phase 0), and just as fast as to reach it with no relative velocity, s^2 = 2 gap.
+
+    Parameters
+    ----------
+    name : str
+    clearance : float
+        Units of F0/K.
+
+    Returns
+    -------
+    dict of str to float
+        Only what is not zero.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with the known ones.
+
+    Examples
+    --------
+    >>> start_of("approaching", 0.5)
+    {'initial_position': 1.0, 'initial_relative_velocity': 1.0}
+    """
+    if name not in STARTS:
+        raise ValueError(f"unknown start {name!r}: must be one of {', '.join(STARTS)}")
+    if name == "centre":
+        return {}
+    if name == "wall":
+        return {"initial_position": 1.0}
+    if name == "approaching":
+        return {"initial_position": 1.0, "initial_relative_velocity": 1.0}
+    gap = min(_GRAZING_GAP, 0.5 * clearance)
+    return {
+        "initial_displacement": -1.0,
+        "initial_position": 1.0 - gap / clearance if clearance > 0.0 else 1.0,
+        "initial_relative_velocity": math.sqrt(2.0 * gap),
+    }
+
+
+def corners(
+    values: Mapping[str, Sequence[float]], starts: Iterable[str] = STARTS
+) -> list[dict[str, float]]:
+    """Every combination of the values and starts.
+
+    Parameters
+    ----------
+    values : mapping of str to sequence of float
+        Of parameters, the clearance among them. The last one varies fastest, after the starts.
+    starts : iterable of str
+        Of `STARTS`.
+
+    Returns
+    -------
+    list of dict
+        Lanes.
+
+    Raises
+    ------
+    ValueError
+        Unknown start; no clearance.
+
+    Examples
+    --------
+    >>> len(corners({"clearance": [0.0, 1.0], "restitution": [0.0, 0.5, 1.0]}, ["centre", "wall"]))
+    12
+    """
+    if "clearance" not in values:
+        raise ValueError("the corners' values must include the clearance")
+    names = tuple(starts)
+    return [
+        lane | start_of(name, lane["clearance"]) for lane in product(values, {}) for name in names
+    ]
+
+
+def random_lanes(
+    count: int, seed: int, box: Mapping[str, Any], first: int = 0
+) -> list[dict[str, float]]:
+    """Lanes at random, the same for a seed on every machine, each independent of the others.
+
+    Parameters
+    ----------
+    count : int
+    seed : int
+    box : mapping
+        ``parameters``, ``models`` and ``share``. ``parameters`` gives for each parameter or initial
+        quantity what it may be: ``range`` [low, high], log-uniform where low > 0 and uniform else,
+        ``values``, or both. ``models``, optional, gives names of other models of the damper, each
+        with the ``share`` of lanes that it gets and the ``parameters`` it adds. Where a quantity
+        has both range and values, ``share`` is the part of lanes that have one of the values.
+    first : int, default 0
+        Number of the first lane: lanes from 5 on are those that a longer list has from 5 on.
+
+    Returns
+    -------
+    list of dict
+        Lanes.
+
+    Examples
+    --------
+    >>> box = {
+    ...     "share": 0.5,
+    ...     "parameters": {"mass_ratio": {"range": [1e-3, 1.0], "values": [1.0]}},
+    ...     "models": {"grounded": {"share": 0.5, "parameters": {"phase": {"range": [0, 1]}}}},
+    ... }
+    >>> random_lanes(3, 1, box)[1:] == random_lanes(2, 1, box, first=1)
+    True
+    """
+    return [_draw(Random(f"{seed} {number}"), box) for number in range(first, first + count)]
+
+
+def _draw(random: Random, box: Mapping[str, Any]) -> dict[str, float]:
+    share = box.get("share", 0.0)
+    lane = {name: _value(random, rule, share) for name, rule in box["parameters"].items()}
+    which = random.random()
+    for model in box.get("models", {}).values():
+        which -= model["share"]
+        if which < 0.0:
+            more = {n: _value(random, rule, share) for n, rule in model["parameters"].items()}
+            return lane | more
+    return lane
+
+
+def _value(random: Random, rule: Mapping[str, Any], share: float) -> float:
+    """Draw one value; as many random numbers for each rule, whatever comes out."""
+    edge, place = random.random() < share, random.random()
+    values = rule.get("values", ())
+    if values and (edge or "range" not in rule):
+        return float(values[int(place * len(values))])
+    low, high = rule["range"]
+    value = low * (high / low) ** place if low > 0.0 else low + (high - low) * place
+    # Six digits: fit to be printed, and the same whatever the last digit of a power is.
+    return float(f"{value:.6g}")
+
+
+def part(lanes: Sequence[Mapping[str, float]], number: int, parts: int) -> Sequence[Any]:
+    """Return one of several parts of equal weight: every `parts`-th lane, from `number` on.
+
+    Neighbours cost alike, so parts of neighbours would not.
+
+    Examples
+    --------
+    >>> part(list(range(5)), 1, 2)
+    [1, 3]
+    """
+    return lanes[number::parts]

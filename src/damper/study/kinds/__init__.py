@@ -1,0 +1,12 @@
+"""Kinds of studies beside the cubes of parameters: those that check the engine itself.
+
+A study file with ``kind: <name>`` is one of these; without it, it is a `damper.study.model.Study`.
+"""
+
+from damper.study.kinds.base import Made, Verification
+from damper.study.kinds.comparison import Comparison
+
+__all__ = ["KINDS", "Made", "Verification"]
+
+#: What ``kind`` of a study file may be -> its class.
+KINDS: dict[str, type[Verification]] = {"comparison": Comparison}

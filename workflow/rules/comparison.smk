@@ -1,0 +1,131 @@
+"""Solvers compared on scenes: references, errors, and run times in files of their own."""
+
+COMPARISONS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "comparison"}
+SCENES = {scene for study in COMPARISONS.values() for scene in study.scenes}
+
+
+def _scene(wildcards):
+    scene = COMPARISONS[wildcards.study].scenes[wildcards.scene]
+    return {"values": scene.values, "until": scene.until}
+
+
+def _scenes(wildcards):
+    study = COMPARISONS[wildcards.study]
+    return {
+        name: {"values": scene.values, "until": scene.until} for name, scene in study.scenes.items()
+    }
+
+
+def _solvers(wildcards):
+    return dict(COMPARISONS[wildcards.study].solvers)
+
+
+def _solver_modules(wildcards):
+    names = COMPARISONS[wildcards.study].solvers
+    return [
+        *(f"damper.comparison.solvers.{name}" for name in names),
+        "damper.models.rigid",
+        "damper.models.compliant",
+    ]
+
+
+def _files_of_scenes(pattern):
+    """Input function: a file for each scene of a study."""
+    return lambda wildcards: [
+        f"{RESULTS}/{wildcards.study}/{pattern.format(scene)}"
+        for scene in COMPARISONS[wildcards.study].scenes
+    ]
+
+
+rule reference:
+    output:
+        f"{RESULTS}/{{study}}/reference/{{scene}}.json",
+    log:
+        "logs/{study}/reference/{scene}.log",
+    benchmark:
+        "logs/benchmarks/{study}/reference/{scene}.tsv"
+    wildcard_constraints:
+        study=one_of(COMPARISONS),
+        scene=one_of(SCENES),
+    params:
+        scene=_scene,
+        digits=lambda wildcards: COMPARISONS[wildcards.study].digits,
+        code=code_digest(SCRIPTS / "reference.py"),
+    message:
+        "Work out the scene {wildcards.scene} to {params.digits} digits"
+    script:
+        "../scripts/reference.py"
+
+
+rule errors:
+    input:
+        f"{RESULTS}/{{study}}/reference/{{scene}}.json",
+    output:
+        f"{RESULTS}/{{study}}/errors/{{scene}}.npz",
+    log:
+        "logs/{study}/errors/{scene}.log",
+    benchmark:
+        "logs/benchmarks/{study}/errors/{scene}.tsv"
+    wildcard_constraints:
+        study=one_of(COMPARISONS),
+        scene=one_of(SCENES),
+    params:
+        scene=_scene,
+        solvers=_solvers,
+        cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
+        code=lambda wildcards: code_digest(SCRIPTS / "errors.py", _solver_modules(wildcards)),
+    message:
+        "Run all solvers on the scene {wildcards.scene}"
+    script:
+        "../scripts/errors.py"
+
+
+rule comparison:
+    input:
+        references=_files_of_scenes("reference/{}.json"),
+        errors=_files_of_scenes("errors/{}.npz"),
+    output:
+        f"{RESULTS}/{{study}}/cube.nc",
+    log:
+        "logs/{study}/comparison.log",
+    benchmark:
+        "logs/benchmarks/{study}/comparison.tsv"
+    wildcard_constraints:
+        study=one_of(COMPARISONS),
+    params:
+        scenes=lambda wildcards: {
+            name: scene.title for name, scene in COMPARISONS[wildcards.study].scenes.items()
+        },
+        solvers=_solvers,
+        about=lambda wildcards: VERIFICATIONS[wildcards.study].attributes(),
+        code=lambda wildcards: code_digest(SCRIPTS / "comparison.py", _solver_modules(wildcards)),
+    message:
+        "Gather the errors of {wildcards.study}"
+    script:
+        "../scripts/comparison.py"
+
+
+# It takes all cores, so that nothing else runs beside it. It knows nothing of errors and figures:
+# those do not make it run again.
+rule timings:
+    input:
+        references=_files_of_scenes("reference/{}.json"),
+    output:
+        f"{RESULTS}/{{study}}/timed/timings.nc",
+    log:
+        "logs/{study}/timings.log",
+    benchmark:
+        "logs/benchmarks/{study}/timings.tsv"
+    wildcard_constraints:
+        study=one_of(COMPARISONS),
+    threads: workflow.cores
+    params:
+        scenes=_scenes,
+        solvers=_solvers,
+        cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
+        repeats=lambda wildcards: COMPARISONS[wildcards.study].repeats,
+        code=lambda wildcards: code_digest(SCRIPTS / "timings.py", _solver_modules(wildcards)),
+    message:
+        "Time all solvers, alone on this machine"
+    script:
+        "../scripts/timings.py"

@@ -1,0 +1,9 @@
+"""Work out one scene to many digits."""
+
+from pathlib import Path
+
+from damper.comparison.reference import make_reference, write_reference
+from damper.comparison.scene import read_scene
+
+scene = read_scene(**snakemake.params.scene)
+write_reference(Path(snakemake.output[0]), make_reference(scene, snakemake.params.digits))
