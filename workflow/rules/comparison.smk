@@ -29,12 +29,18 @@ def _solver_modules(wildcards):
     ]
 
 
-def _files_of_scenes(pattern):
-    """Input function: a file for each scene of a study."""
-    return lambda wildcards: [
-        f"{RESULTS}/{wildcards.study}/{pattern.format(scene)}"
-        for scene in COMPARISONS[wildcards.study].scenes
-    ]
+def _compiled_solvers(wildcards):
+    """The mark that the solvers of a study are compiled, named by them."""
+    names = sorted(COMPARISONS[wildcards.study].solvers)
+    return f"{RESULTS}/compiled/solvers/{'+'.join(names)}.txt"
+
+
+def _titles(wildcards):
+    return {name: scene.title for name, scene in COMPARISONS[wildcards.study].scenes.items()}
+
+
+def _about_comparison(wildcards):
+    return COMPARISONS[wildcards.study].attributes()
 
 
 rule reference:
@@ -57,9 +63,24 @@ rule reference:
         "../scripts/reference.py"
 
 
+# Without params, like the rule compile and for the same reason.
+rule compile_solvers:
+    output:
+        f"{RESULTS}/compiled/solvers/{{solvers}}.txt",
+    log:
+        "logs/compile/solvers/{solvers}.log",
+    benchmark:
+        "logs/benchmarks/compile/solvers/{solvers}.tsv"
+    message:
+        "Compile the solvers once, so that parallel jobs find them in the cache"
+    script:
+        "../scripts/compile_solvers.py"
+
+
 rule errors:
     input:
         f"{RESULTS}/{{study}}/reference/{{scene}}.json",
+        ancient(_compiled_solvers),
     output:
         f"{RESULTS}/{{study}}/errors/{{scene}}.npz",
     log:
@@ -82,8 +103,10 @@ rule errors:
 
 rule comparison:
     input:
-        references=_files_of_scenes("reference/{}.json"),
-        errors=_files_of_scenes("errors/{}.npz"),
+        lambda wildcards: [
+            f"{RESULTS}/{wildcards.study}/errors/{scene}.npz"
+            for scene in COMPARISONS[wildcards.study].scenes
+        ],
     output:
         f"{RESULTS}/{{study}}/cube.nc",
     log:
@@ -93,11 +116,9 @@ rule comparison:
     wildcard_constraints:
         study=one_of(COMPARISONS),
     params:
-        scenes=lambda wildcards: {
-            name: scene.title for name, scene in COMPARISONS[wildcards.study].scenes.items()
-        },
+        titles=_titles,
         solvers=_solvers,
-        about=lambda wildcards: VERIFICATIONS[wildcards.study].attributes(),
+        about=_about_comparison,
         code=lambda wildcards: code_digest(SCRIPTS / "comparison.py", _solver_modules(wildcards)),
     message:
         "Gather the errors of {wildcards.study}"
@@ -109,7 +130,7 @@ rule comparison:
 # those do not make it run again.
 rule timings:
     input:
-        references=_files_of_scenes("reference/{}.json"),
+        ancient(_compiled_solvers),
     output:
         f"{RESULTS}/{{study}}/timed/timings.nc",
     log:
@@ -121,7 +142,9 @@ rule timings:
     threads: workflow.cores
     params:
         scenes=_scenes,
+        titles=_titles,
         solvers=_solvers,
+        about=_about_comparison,
         cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
         repeats=lambda wildcards: COMPARISONS[wildcards.study].repeats,
         code=lambda wildcards: code_digest(SCRIPTS / "timings.py", _solver_modules(wildcards)),

@@ -1,6 +1,7 @@
 """Figures and tables of the studies that check the engine."""
 
-from damper.figures import FIGURES as FIGURE_MODULES
+from damper.figures import FIGURES
+from damper.study.tables import TABLES_OF_RESULTS
 
 
 def _product(section, folder, wildcards):
@@ -53,7 +54,7 @@ for folder in ("", "timed"):
             settings=lambda wildcards, folder=folder: _product("figures", folder, wildcards)[1],
             code=lambda wildcards, folder=folder: code_digest(
                 SCRIPTS / "verification_figure.py",
-                [FIGURE_MODULES[_product("figures", folder, wildcards)[0].kind]],
+                [FIGURES[_product("figures", folder, wildcards)[0].kind]],
             ),
         message:
             "Draw {wildcards.study}: {wildcards.stem}"
@@ -77,10 +78,9 @@ for folder in ("", "timed"):
             stem=_stems("tables", folder),
         params:
             settings=lambda wildcards, folder=folder: _product("tables", folder, wildcards)[1],
-            title=lambda wildcards: VERIFICATIONS[wildcards.study].title,
             code=lambda wildcards, folder=folder: code_digest(
                 SCRIPTS / "verification_table.py",
-                [TABLES[_product("tables", folder, wildcards)[0].kind]],
+                [TABLES_OF_RESULTS[_product("tables", folder, wildcards)[0].kind][0]],
             ),
         message:
             "Write {wildcards.study}: {wildcards.stem}"

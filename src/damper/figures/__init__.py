@@ -20,20 +20,27 @@ FIGURES = {
         "slow_manifold",
         "profiles",
         "convergence",
+        "work_precision",
+        "solver_summary",
+        "stress_checks",
+        "cost_ladder",
+        "cost_scaling",
     )
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.
 THEORY = {name: f"damper.figures.{name}" for name in ("two_impacts", "small_mass_limit")}
 
 
-def draw(kind: str, cube: Any, **settings: Any) -> Any:
-    """Draw one figure of a cube.
+def draw(kind: str, *cubes: Any, **settings: Any) -> Any:
+    """Draw one figure.
 
     Parameters
     ----------
     kind : str
         A key of `FIGURES`.
-    cube : xarray.Dataset, or None for a kind that shows no results
+    *cubes : xarray.Dataset
+        What it shows: one cube, None for a kind that shows no results, or, for a study that checks
+        the engine, what each of the files holds that the kind reads.
     **settings
         Those of the kind's ``draw``.
 
@@ -48,7 +55,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     """
     if kind not in FIGURES:
         raise ValueError(f"unknown figure kind {kind!r}: must be one of {', '.join(FIGURES)}")
-    return import_module(FIGURES[kind]).draw(cube, **settings)
+    return import_module(FIGURES[kind]).draw(*cubes, **settings)
 
 
 def modules(settings: Mapping[str, Any]) -> list[str]:

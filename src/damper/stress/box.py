@@ -6,10 +6,9 @@ initial quantities where they are not zero.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from random import Random
 from typing import Any
-
-from damper.lanes import product
 
 #: Distance from the wall of a free mass that is about to graze it; small, so that the primary's
 #: acceleration is nearly constant on the way.
@@ -96,9 +95,8 @@ def corners(
     if "clearance" not in values:
         raise ValueError("the corners' values must include the clearance")
     names = tuple(starts)
-    return [
-        lane | start_of(name, lane["clearance"]) for lane in product(values, {}) for name in names
-    ]
+    lanes = (dict(zip(values, corner, strict=True)) for corner in product(*values.values()))
+    return [lane | start_of(name, lane["clearance"]) for lane in lanes for name in names]
 
 
 def random_lanes(

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, faults_of, nearest
+from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of, nearest
 from damper.study.kinds import KINDS
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
@@ -242,7 +242,12 @@ _YIELDS = {
 
 
 # Where an entry that is null in the override is left out.
-_DROPPED = [(section,) for section in ("figures", "tables", "scenes", "solvers", "rungs")]
+_DROPPED = {
+    (key,)
+    for cls in (Study, *KINDS.values())
+    for key, field in cls.model_fields.items()
+    if any(isinstance(kind, Section) and kind.dropped for kind in field.metadata)
+}
 
 
 def _merged(file: dict[str, Any], override: dict[str, Any], loc: Loc = ()) -> dict[str, Any]:

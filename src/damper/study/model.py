@@ -326,7 +326,7 @@ class Settings(Strict):
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "
-            "figure, table, scene, solver or rung that is null is left out."
+            "figure, table, scene, solver, rung or set of lanes that is null is left out."
         ),
     ] = _NONE
 

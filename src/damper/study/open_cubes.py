@@ -1,5 +1,6 @@
-"""The cubes behind a figure or table. Apart from how cubes are made, which is not their concern."""
+"""The files behind a figure or table. Apart from how cubes are made, which is not their concern."""
 
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -32,3 +33,20 @@ def open_cubes(
             others = [stack.enter_context(xr.open_dataset(other)) for other in beside]
             settings["also"] = dict(zip(settings["also"], others, strict=True))
         yield None if path is None else stack.enter_context(xr.open_dataset(path))
+
+
+def read_results(path: Path) -> Any:
+    """Read what a study that checks the engine has found.
+
+    Parameters
+    ----------
+    path : Path
+        A netCDF file, or JSON.
+
+    Returns
+    -------
+    xarray.Dataset, or dict
+    """
+    if path.suffix == ".json":
+        return json.loads(path.read_text(encoding="utf-8"))
+    return xr.load_dataset(path)

@@ -22,6 +22,12 @@ TABLES = {
     "convergence": "damper.study.convergence",
     "accumulation": "damper.study.accumulation_table",
 }
+#: Of studies that check the engine: kind -> module and function, ``function(*results, **settings)``,
+#: which returns the same two texts.
+TABLES_OF_RESULTS = {
+    "solver_errors": ("damper.study.comparison_table", "errors_table"),
+    "solver_speed": ("damper.study.comparison_table", "times_table"),
+}
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,34 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About)
     if kind not in TABLES:
         raise ValueError(f"unknown table kind {kind!r}: must be one of {', '.join(TABLES)}")
     return import_module(TABLES[kind]).make(cube, settings, about)
+
+
+def make_of_results(kind: str, *results: Any, **settings: Any) -> tuple[str, str]:
+    """Make one table of a study that checks the engine.
+
+    Parameters
+    ----------
+    kind : str
+        A key of `TABLES_OF_RESULTS`.
+    *results
+        What the files hold that this kind reads.
+    **settings
+        Those of the kind in the study file.
+
+    Returns
+    -------
+    csv, markdown : str
+
+    Raises
+    ------
+    ValueError
+        For an unknown kind, with the known ones.
+    """
+    if kind not in TABLES_OF_RESULTS:
+        known = ", ".join(TABLES_OF_RESULTS)
+        raise ValueError(f"unknown table kind {kind!r}: must be one of {known}")
+    module, function = TABLES_OF_RESULTS[kind]
+    return getattr(import_module(module), function)(*results, **settings)
 
 
 def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

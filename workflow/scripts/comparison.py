@@ -1,0 +1,17 @@
+"""Gather the errors of all scenes into one cube."""
+
+from pathlib import Path
+
+import numpy as np
+from damper.study.comparison_cube import gather_errors
+
+from damper.study.cube import REFERENCES, write_cube
+
+params = snakemake.params
+parts = {}
+for name, path in zip(params.titles, snakemake.input, strict=True):
+    with np.load(path) as file:
+        parts[name] = dict(file)
+attributes = {**params.about, "references": REFERENCES, "code_digest": params.code}
+cube = gather_errors(parts, params.solvers, params.titles, attributes)
+write_cube(cube, Path(snakemake.output[0]))
