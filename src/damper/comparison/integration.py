@@ -56,15 +56,15 @@ class Motion(NamedTuple):
     max_step: float = LONGEST_STEP
 
 
-class Capped(Exception):
+class CappedError(Exception):
     """The evaluations have run out."""
 
 
-class Failed(Exception):
+class FailedError(Exception):
     """The integrator gave up, or a value is not finite."""
 
 
-class Stalled(Exception):
+class StalledError(Exception):
     """Impacts go on and time does not."""
 
 
@@ -147,7 +147,7 @@ class Run:
 
         Raises
         ------
-        Capped, Failed
+        CappedError, FailedError
         """
         rates, matrix = self._equations(motion)
         options: dict = {"rtol": self._tolerance, "atol": self._absolute_tolerance(motion)}
@@ -171,13 +171,13 @@ class Run:
                 max_step=motion.max_step,
                 **options,
             )
-        except Capped:
+        except CappedError:
             raise
         except Exception as error:  # whatever a solver stumbles over is its outcome
-            raise Failed(str(error)) from error
+            raise FailedError(str(error)) from error
         z = found.y[:, -1]
         if found.status < 0 or not np.isfinite(found.y).all():
-            raise Failed(found.message)
+            raise FailedError(found.message)
         hit = next((n for n, at in enumerate(found.t_events or ()) if len(at)), -1)
         if motion.side != 0.0:
             gaps = found.y[2]
@@ -196,14 +196,14 @@ class Run:
 
         Raises
         ------
-        Stalled
+        StalledError
             When time has stood still to rounding for many impacts.
         """
         self.impacts.append((self.reached, side, approach))
         resolution = 4.0 * np.finfo(float).eps * max(1.0, abs(before))
         self._idle = self._idle + 1 if self.reached - before <= resolution else 0
         if self._idle >= _IDLE_IMPACTS:
-            raise Stalled
+            raise StalledError
 
     def absolute(self, side: float, z: np.ndarray) -> np.ndarray:
         """Turn states (4, n) into rows x, v, y, u (n, 4)."""
@@ -247,11 +247,11 @@ class Run:
         try:
             side, z = follow(self)
             self._end = self.absolute(side, np.array(z)[:, None])[0]
-        except Capped:
+        except CappedError:
             return self.solution(CAPPED)
-        except Stalled:
+        except StalledError:
             return self.solution(STALLED)
-        except Failed:
+        except FailedError:
             return self.solution(FAILED)
         return self.solution(FINISHED)
 
@@ -273,7 +273,7 @@ class Run:
         def count() -> None:
             self.evaluations += 1
             if self.evaluations > limit:
-                raise Capped
+                raise CappedError
 
         if motion.together:
 

@@ -178,15 +178,15 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
             began = run.reached
         begin = run.reached
         if begin >= run.scene.until:
-            break
+            return side, z
         if kind == FLIGHT:
             side, z, touches = _fly(run, side, z)
-        elif kind == CONTACT:
-            ends = falling_depth(z) if held else force
+            continue
+        if kind == CONTACT:
             rate_size = abs(z[3]) + abs(run.push(side, z)) / frequency
             contact = Motion(
                 side,
-                (ends,),
+                (falling_depth(z) if held else force,),
                 stiffness=k,
                 damping=c,
                 springs=k,
@@ -194,30 +194,33 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
                 rate_size=rate_size or math.inf,
             )
             z, hit = run.advance(contact, z)
-            if hit < 0:
-                break
-            if lasting and run.reached - began >= 2.0 * math.pi / frequency:
+            lasts = lasting and run.reached - began >= 2.0 * math.pi / frequency
+            if lasts:
                 run.stick_times.append(began)
+            if hit < 0:
+                return side, z
+            if lasts:
                 run.release_times.append(run.reached)
             kind = FLIGHT if held or z[2] >= 0.0 else LOOSE
         else:
             # Until the gap reopens, or the wall springs back faster than the mass leaves it.
-            events = (lambda tau, z: -float(z[2]), lambda tau, z: -force(tau, z))
             loose = Motion(
                 side,
-                events,
+                (lambda tau, z: -float(z[2]), lambda tau, z: -force(tau, z)),
                 springs=k,
                 gap_size=abs(z[2]),
                 rate_size=abs(z[3]) or math.inf,
                 max_step=min(1.0 / frequency, LONGEST_STEP),
             )
             z, hit = run.advance(loose, z)
-            kind = CONTACT if hit == 1 else FLIGHT
+            if hit < 0:
+                return side, z
+            kind = FLIGHT
             if hit == 1:
+                kind = CONTACT
                 began = run.reached
-        if kind == FLIGHT and not touches:
-            z[2] = 0.0
-            z[3] = max(z[3], 0.0)
-    if lasting and kind == CONTACT and run.reached - began >= 2.0 * math.pi / frequency:
-        run.stick_times.append(began)
-    return side, z
+        if kind == FLIGHT:
+            z = [z[0], z[1], 0.0, max(z[3], 0.0)]
+            if z[3] == 0.0 and _stays(run, side, z):
+                kind = CONTACT
+                began = run.reached

@@ -1,8 +1,13 @@
-"""A scene with rigid walls, with stiff springs in their place."""
+"""Walls that give: in place of rigid ones, and how deep the free mass gets into them."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
+
 from damper.comparison.scene import Scene
+from damper.models import Model, motion
+from damper.segment import CONTACT, DURATION, MODE, SPEED
 
 
 def with_springs(scene: Scene, stiffness: float) -> Scene:
@@ -24,3 +29,28 @@ def with_springs(scene: Scene, stiffness: float) -> Scene:
         contact_tension=0.0 if scene.parameters.restitution > 0.0 else 1.0,
     )
     return replace(scene, parameters=parameters)
+
+
+def deepest(model: Model, log: np.ndarray) -> float:
+    """Depth that the fastest impact in a piece of the engine's log gets to.
+
+    Taken where two free bodies would be deepest, at acos(z) / (w sqrt(1 - z^2)) with the contact's
+    frequency w and damping ratio z. The depth is level there, so what else pushes them changes it
+    to second order only.
+
+    Parameters
+    ----------
+    model : damper.models.compliant.Compliant
+    log : ndarray (rows, COLUMNS)
+    """
+    contacts = log[log[:, MODE] == CONTACT]
+    if len(contacts) == 0:
+        return 0.0
+    row = contacts[contacts[:, SPEED].argmax()]
+    frequency = math.sqrt(model.touch.relative_stiffness)
+    z = 0.5 * model.touch.relative_damping / frequency
+    root = math.sqrt(abs((1.0 - z) * (1.0 + z)))
+    angle = math.atan2(root, z) if z < 1.0 else math.asinh(root)
+    duration = (angle / root if root > 1e-8 else 1.0) / frequency
+    _, _, gap, _ = motion(model, row, min(duration, float(row[DURATION])))
+    return max(-gap, 0.0)
