@@ -9,7 +9,7 @@ import pytest
 
 from damper.comparison.errors import FLOOR, MEASURES, MISSES, counted_impacts, measure, verdict
 from damper.comparison.scene import read_scene
-from damper.comparison.solution import STALLED, Solution
+from damper.comparison.solution import FAILED, STALLED, Solution
 
 VALUES = {
     "mass_ratio": 0.1,
@@ -205,6 +205,15 @@ def test_second_stick_is_extra() -> None:
     check(solution(stick_times=np.array([6.0, 6.5])), extra_sticks=1.0)
 
 
+def test_brief_sticking_is_not_extra() -> None:
+    # A hundredth of the period is 0.0628.
+    sticks = np.array([6.0, 9.0])
+    brief = solution(stick_times=sticks, release_times=np.array([7.0, 9.06]))
+    check(brief)
+    longer = solution(stick_times=sticks, release_times=np.array([7.0, 9.07]))
+    check(longer, extra_sticks=1.0)
+
+
 def test_what_was_not_reached_is_not_missed() -> None:
     stalled = solution(
         slice(0, 8),
@@ -289,6 +298,7 @@ def test_verdicts() -> None:
     assert verdict(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
     assert verdict(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
     assert verdict(SCENE, stalled, outside) == "stalled"
+    assert verdict(SCENE, good, outside | {"state_error": np.nan}) == FAILED
     # A solver that does not tell how far it went is not accused.
     assert verdict(SCENE, good, nothing | {"penetration": np.nan}) == "good"
 

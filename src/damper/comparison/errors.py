@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.comparison.scene import Scene
-from damper.comparison.solution import FINISHED, Solution
+from damper.comparison.solution import FAILED, FINISHED, Solution
 
 if TYPE_CHECKING:  # brings mpmath along
     from damper.comparison.reference import Reference
@@ -40,6 +40,10 @@ FLOOR = 1e-2
 
 #: Part of the clearance by which a free mass may be beyond a rigid wall and still count as inside.
 BOX = 1e-2
+
+#: Part of a forcing period that sticking must last to count as one too many. A wall that gives, and
+#: lets go of the mass only slowly, seems to hold it for a moment.
+BRIEF = 1e-2
 
 #: What became of a run: the first of these that holds, in the order of their names from the second
 #: on, or else the first. ``left_box`` is for rigid walls only; ``missed`` is any event passed over
@@ -98,6 +102,7 @@ def measure(
     extra[partner[found]] = False
 
     stick, extra_sticks = _match(scene, reference.stick_times, solution.stick_times)
+    extra_sticks &= _lasting(scene, solution)
     release, _ = _match(scene, reference.release_times, solution.release_times)
 
     unresolved = np.zeros(len(counted), dtype=bool)
@@ -141,6 +146,8 @@ def verdict(scene: Scene, solution: Solution, measured: Mapping[str, float]) -> 
     """
     if solution.outcome != FINISHED:
         return solution.outcome
+    if not np.isfinite(measured["state_error"]):  # whatever the solver says
+        return FAILED
     if scene.model == "rigid" and measured["penetration"] > BOX * scene.parameters.clearance:
         return "left_box"
     return "missed" if any(measured[name] for name in MISSES) else "good"
@@ -235,6 +242,13 @@ def _match(scene: Scene, wanted: np.ndarray, found: np.ndarray) -> tuple[np.ndar
             partner[k] = nearest
             extra[nearest] = False
     return partner, extra
+
+
+def _lasting(scene: Scene, solution: Solution) -> np.ndarray:
+    """Which sticks of the solver are not brief."""
+    after = np.searchsorted(solution.release_times, solution.stick_times)
+    ends = np.append(solution.release_times, inf)[after]
+    return ends - solution.stick_times > BRIEF * scene.parameters.period
 
 
 def _missed(wanted: np.ndarray, partner: np.ndarray, reached: float) -> float:

@@ -188,7 +188,7 @@ def _errors_markdown(errors: xr.Dataset) -> str:
             row = [str(place.label.item())]
             if good.size:
                 one = place.isel(level=int(good[-1]))
-                row.append(f"{place.setting_name.item()} {_short(float(one.setting))}")
+                row.append(f"{_words(place.setting_name.item())} {_short(float(one.setting))}")
                 for name in _HEADS:
                     value, order = float(one[name]), float(place[f"order_{name}"])
                     row.append(_dash(value) + (f" ({order:.2f})" if math.isfinite(order) else ""))
@@ -333,6 +333,10 @@ def _dash(value: float) -> str:
 
 def _number(value: float, digits: int) -> str:
     return "" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _capital(text: str) -> str:
