@@ -114,7 +114,7 @@ def solution_of(
         states=states,
         penetration=float(penetration),
         energy_residual=energy_residual(scene.parameters, start, end, *totals)
-        if balance
+        if balance and code == DONE
         else math.nan,
         evaluations=int(evaluations),
         outcome=OUTCOMES[code],

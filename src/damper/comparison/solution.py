@@ -37,7 +37,7 @@ class Solution:
     """Largest |y - x| - d over all states the solver itself computed, 0 if never beyond a wall."""
     energy_residual: float = nan
     """Energy at the end less energy at the start, less the work of the force, plus what dashpot and
-    impacts took, over the sum of the sizes of these; nan if not asked for."""
+    impacts took, over the sum of the sizes of these; nan if not asked for, or not finished."""
     evaluations: int = 0
     """Of the acceleration, or of the closed-form flow."""
     outcome: str = FINISHED

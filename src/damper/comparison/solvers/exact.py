@@ -35,7 +35,7 @@ LABEL = "exact engine"
 SETTING = "accuracy"
 FINER = -1
 MODELS = ("rigid", "compliant")
-EVALUATIONS_PER_SECOND = 1e7
+EVALUATIONS_PER_SECOND = 5e6
 
 
 def solve(
@@ -81,8 +81,8 @@ def solve(
             if p.model == "compliant":
                 found.penetration = max(found.penetration, deepest(run.model, log))
             found.reached = float(starts[-1] + log[-1, DURATION])
-            if len(wanted):
-                _sample(run, log, starts, wanted, found)
+            last = log, starts
+            _sample(run, *last, wanted, found)
             if observer is not None:
                 observer.observe(log)
         if run.evaluations > max_evaluations:
@@ -99,6 +99,8 @@ def solve(
         found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
     else:
         found.reached = scene.until
+        # Again, for what rounding has left between the last segment's end and that time.
+        _sample(run, *last, wanted, found)
         if observer is not None:
             found.energy_residual = _residual(run, scene, observer)
     return found
@@ -108,6 +110,8 @@ def _sample(
     run: Trajectory, log: np.ndarray, starts: np.ndarray, times: np.ndarray, found: Solution
 ) -> None:
     """Write the states at those times that lie in this piece of the log."""
+    if len(times) == 0:
+        return
     first = int(np.searchsorted(times, starts[0]))
     last = int(np.searchsorted(times, found.reached, "right"))
     rows = np.searchsorted(starts, times[first:last], "right") - 1

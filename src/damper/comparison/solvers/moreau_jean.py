@@ -54,7 +54,7 @@ LABEL = "Moreau-Jean"
 SETTING = "steps_per_period"
 FINER = +1
 MODELS = ("rigid",)
-EVALUATIONS_PER_SECOND = 5e7
+EVALUATIONS_PER_SECOND = 2e7
 
 THETA = 0.5
 #: Steps without an impulse after which sticking has ended.

@@ -51,7 +51,7 @@ LABEL = "RK4, impacts located"
 SETTING = "steps_per_period"
 FINER = +1
 MODELS = ("rigid",)
-EVALUATIONS_PER_SECOND = 1e8
+EVALUATIONS_PER_SECOND = 3e7
 
 #: Events in a row at one and the same time that make a stall.
 _IDLE = 100

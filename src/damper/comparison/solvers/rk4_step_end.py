@@ -54,7 +54,7 @@ LABEL = "RK4, impacts at step ends"
 SETTING = "steps_per_period"
 FINER = +1
 MODELS = ("rigid", "compliant")
-EVALUATIONS_PER_SECOND = 1e8
+EVALUATIONS_PER_SECOND = 3e7
 
 
 def solve(
