@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
+from damper.comparison.scene import read_scene
 from damper.comparison.timings import machine, time_solvers
 from damper.study.comparison_cube import gather_timings
-
-from damper.comparison.scene import read_scene
 from damper.study.cube import write_cube
 
 params = snakemake.params
