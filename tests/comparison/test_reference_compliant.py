@@ -82,7 +82,7 @@ def test_two_precisions_and_without_modes(k, tension, monkeypatch):
 
 def test_ring_that_never_dies_is_not_stepped_over(monkeypatch):
     """Pushed more and then less, an elastic contact ends in a dip of its ring."""
-    scene, start = walls((0.1, 0.0, 0.8, 0.25, 1.0), 300.0), (0, 2, 0.25, 2)
+    scene, start = walls((0.1, 0.0, 0.8, 0.25, 1.0), 340.0), (0, 2, 0.25, 2)
     with_modes = run(scene, start, until=5, dps=30)
     monkeypatch.setattr(reference_compliant, "_DISTINCT", 1e9)
     without = run(scene, start, until=5, dps=30)
