@@ -223,7 +223,7 @@ def memories(rungs: Sequence[Rung], lanes: int, periods: int) -> list[dict[str, 
 def memory_of(
     points: Sequence[Mapping[str, float]], periods: int, observers: Observers | None
 ) -> dict[str, int]:
-    """Return what this process takes in bytes, at its peak, after a run; None is the bare engine."""
+    """Return the peak of this process in bytes after a run; None is the bare engine."""
     if observers is None:
         bare(points, periods)
         return {"peak": peak_memory(), "asked": 0}

@@ -47,7 +47,8 @@ class Worker:
         RuntimeError
             When the worker ended instead of answering; its own error is on standard error.
         """
-        assert self._process.stdin and self._process.stdout
+        assert self._process.stdin
+        assert self._process.stdout
         try:
             self._process.stdin.write(json.dumps([function, keywords]) + "\n")
             self._process.stdin.flush()

@@ -87,8 +87,16 @@ def load(statements: Sequence[str], modules: Sequence[str]) -> dict[str, Any]:
     return {
         "seconds": seconds,
         "modules": len(sys.modules),
-        "loaded": [name for name in HEAVY if name in sys.modules],
+        "loaded": [name for name in HEAVY if _is_loaded(name)],
     }
+
+
+def _is_loaded(package: str) -> bool:
+    """Whether a package is loaded: of scipy more than the shell of it that numba looks at."""
+    if package == "scipy":
+        parts = (name.split(".")[1] for name in list(sys.modules) if name.startswith("scipy."))
+        return any(not part.startswith("_") and part != "version" for part in parts)
+    return package in sys.modules
 
 
 def job_times(folder: Path) -> dict[str, dict[str, float]]:
@@ -118,4 +126,5 @@ def job_times(folder: Path) -> dict[str, dict[str, float]]:
 def stage_of(path: Path) -> str:
     """Stage that a benchmark file is of: ``<study>/<stage>...``, or ``<stage>/...`` of no study."""
     first, second, *_ = path.with_suffix("").parts
-    return first if first in ("compile", "claims", "report") else second
+    stage = first if first in ("compile", "claims", "report") else second
+    return {"figures": "figure", "tables": "table"}.get(stage, stage)

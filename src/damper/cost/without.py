@@ -146,9 +146,7 @@ def unused(
         for case in cases:
             case()  # compile
         seconds = take_turns(cases, repeats)
-    return {
-        name: spread(seconds[:, 2 * k] / seconds[:, 2 * k + 1]) for k, name in enumerate(pairs)
-    }
+    return {name: spread(seconds[:, 2 * k] / seconds[:, 2 * k + 1]) for k, name in enumerate(pairs)}
 
 
 def run_as(kind: type, points: Sequence[Mapping[str, float]], periods: int) -> int:
