@@ -7,6 +7,7 @@ bare engine of another model also with a rigid damper of the same numbers.
 """
 
 import gc
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -136,7 +137,7 @@ def climb(
     dict
         ``noise``: ratio of two runs that are the same, [lower quartile, median, upper quartile].
         ``rungs``: name -> ``model``, ``observers``, ``parameters``, ``events``; times in us per
-        event ``bare`` and ``time``; ratios ``over_bare``, ``over_base`` (of the bare engines) and,
+        event ``bare``, ``time`` and ``more``, their difference; ratios ``over_bare``, ``over_base`` (of the bare engines) and,
         for other models, ``over_rigid``, all with quartiles; ``memory``, see `memory_of`.
     """
     scenes = [rung.points(lanes) for rung in rungs]
@@ -172,6 +173,7 @@ def climb(
             "events": events,
             "bare": spread(1e6 * alone),
             "time": spread(1e6 * whole),
+            "more": spread(1e6 * (whole - alone)),
             "over_bare": spread(whole / alone),
             "over_base": spread(alone / base),
         }
@@ -206,9 +208,13 @@ def memories(rungs: Sequence[Rung], lanes: int, periods: int) -> list[dict[str, 
         for rung in rungs
         for observers in (None, dict(rung.observers))
     ]
-    # Memory does not depend on what else the machine does.
+    # Many rungs have the same scene, and memory does not depend on what else the machine does.
+    names = [json.dumps(task) for task in tasks]
+    once = dict(zip(names, tasks, strict=True))
     with ThreadPoolExecutor(2) as pool:
-        measured = list(pool.map(lambda task: fresh(f"{__name__}:memory_of", **task), tasks))
+        peaks = pool.map(lambda task: fresh(f"{__name__}:memory_of", **task), once.values())
+        found = dict(zip(once, peaks, strict=True))
+    measured = [found[name] for name in names]
     return [
         {
             "bare": alone["peak"],
