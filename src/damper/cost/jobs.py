@@ -1,7 +1,7 @@
 """Jobs that Snakemake would run for a target, from an empty folder of results.
 
-A dry run in a process of its own, which also works from within a job: it takes no lock and writes
-nothing.
+A dry run in a process of its own, which also works from within a job: it takes no lock and makes
+no results.
 """
 
 import subprocess

@@ -137,8 +137,9 @@ def climb(
     dict
         ``noise``: ratio of two runs that are the same, [lower quartile, median, upper quartile].
         ``rungs``: name -> ``model``, ``observers``, ``parameters``, ``events``; times in us per
-        event ``bare``, ``time`` and ``more``, their difference; ratios ``over_bare``, ``over_base`` (of the bare engines) and,
-        for other models, ``over_rigid``, all with quartiles; ``memory``, see `memory_of`.
+        event ``bare``, ``time`` and ``more``, their difference; ratios ``over_bare``,
+        ``over_base`` (of the bare engines) and, for other models, ``over_rigid``, all with
+        quartiles; ``memory``, see `memories`.
     """
     scenes = [rung.points(lanes) for rung in rungs]
     cases: list[Callable[[], Any]] = [partial(bare, scenes[0], periods)] * 2
