@@ -198,7 +198,7 @@ def increments(
         s_less_tau = s - tau
         s_dot_less_1 = c - beta * s - 1.0
     else:
-        decay = math.exp(-beta * tau)
+        decay = math.exp(-beta * tau) if beta > 0.0 else 1.0
         sine, cosine, _ = sine_cosine(split * tau)
         c = decay * cosine
         s = decay / split * sine
@@ -265,7 +265,7 @@ def arrive(
     if regime != UNDERDAMPED and regime != RESONANT:
         dx, v = advance(osc, x, v, sin, cos, tau)
         return x + dx, v
-    decay = math.exp(-beta * tau)
+    decay = math.exp(-beta * tau) if beta > 0.0 else 1.0
     sine, cosine, _ = sine_cosine(split * tau)
     c = decay * cosine
     s = decay / split * sine
