@@ -1,12 +1,15 @@
 """Independent reference solutions of the rigid impact damper, for the tests only.
 
-Nothing in here imports the package under test. Every module is derived on its own from the
+Nothing in here imports the engine under test. Every module is derived on its own from the
 equations of the model and is written for clarity, not for speed.
 
 Modules
 -------
-mp_reference
-    Events of the rigid model in arbitrary precision, complete bursts included.
+closed_form
+    Events of the rigid model in arbitrary precision by exponentials, brackets and extrapolation:
+    a second implementation beside `damper.comparison.reference_rigid`, which some of these use.
+compliant
+    The damper with walls that give, in arbitrary precision and by DOP853.
 accumulation
     Accumulation time of a burst, bounce by bounce, in arbitrary precision.
 fine_step

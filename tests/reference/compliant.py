@@ -51,11 +51,18 @@ def contact_numbers(p: Scene, number: Callable) -> tuple:
 
 def exact_events(p: Scene, state: tuple, until: float, digits: int = 40) -> list[Change]:
     """Return all changes of regime up to a time, from ``(x, v, y, u)`` at time 0."""
+    return exact_run(p, state, until, digits)[0]
+
+
+def exact_run(
+    p: Scene, state: tuple, until: float, digits: int = 40
+) -> tuple[list[Change], list[mpf]]:
+    """Return them, and ``(x, v, y, u)`` at the end."""
     with mp.workdps(digits):
         return _exact(p, [mpf(value) for value in state], mpf(until))
 
 
-def _exact(p: Scene, z: list, until: mpf) -> list[Change]:
+def _exact(p: Scene, z: list, until: mpf) -> tuple[list[Change], list[mpf]]:
     mu, zeta, omega, d, k = (mpf(value) for value in p[:5])
     c, frequency = contact_numbers(p, mpf)
     fast = frequency * (1 + 2 * mpf(p.z)) + 2 * zeta + omega + 1
@@ -144,11 +151,12 @@ def _exact(p: Scene, z: list, until: mpf) -> list[Change]:
     w = [*z, mp.sin(mpf(p.phase)), mp.cos(mpf(p.phase))]
     side = 0  # the wall in contact
     below = 0  # the wall below whose surface the free mass flies
-    began = time
+    began = parted = time
     changes: list[Change] = []
     while time < until:
         if side == 0:
-            h = min(mpf("0.02") / slow, until - time)
+            # Hops in a burst are short: steps that grow from the end of the last contact on.
+            h = min(mpf("0.02") / slow, until - time, max(mpf("0.2") / fast, (time - parted) / 3))
             if below:
                 h = min(h, mpf("0.2") / fast)
             after = flow(w, 0, h)
@@ -196,8 +204,8 @@ def _exact(p: Scene, z: list, until: mpf) -> list[Change]:
         time += late
         changes.append(Change(time, "part", side, mpf(0), w[0], w[1]))
         below = side if gap(w, side) < 0 and not p.tension else 0
-        side = 0
-    return changes
+        side, parted = 0, time
+    return changes, w[:4]
 
 
 def integrated_events(

@@ -1,7 +1,8 @@
 """Events of the impact damper with a time-variant free mass in arbitrary precision.
 
-Flights are those of the rigid damper (`damper.comparison.reference_rigid`). While the masses stick, x and v are Taylor
-series in panels of a fixed, short length, found by dividing series: x'' = F / (1 + mu).
+Flights are those of the rigid damper (`damper.comparison.reference_rigid`). While the masses
+stick, x and v are Taylor series in panels of a fixed, short length, found by dividing
+series: x'' = F / (1 + mu).
 """
 
 from __future__ import annotations

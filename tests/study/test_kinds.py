@@ -69,7 +69,21 @@ STRESS = {
     "figures": {"checks": {"kind": "stress_checks"}},
     "tables": {"summary": {"kind": "stress_summary"}},
 }
-GOOD = {"comparison": COMPARISON, "stress": STRESS}
+COST = {
+    "kind": "cost",
+    "title": "T",
+    "source": "S",
+    "rungs": {
+        "bare": {"parameters": POINT},
+        "watched": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
+    },
+    "unused": {"parameters": POINT},
+    "growth": {"parameters": POINT, "lanes": [1, 10], "periods": [1, 100]},
+    "jobs": {"a_figure": ["burst/figures/history.svg"], "everything": []},
+    "figures": {"ladder": {"kind": "cost_ladder"}},
+    "tables": {"cost": {"kind": "cost"}},
+}
+GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
 
 
 def write(folder: Path, data: object) -> Path:
@@ -179,6 +193,22 @@ MISTAKES = [
         1.5,
         "random.box.models.grounded.share",
         "out of range (value: 1.5)",
+    ),
+    ("cost", ("rungs",), {}, "rungs", "at least one rung"),
+    ("cost", ("growth", "lanes"), [1.5, 2], "growth.lanes[0]", "not an integer"),
+    (
+        "cost",
+        ("rungs", "bare", "parameters", "gap"),
+        0.1,
+        "rungs.bare.parameters",
+        "mixed",
+    ),
+    (
+        "cost",
+        ("rungs", "watched", "observers"),
+        {"stroboscopic_section": None, "impact_section": None},
+        "rungs.watched.observers",
+        "cannot both be asked for",
     ),
     ("stress", ("periods",), 0.5, "periods", "not an integer"),
     (

@@ -246,8 +246,9 @@ def test_schema_tells_ranges_units_and_defaults():
     assert schema["$defs"]["restitution"]["maximum"] == 1
     assert study["properties"]["periods"]["description"].endswith("[forcing periods]")
     section = study["properties"]["observers"]["properties"]["impact_section"]["properties"]
-    assert section["wall"]["enum"] == ["left", "right"]
-    assert section["wall"]["default"] == "right"
+    wall = schema["$defs"][section["wall"]["$ref"].rpartition("/")[2]]
+    assert wall["enum"] == ["left", "right"]
+    assert wall["default"] == "right"
     kinds = study["properties"]["figures"]["additionalProperties"]["anyOf"]
     assert [kind["properties"]["kind"]["const"] for kind in kinds] == list(FIGURES)
 

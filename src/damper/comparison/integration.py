@@ -31,9 +31,9 @@ _NODES, _WEIGHTS = 0.5 + 0.5 * _NODES, 0.5 * _WEIGHTS
 _IDLE_IMPACTS = 100
 
 
-#: A sixteenth of the natural period. Events are looked for at the ends of steps, and a longer step
-#: can hold two.
-LONGEST_STEP = math.pi / 8.0
+#: An eighth of the natural period. Events are looked for at the ends of steps: a longer step can
+#: hold two; nor are interpolants good over longer ones (DOP853).
+LONGEST_STEP = math.pi / 4.0
 
 
 class Motion(NamedTuple):

@@ -16,7 +16,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from mpmath import libmp, mp, mpf
+from mpmath import mp, mpf
 
 from damper import parameters
 from damper.comparison.reference_rigid import (
@@ -370,10 +370,16 @@ def _modes(p: Parameters, contact: Contact) -> Modes | None:
             quartic[i + j] += a * b
     for i, a in enumerate((drag**2, 2 * drag, mpf(1))):
         quartic[i + 2] -= share * beta * a
-    try:
-        rates = mp.polyroots(quartic, maxsteps=300, extraprec=mp.prec)
-    except libmp.libhyper.NoConvergence:
-        return None
+    # In U, U', g, g' it is a matrix; Newton's rule on the quartic gives small rates their digits.
+    matrix = mp.matrix(
+        [
+            [0, 1, 0, 0],
+            [-share, -share * drag, -share * beta, -share * drag * beta],
+            [0, 0, 0, 1],
+            [-1, -drag, -second[2], -second[1]],
+        ]
+    )
+    rates = [_polished(quartic, s) for s in mp.eig(matrix, left=False, right=False)]
     rates.sort(key=abs)
     nearest = min(abs(a - b) for i, a in enumerate(rates) for b in rates[:i])
     slowest = max(abs(rates[1]), p.omega)
@@ -395,3 +401,16 @@ def _modes(p: Parameters, contact: Contact) -> Modes | None:
     )
     u, g = mp.lu_solve(matrix, mp.matrix([share, 1]))
     return Modes(rates, vectors, vectors**-1, mp.matrix([u, s * u, g, s * g]), slowest)
+
+
+def _polished(polynomial: Sequence[mpf], root: mpf) -> mpf:
+    """Root of a polynomial, highest power first, by three steps from very near."""
+    for _ in range(3):
+        value = slope = mpf(0)
+        for coefficient in polynomial:
+            slope = slope * root + value
+            value = value * root + coefficient
+        if slope == 0:
+            break
+        root -= value / slope
+    return root

@@ -70,9 +70,14 @@ def solve_restarted(
 
 
 def _start(run: Run) -> tuple[float, list[float]]:
-    """Wall that is nearer, and the state relative to it; a gap of rounding is none."""
+    """Wall that is nearer, and the state relative to it; a gap of rounding is none.
+
+    From the centre it is the one that the free mass will near, so that a mirrored scene is
+    mirrored in every step.
+    """
     s = run.scene.state
-    side = 1.0 if s.y >= s.x else -1.0
+    a, j = _derivatives(run, s.x, s.v)
+    side = 1.0 if (s.y - s.x or s.u - s.v or -(a + j)) >= 0.0 else -1.0
     gap = run.parameters.clearance - side * (s.y - s.x)
     if abs(gap) <= slack(run.parameters.clearance, s.x, s.y):
         gap = 0.0
@@ -102,12 +107,16 @@ def _push(run: Run, side: float) -> Quantity:
 
 def _stays(run: Run, side: float, z: Sequence[float]) -> bool:
     """Whether masses in touch without relative velocity stay together."""
-    push = run.push(side, z)
-    if push != 0.0:
-        return push > 0.0
+    a, j = _derivatives(run, z[0], z[1])
+    return -side * (a or j) > 0.0
+
+
+def _derivatives(run: Run, x: float, v: float) -> tuple[float, float]:
+    """Second derivative of the primary in flight, and what decides where it vanishes: the third."""
     p = run.parameters
-    jerk = p.frequency_ratio * math.cos(p.frequency_ratio * run.reached + p.phase) - z[1]
-    return side * jerk < 0.0
+    a = -run.push(1.0, (x, v))
+    angle = p.frequency_ratio * run.reached + p.phase
+    return a, p.frequency_ratio * math.cos(angle) - 2.0 * p.damping_ratio * a - v
 
 
 def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, list[float]]:

@@ -257,7 +257,7 @@ def _kinds() -> Iterable[str]:
     for kind, cls in KINDS.items():
         yield f"### Study of kind: {kind}"
         yield cleandoc(cls.__doc__ or "")
-        yield _keys(cls, kind=kind)
+        yield _keys(cls, deep=True, kind=kind)
         for section, entry in cls.entries.items():
             yield _keys(entry, f"{section}.<name>.")
         for section, registry in (("figures", cls.figure_kinds), ("tables", cls.table_kinds)):

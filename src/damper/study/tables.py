@@ -22,7 +22,7 @@ TABLES = {
     "convergence": "damper.study.convergence",
     "accumulation": "damper.study.accumulation_table",
 }
-#: Of studies that check the engine: kind -> module and function, ``function(*results, **settings)``,
+#: Of studies that check the engine: kind -> module and function (``of(*results, **settings)``),
 #: which returns the same two texts.
 TABLES_OF_RESULTS = {
     "solver_errors": ("damper.study.comparison_table", "errors_table"),

@@ -11,6 +11,7 @@ from damper.comparison.fixed_step import rk4
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.comparison.solvers import load
+from damper.comparison.solvers.rk4_located import _find_impact
 from damper.event_list import events
 from damper.flow import advance, oscillator
 from damper.theory.two_impacts import orbits
@@ -157,6 +158,86 @@ def test_starts_on_a_wall_are_those_of_the_engine(name, side):
             found.approach_speeds, exact["approach_speed"][exact["kind"] == 0]
         )
         np.testing.assert_array_equal(found.stick_times, exact["time"][exact["kind"] == 1])
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_at_rest_on_a_wall_that_is_about_to_push_or_to_leave(name):
+    # No acceleration yet, but it is coming: to the right, so the left wall pushes.
+    for side in (-1, 1):
+        p = damper.Parameters(0.2, 0.0, 0.5, 0.3, 0.5)
+        scene = Scene(p, damper.State(0.0, 0.0, side * 0.3, 0.0), 1.0)
+        exact = events(p, scene.state, until=1.0)
+        assert tuple(exact["kind"]) == ((1,) if side == -1 else ())
+        found = solve(name, scene, 10_000)
+        assert len(found.stick_times) == len(exact)
+        assert len(found.impact_times) == len(found.release_times) == 0
+
+
+def pushed(speed):
+    """A rebound from a wall that pushes with the acceleration 5, as good as unmoved by it."""
+    p = damper.Parameters(1e-9, 0.0, 1e-3, clearance=0.5, restitution=0.6)
+    return Scene(p, damper.State(-5.0, 0.0, -5.5, speed), 0.2)
+
+
+def test_rules_of_sticking_end_a_burst_where_they_say():
+    # Bounces last 0.04, 0.024, ...: as long as a step, 0.001, after seven of them, and as its
+    # square after twenty.
+    scene = pushed(0.1)
+    setting = 1000.0 * scene.parameters.period
+    at_ends = solve(STEP_END, scene, setting)
+    assert len(at_ends.stick_times) == 1
+    assert 5 <= len(at_ends.impact_times) <= 9
+    located = solve(LOCATED, scene, setting)
+    assert len(located.stick_times) == 1
+    assert len(located.impact_times) == 21
+    assert located.stick_times[0] == located.impact_times[-1]
+    (stick,) = events(scene.parameters, scene.state, until=0.2)[-1:]["time"]
+    # What is left of the burst then: the next bounce's length over 1 - r.
+    assert stick - 1e-6 / 0.4 < located.stick_times[0] < stick
+
+
+def test_a_release_is_no_impact_wherever_in_a_step_it_lies():
+    scene = read_scene({**BURST, "restitution": 0.0}, 10.0)
+    exact = events(scene.parameters, until=10.0)
+    for setting in range(300, 700):
+        found = solve(LOCATED, scene, setting)
+        assert len(found.impact_times) == np.count_nonzero(exact["kind"] == 0)
+        assert len(found.release_times) == np.count_nonzero(exact["kind"] == 2)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_states_inside_steps(name):
+    scene, _ = periodic(6)
+    times = scene.state.time + np.linspace(0.0, 1.4, 23) * scene.parameters.period
+    found = solve(name, scene, 500, times=times).states
+    expected = solve("exact", scene, 1e-12, times=times).states
+    allowed = 1e-6 if name == LOCATED else 0.2
+    np.testing.assert_allclose(found, expected, rtol=0, atol=allowed)
+    # The first half period is free flight: only the order within a step counts.
+    early = times < scene.state.time + 0.48 * scene.parameters.period
+    allowed = 1e-3 if name == MOREAU else 1e-7
+    np.testing.assert_allclose(found[early], expected[early], rtol=0, atol=allowed)
+
+
+def test_located_impacts_lie_on_the_wall_to_rounding():
+    # From a wall with speed 0.1 into one that pushes with 5: 40 steps, or a part of one.
+    state = (1.0, -1.0, -5.0, 0.0, 0.0, 0.1, 0.0)
+    for left in (0.05, 0.1, 0.5):
+        tau, evaluations = _find_impact(0.0, 1e-3, 0.0, *state[1:], left)
+        curve, _, _, _ = rk4(1.0, 0.0, 1e-3, 0.0, -5.0, 0.0, 0.0, tau)
+        assert abs(0.1 * tau - curve) < 1e-16 * 0.1
+        assert abs(tau - 0.04) < 1e-4
+        assert evaluations <= 60
+
+
+def test_a_lasting_contact_of_walls_that_give_is_sticking():
+    values = {**BURST, "contact_stiffness_ratio": 100.0, "restitution": 0.3}
+    scene = read_scene(values, 20.0)
+    exact = events(scene.parameters, until=20.0)
+    found = solve(STEP_END, scene, 50_000)
+    # It lasts 0.19 before it counts.
+    np.testing.assert_allclose(found.stick_times, exact["time"][exact["kind"] == 1], atol=0.05)
+    np.testing.assert_allclose(found.release_times, exact["time"][exact["kind"] == 2], atol=0.02)
 
 
 @pytest.mark.parametrize("name", ALL)

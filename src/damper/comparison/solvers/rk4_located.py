@@ -135,7 +135,6 @@ def _run(
     elif gap == 0.0 and rate <= 0.0:
         arrived = -rate
     met = arrived > 0.0  # whether it counts as an impact
-    opening = False  # just released: the gap grows with the third power of the time
 
     steps = count_of(start, until, step)
     index = 0
@@ -178,7 +177,6 @@ def _run(
             time = begin
             done = 0.0
             end = until if index + 1 == steps else start + (index + 1) * step
-            opening = False
             left = end - begin
         if evaluations >= max_evaluations:
             code = CAP
@@ -201,10 +199,6 @@ def _run(
                     evaluations += more
         else:
             near = gap + (rate * left + side * curve)
-            if near < 0.0 and opening:
-                # Rounding, in what little is left of a step after a release.
-                curve = -side * rate * left
-                near = 0.0
             if near < 0.0 or near > 2.0 * d:
                 ends = True
                 if near > 2.0 * d:
@@ -246,7 +240,6 @@ def _run(
             time = end
         elif stuck:
             stuck = False
-            opening = True
             gap = 0.0
             rate = 0.0
             notes, events = note(notes, events, time, RELEASE, side, 0.0)

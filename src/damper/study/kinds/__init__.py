@@ -5,9 +5,10 @@ A study file with ``kind: <name>`` is one of these; without it, it is a `damper.
 
 from damper.study.kinds.base import Made, Verification
 from damper.study.kinds.comparison import Comparison
+from damper.study.kinds.cost import Cost
 from damper.study.kinds.stress import Stress
 
 __all__ = ["KINDS", "Made", "Verification"]
 
 #: What ``kind`` of a study file may be -> its class.
-KINDS: dict[str, type[Verification]] = {"comparison": Comparison, "stress": Stress}
+KINDS: dict[str, type[Verification]] = {"comparison": Comparison, "stress": Stress, "cost": Cost}

@@ -7,59 +7,100 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES
+from damper.parameters import Parameters, SIParameters
+from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
 from damper.study.kinds.base import Made, OptionalCaption, Verification
 from damper.study.products import product
 from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
 
 _NONE: dict[str, Any] = {}
-_NAMES = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANTITIES))
+_NAMES = tuple(ALL)
 _TIMED = ("timed/cost.json",)
 _COUNTS = ListOf(Number(ge=1, whole=True), least=2)
+_FILES = ListOf(Text())
+
+
+def _files(name: str, data: Any) -> tuple[str, ...]:
+    files: tuple[str, ...] = _FILES.check(data, None)
+    return files
+
+
+Quantities = Annotated[
+    dict[str, Fixed],
+    Section(Fixed.entry, "parameter", _NAMES, of=Fixed),
+    Field(description="Dimensionless or SI parameters, and initial quantities."),
+]
+Observers = Annotated[
+    dict[str, Strict],
+    Section(observer, "observer", OBSERVERS, of=OBSERVERS, bare=True),
+    Field(description="What is measured; nothing for the bare engine."),
+]
 
 
 class Rung(Strict):
     """A scene, and what is observed in it."""
 
-    parameters: Annotated[
-        dict[str, Fixed],
-        Section(Fixed.entry, "parameter", _NAMES, of=Fixed),
-        Field(description="Dimensionless parameters, and initial quantities."),
-    ]
-    observers: Annotated[
-        dict[str, Strict],
-        Section(observer, "observer", OBSERVERS, of=OBSERVERS, bare=True),
-        Field(description="What is measured in it; nothing for the bare engine."),
-    ] = _NONE
+    parameters: Quantities
+    observers: Observers = _NONE
 
     def settings(self) -> dict[str, Any]:
-        """Return the rung as `damper.cost.ladder.read_rungs` reads it."""
+        """Return the rung as plain values."""
         remarks = {"threshold": {"assumed", "stated"}}
         return {
-            "parameters": {name: self.parameters[name].value for name in ALL if name in self.given},
+            "parameters": values_of(self.parameters),
             "observers": {
                 name: made.model_dump(exclude_none=True, exclude=remarks)
                 for name, made in self.observers.items()
             },
         }
 
-    @property
-    def given(self) -> Mapping[str, Fixed]:
-        """The parameters by name."""
-        return self.parameters
-
     @classmethod
     def relate(cls, data: dict[str, Any], model: Rung | None, faults: Faults) -> None:
-        if model is None:
-            return
-        for quantity in QUANTITIES:
-            if quantity.default is None and quantity.name not in model.parameters:
-                loc = ("parameters", quantity.name)
-                faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
-        if all(section in model.observers for section in SECTIONS):
-            both = " and ".join(SECTIONS)
-            faults.add(("observers",), f"{both} cannot both be asked for", "one of the two")
+        if model is not None:
+            check_scene(model.parameters, faults)
+            if all(section in model.observers for section in SECTIONS):
+                message = f"{' and '.join(SECTIONS)} cannot both be asked for"
+                faults.add(("observers",), message, "one of the two")
+
+
+class Growth(Rung):
+    """A scene that is run with more and more lanes, and over more and more periods."""
+
+    lanes: Annotated[tuple[int, ...], _COUNTS, Field(description="Numbers of lanes.")]
+    lane_periods: Annotated[
+        int,
+        Number(ge=1, whole=True, units="forcing periods"),
+        Field(description="How long each of these lanes is run."),
+    ] = 10
+    periods: Annotated[
+        tuple[int, ...], _COUNTS, Field(description="Numbers of periods of a single lane.")
+    ]
+
+
+def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:
+    """Return the value of every quantity that is given."""
+    return {name: parameters[name].value for name in ALL if name in parameters}
+
+
+def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
+    """Note what is wrong with the parameters of one scene, in either system of units."""
+    try:
+        si = is_si(parameters)
+    except ValueError as error:
+        faults.add(("parameters",), str(error))
+        return
+    for quantity in SI_QUANTITIES if si else QUANTITIES:
+        if quantity.default is None and quantity.name not in parameters:
+            loc = ("parameters", quantity.name)
+            faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+    if faults.lines:
+        return
+    given = {n: value for n, value in values_of(parameters).items() if n not in INITIAL_NAMES}
+    try:
+        (SIParameters if si else Parameters)(**given)
+    except ValueError as error:
+        faults.add(("parameters",), str(error))
 
 
 class CostLadder(Made):
@@ -102,22 +143,35 @@ class Cost(Verification):
         Section(Rung.entry, "rung", of=Rung, dropped=True),
         Field(description="Name -> scene and observers; the first one is what others are beside."),
     ]
+    lanes: Annotated[
+        int, Number(ge=1, whole=True), Field(description="Lanes of each rung, a little different.")
+    ] = 10
+    periods: Annotated[
+        int,
+        Number(ge=1, whole=True, units="forcing periods"),
+        Field(description="How long each of these lanes is run."),
+    ] = 200
     repeats: Annotated[
         int,
         Number(ge=3, whole=True),
         Field(description="How often a rung and its bare engine take turns."),
     ] = 30
-    lanes: Annotated[
-        tuple[int, ...], _COUNTS, Field(description="Numbers of lanes to see growth with.")
-    ] = (1, 10, 100, 1000, 10_000, 100_000)
-    periods: Annotated[
-        tuple[int, ...], _COUNTS, Field(description="Numbers of periods to see growth with.")
-    ] = (1, 10, 100, 1000, 10_000, 100_000, 1_000_000)
-    asked: Annotated[
-        tuple[str, ...],
-        ListOf(Text()),
-        Field(description="Figures, as study/figure, of which the jobs are counted."),
-    ] = ()
+    unused: Annotated[
+        Rung,
+        Field(
+            description="A rigid damper without bursts and without observers, to tell what "
+            "features cost that it does not use."
+        ),
+    ]
+    growth: Annotated[Growth, Field(description="How run time and memory grow.")]
+    jobs: Annotated[
+        dict[str, tuple[str, ...]],
+        Section(_files, "target", of=_FILES),
+        Field(
+            description="Name -> files below the folder of results; how many jobs they need is "
+            "counted, of no file at all those of the default run."
+        ),
+    ] = _NONE
     figures: Annotated[
         dict[str, Made],
         Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
@@ -138,6 +192,22 @@ class Cost(Verification):
             watched = ", ".join(rung.observers) or "no observer"
             found[f"rung {name}"] = f"{values}; {watched}"
         return found | {"repeats": str(self.repeats)}
+
+    def settings(self) -> dict[str, Any]:
+        """Return what is to be measured as plain values."""
+        sizes = {"lanes": self.lanes, "periods": self.periods, "repeats": self.repeats}
+        rungs = {name: rung.settings() for name, rung in self.rungs.items()}
+        return {
+            "ladder": {"rungs": rungs, **sizes},
+            "unused": {"parameters": values_of(self.unused.parameters), **sizes},
+            "scaling": {
+                **self.growth.settings(),
+                "lanes": list(self.growth.lanes),
+                "lane_periods": self.growth.lane_periods,
+                "periods": list(self.growth.periods),
+            },
+            "jobs": {name: list(files) for name, files in self.jobs.items()},
+        }
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Cost | None, faults: Faults) -> None:
