@@ -115,6 +115,14 @@ def test_rounding_grows_with_the_motion(errors: xr.Dataset) -> None:
     assert math.isfinite(order_at(place, "energy_residual"))
 
 
+def test_walls_that_give_have_no_order_of_penetration(errors: xr.Dataset) -> None:
+    place = errors.sel(scene="hard", solver="rk4_located").copy(deep=True)
+    place["penetration"] = place.state_error
+    assert order_at(place, "penetration") == pytest.approx(3.0)
+    place["rigid"] = 0
+    assert math.isnan(order_at(place, "penetration"))
+
+
 def test_same_bytes_twice(errors: xr.Dataset, timings: xr.Dataset, tmp_path: Path) -> None:
     for cube in (errors, timings):
         for name in "ab":

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from damper.comparison.runs import run_scene
 
 from damper.comparison.reference import read_reference
+from damper.comparison.runs import run_scene
 from damper.comparison.scene import read_scene
 
 params = snakemake.params
