@@ -26,7 +26,7 @@ ERRORS = (
 )
 #: Errors that grow with the sensitivity of the motion, rounding included.
 _GROWING = ("impact_time_error", "accumulation_error", "release_error", "state_error")
-#: Rounding in units of the last place: of an error, before it has grown, and of the balance, a sum of
+#: Rounding in units of the last place: of an error, before it has grown; of the balance, a sum of
 #: some 1e5 terms.
 _ROUNDING, _BALANCE = 100.0, 1000.0
 _EPS = float(np.finfo(float).eps)
