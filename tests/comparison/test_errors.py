@@ -287,6 +287,17 @@ def test_solution_without_events() -> None:
     )
 
 
+def test_two_bursts_on_one_wall_are_two() -> None:
+    twice: Any = SimpleNamespace(
+        impact_times=np.array([1.0, 2.0, 2.1, 5.0, 5.5, 5.6]),
+        impact_sides=np.ones(6),
+        approach_speeds=np.array([1.0, 0.1, 0.005, 0.05, 0.005, 0.0006]),
+        stick_times=np.array([2.2, 5.7]),
+        release_times=np.array([3.0]),
+    )
+    assert counted_impacts(twice) == 5
+
+
 def test_plastic_impact_is_a_burst_of_one() -> None:
     plastic = SimpleNamespace(
         impact_times=np.array([2.0]),
