@@ -160,6 +160,46 @@ def test_slow_impacts_while_the_masses_stick_are_noise() -> None:
     check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
 
 
+@pytest.mark.parametrize(("place", "time", "side"), [(2, 2.0, 1), (8, 6.5, -1)])
+def test_slow_impacts_elsewhere_are_extra(place: int, time: float, side: int) -> None:
+    # Before the burst, or on the other wall.
+    check(
+        solution(
+            impact_times=np.insert(TIMES, place, time),
+            impact_sides=np.insert(SIDES, place, side),
+            approach_speeds=np.insert(SPEEDS, place, 8.9e-3),
+        ),
+        extra_impacts=1.0,
+    )
+
+
+@pytest.mark.parametrize(("time", "side"), [(7.5, 1), (5.5, -1)])
+def test_what_fits_by_speed_alone_is_extra(time: float, side: int) -> None:
+    # After sticking, or on the other wall; the burst is closed after its second impact.
+    keep = without(3, 4, 5, 6, 7)
+    check(
+        solution(
+            impact_times=np.insert(TIMES[keep], 3, time),
+            impact_sides=np.insert(SIDES[keep], 3, side),
+            approach_speeds=np.insert(SPEEDS[keep], 3, 0.1),
+        ),
+        extra_impacts=1.0,
+        unresolved_impacts=2.0,
+    )
+
+
+def test_no_impact_is_matched_twice() -> None:
+    # By its speed it is the one at 5.9, by its time the one at 5.99, which the stick leaves out.
+    keep = without(4, 5, 6, 7)
+    times = TIMES.copy()
+    times[3] = 5.99
+    check(
+        solution(keep, impact_times=times[keep]),
+        impact_time_error=0.09,
+        unresolved_impacts=1.0,
+    )
+
+
 def test_late_stick_and_early_release() -> None:
     late = solution(stick_times=np.array([6.25]), release_times=np.array([6.875]))
     check(late, accumulation_error=0.25, release_error=0.125)
@@ -245,6 +285,17 @@ def test_solution_without_events() -> None:
         missed_releases=1.0,
         evaluations=0.0,
     )
+
+
+def test_two_bursts_on_one_wall_are_two() -> None:
+    twice: Any = SimpleNamespace(
+        impact_times=np.array([1.0, 2.0, 2.1, 5.0, 5.5, 5.6]),
+        impact_sides=np.ones(6),
+        approach_speeds=np.array([1.0, 0.1, 0.005, 0.05, 0.005, 0.0006]),
+        stick_times=np.array([2.2, 5.7]),
+        release_times=np.array([3.0]),
+    )
+    assert counted_impacts(twice) == 5
 
 
 def test_plastic_impact_is_a_burst_of_one() -> None:

@@ -41,7 +41,7 @@ def test_errors_and_outcomes_of_every_level(calls: list[dict[str, Any]]) -> None
     assert set(found) == {
         *MEASURES,
         *("setting", "outcome", "verdict", "reached"),
-        *("reference_impacts", "sensitivity", "until", "periods"),
+        *("reference_impacts", "sensitivity", "until", "periods", "rigid"),
     }
     nan = np.nan
     # In the order of SOLVERS: exact, rk45, lsoda, radau.
@@ -68,6 +68,7 @@ def test_errors_and_outcomes_of_every_level(calls: list[dict[str, Any]]) -> None
     np.testing.assert_array_equal(found["missed_impacts"][:, 0], [0.0, 0.0, 1.0, nan])
     assert (found["reference_impacts"], found["sensitivity"]) == (3, 7.0)
     assert found["periods"] == pytest.approx(6.0 / np.pi)
+    assert found["rigid"] == 1
 
 
 def test_solvers_are_asked_for_state_and_balance_within_their_cap(
@@ -89,6 +90,7 @@ def test_scenes_of_another_model_are_not_run(calls: list[dict[str, Any]]) -> Non
     assert (found["outcome"][:3] == NOT_APPLICABLE).all()
     assert np.isnan(found["state_error"][:3]).all()
     assert found["outcome"][3, 0] == 0
+    assert found["rigid"] == 0
     assert not calls
 
 

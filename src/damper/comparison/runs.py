@@ -44,7 +44,8 @@ def run_scene(
         most levels: `MEASURES` and ``setting``, ``reached`` (NaN where there is no run), and
         ``outcome`` (index in `OUTCOMES`, or `NOT_APPLICABLE`), ``verdict`` (likewise in
         `damper.comparison.errors.VERDICTS`). And of the scene, without dimensions:
-        ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``.
+        ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``, ``rigid`` (1 or
+        0).
 
     Raises
     ------
@@ -80,6 +81,7 @@ def run_scene(
     arrays["sensitivity"] = np.array(float(reference.sensitivity))
     arrays["until"] = np.array(scene.until)
     arrays["periods"] = np.array(scene.periods)
+    arrays["rigid"] = np.array(scene.model == "rigid", dtype="i1")
     return arrays
 
 

@@ -26,6 +26,10 @@ ERRORS = (
 )
 #: Errors that grow with the sensitivity of the motion, rounding included.
 _GROWING = ("impact_time_error", "accumulation_error", "release_error", "state_error")
+#: Rounding in units of the last place: of an error, before it has grown; of the balance, a sum of
+#: some 1e5 terms.
+_ROUNDING, _BALANCE = 100.0, 1000.0
+_EPS = float(np.finfo(float).eps)
 #: Fewest levels above rounding that tell an order.
 _FEWEST = 3
 
@@ -34,6 +38,7 @@ _SCENE = {
     "sensitivity": ("largest growth of a small change of the start until the end", "1"),
     "until": ("end of the run", TIME),
     "periods": ("forcing periods from start to end", "1"),
+    "rigid": ("1 rigid walls, 0 walls that give", "1"),
 }
 _LEVEL = {
     "setting": ("the solver's setting", "1"),
@@ -174,7 +179,9 @@ def order_at(place: xr.Dataset, name: str) -> float:
         finer, its inverse) is halved. NaN if these are fewer than 3.
     """
     error, setting = place[name].values, place.setting.values
-    floor = rounding(place) if name in _GROWING else 10.0 * np.finfo(float).eps
+    if name == "penetration" and not int(place.rigid):  # of walls that give it is no error
+        return math.nan
+    floor = rounding(place) if name in _GROWING else _BALANCE * _EPS
     good = (place.verdict.values == VERDICTS.index("good")) & (error > floor)
     points = list(zip(np.log(setting[good]), np.log(error[good]), strict=True))
     if len(points) < _FEWEST:
@@ -184,9 +191,8 @@ def order_at(place: xr.Dataset, name: str) -> float:
 
 
 def rounding(place: xr.Dataset) -> float:
-    """Error that rounding alone may make: ten units in the last place, grown with the motion."""
-    growth = max(float(place.sensitivity), float(place.until), 1.0)
-    return 10.0 * float(np.finfo(float).eps) * growth
+    """Error that rounding alone may make: some units in the last place, grown with the motion."""
+    return _ROUNDING * _EPS * max(float(place.sensitivity), float(place.until), 1.0)
 
 
 def _coordinates(
