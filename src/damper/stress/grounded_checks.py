@@ -47,7 +47,7 @@ def _thrust(model, row, tau):
     x0 = abs(float(row[X])) + model.clearance
     speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0)
     size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
-    size += abs(x) + abs(float(row[X])) + model.support[1] * (abs(x) + model.clearance)
+    size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
     return -side * (a - b), size
 
 
