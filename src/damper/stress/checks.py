@@ -225,7 +225,7 @@ def _follow(model, more, log, worst, totals, last):
 
 @compiled
 def _more(old, new):
-    """The larger of the two, as `max` but with NaN for nothing yet and NaN never overlooked."""
+    """The larger of the two; the old one is NaN as long as there is none."""
     return old if old >= new else new
 
 
