@@ -96,7 +96,7 @@ def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(1e-18, 10.0 * LIMIT)
-    ax.set_xlabel("violation over the sizes of its terms (energy: to the scale of its own limit)")
+    ax.set_xlabel("violation over the sizes of its terms; energy scaled to the same limit")
     ax.set_ylabel("part of the runs\nwith at least that")
     ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
 

@@ -1,10 +1,13 @@
 """Regimes of the stress study: parts of the parameter box, and why accuracy degrades there.
 
+Regimes of the first six parameters are those of rigid walls and an untied free mass, so that what
+another model adds is seen in its own rows.
+
 Reasons are those of docs/method.md, section Limits, and what the study itself has shown.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -27,21 +30,23 @@ def model_is(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
 
 def models(cube: xr.Dataset) -> xr.DataArray:
     """Return each lane's model, as `damper.parameters.Parameters.model` says it."""
-    support = cube.support_damping_ratio + cube.damping_ratio * cube.support_damping_factor
-    grounded = (cube.support_stiffness_ratio > 0.0) | (support > 0.0)
+    grounded = (cube.support_stiffness_ratio > 0.0) | (_support_damping(cube) > 0.0)
     names = np.where(grounded, "grounded", "rigid")
     names = np.where(cube.modulation_depth > 0.0, "modulated", names)
     names = np.where(np.isfinite(cube.contact_stiffness_ratio), "compliant", names)
     return xr.DataArray(names, dims="lane")
 
 
-REGIMES = (
+def _untied(holds: Callable[[xr.Dataset], xr.DataArray]) -> Callable[[xr.Dataset], xr.DataArray]:
+    return lambda cube: holds(cube) & (models(cube) == "rigid")
+
+
+_UNTIED = (
     Regime(
         "ordinary",
-        "rigid, damping 0.001 to 1, frequency 0.1 to 10, mass 0.001 to 10, clearance 0.001 to 10",
+        "damping 0.001 to 1, frequency 0.1 to 10, mass 0.001 to 10, clearance 0.001 to 10",
         lambda cube: (
-            (models(cube) == "rigid")
-            & _between(cube.damping_ratio, 1e-3, 1.0)
+            _between(cube.damping_ratio, 1e-3, 1.0)
             & _between(cube.frequency_ratio, 0.1, 10.0)
             & _between(cube.mass_ratio, 1e-3, 10.0)
             & _between(cube.clearance, 1e-3, 10.0)
@@ -83,15 +88,14 @@ REGIMES = (
         "heavy damping",
         "damping ratio >= 1000",
         lambda cube: cube.damping_ratio >= 1e3,
-        "displacements round in units of eps |v| tau although they hardly move, and each "
+        "displacements round in units of eps v tau although they hardly move, and each "
         "derivative multiplies rounding by the damping",
     ),
     Regime(
         "tiny mass",
         "mass ratio <= 1e-6",
         lambda cube: cube.mass_ratio <= 1e-6,
-        "the free mass hardly moves the primary; with a support its own rates grow as "
-        "1/mass ratio, or the root of that",
+        "the free mass hardly moves the primary",
     ),
     Regime(
         "heavy free mass",
@@ -135,11 +139,39 @@ REGIMES = (
         "whether it touches depends on rounding, by the root of the depth",
     ),
     Regime(
+        "long runs",
+        "a million forcing periods",
+        lambda cube: cube.origin == "long",
+        "time is held as whole periods and a part, so nothing blurs; roundings of many events add",
+    ),
+)
+
+REGIMES = (
+    *(replace(regime, holds=_untied(regime.holds)) for regime in _UNTIED),
+    Regime(
         "grounded",
         "a support of the free mass",
         model_is("grounded"),
-        "the support has rates of its own; undamped and faster than 1e4 a search may give up "
-        "and says so",
+        "the support has rates of its own, which the two regimes below make fast",
+    ),
+    Regime(
+        "fast support",
+        "undamped support with a rate >= 1e4",
+        lambda cube: (
+            (models(cube) == "grounded")
+            & (_support_damping(cube) == 0.0)
+            & (cube.support_stiffness_ratio >= 1e8 * cube.mass_ratio)
+        ),
+        "the swing's phase rounds in units of eps rate tau, and a search may give up and says so",
+    ),
+    Regime(
+        "heavily damped support",
+        "support damping over mass ratio >= 1e4",
+        lambda cube: (
+            (models(cube) == "grounded") & (_support_damping(cube) >= 1e4 * cube.mass_ratio)
+        ),
+        "what is left of a decayed fast motion rounds in units of eps times its first rate and "
+        "the time since: the thrust that a release waits for",
     ),
     Regime(
         "time-variant",
@@ -161,14 +193,12 @@ REGIMES = (
         "depths are smaller than rounding of displacements, so forces are kept relative to the "
         "others at work",
     ),
-    Regime(
-        "long runs",
-        "a million forcing periods",
-        lambda cube: cube.origin == "long",
-        "time is held as whole periods and a part, so nothing blurs; roundings of many events add",
-    ),
 )
 
 
 def _between(values: xr.DataArray, low: float, high: float) -> xr.DataArray:
     return (values >= low) & (values <= high)
+
+
+def _support_damping(cube: xr.Dataset) -> xr.DataArray:
+    return cube.support_damping_ratio + cube.damping_ratio * cube.support_damping_factor
