@@ -105,8 +105,7 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     """Worst value of each law in each regime, coloured by its distance to the limit."""
     values = np.array([[row.worst[name] for name in GRADED] for row in rows])
     ratios = np.array([[row.nearest[name] for name in GRADED] for row in rows])
-    colours = ListedColormap(list(_COLOURS), name="limits")
-    colours.set_bad("white")
+    colours = ListedColormap(list(_COLOURS), name="limits").with_extremes(bad="white")
     norm = BoundaryNorm(range(len(_EDGES)), colours.N)
     classes = np.searchsorted(_EDGES[1:], ratios, side="left").astype(float)
     classes[np.isnan(ratios)] = np.nan
