@@ -151,8 +151,8 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], about: About) -> str:
         "",
         "## Regimes",
         "",
-        "Worst value of each law; in brackets, where a regime has runs that break it, their "
-        "number. Regimes overlap.",
+        "Worst value of each law, and the number of runs that break any. Regimes overlap; those of "
+        "parameters are of the rigid damper, other models have rows of their own.",
         "",
         *markdown_table(
             ["regime", "runs", "stopped", "broken", *(law.replace("_", " ") for law in GRADED)],
