@@ -171,7 +171,7 @@ REGIMES = (
             (models(cube) == "grounded") & (_support_damping(cube) >= 1e4 * cube.mass_ratio)
         ),
         "what is left of a decayed fast motion rounds in units of eps times its first rate and "
-        "the time since: the thrust that a release waits for",
+        "the time since: the thrust that a release waits for; a search may give up and says so",
     ),
     Regime(
         "time-variant",
@@ -184,7 +184,8 @@ REGIMES = (
         "walls that give",
         model_is("compliant"),
         "a contact has its own, faster rates; restitution 0 without tension asks for an infinite "
-        "damping and is refused; with damping ratio 1e6 the energy balance loses digits",
+        "damping and is refused; with damping ratio 1e6 the energy balance loses digits; with slow forcing and a "
+        "tiny mass a search may give up and says so",
     ),
     Regime(
         "stiff contact",
