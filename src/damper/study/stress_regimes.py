@@ -171,7 +171,8 @@ REGIMES = (
             (models(cube) == "grounded") & (_support_damping(cube) >= 1e4 * cube.mass_ratio)
         ),
         "what is left of a decayed fast motion rounds in units of eps times its first rate and "
-        "the time since: the thrust that a release waits for; a search may give up and says so",
+        "the time since: the thrust that a release waits for; a search may give up and "
+        "says so",
     ),
     Regime(
         "time-variant",
