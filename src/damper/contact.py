@@ -229,8 +229,9 @@ def find_impact(
     for steps in range(1, MAX_STEPS):
         end = tau + step
         if end == tau:
-            # The contact is nearer than time can resolve.
-            return tau, side if gap < clearance else -side, dx, v, rate, steps
+            # The contact is nearer than time can resolve. Without a clearance both walls are.
+            own = gap < clearance or (clearance == 0.0 and rate < 0.0)
+            return tau, side if own else -side, dx, v, rate, steps
 
         dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
         gap1 = gap0 + rate0 * end + side * dx1

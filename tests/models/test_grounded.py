@@ -700,3 +700,29 @@ def test_steering_decides_nothing():
     hits, worst = in_new_process(BOLD, "-W", "error", DAMPER_COMPILE="0")
     assert hits > 60
     assert worst < 1e-11
+
+
+@pytest.mark.parametrize("mass_ratio", [1e-6, 1e-9])
+def test_a_release_is_where_the_thrust_vanishes_however_heavy_the_support_damping(mass_ratio):
+    """Damping over the free mass, squared, once cancelled in the thrust's slope: 6e-8 of thrust."""
+    p = Parameters(
+        mass_ratio,
+        0.000327676,
+        1.19794,
+        0.000574656,
+        1e-6,
+        support_stiffness_ratio=0.0466184,
+        support_damping_ratio=19.2874,
+    )
+    releases = [row for row in events(p, State(-2.97, 0.0, -2.97, 2.27), until=60.0)]
+    releases = [row for row in releases if KINDS[min(row["kind"], 2)] == "release"]
+    assert len(releases) >= 5
+    for row in releases:
+        x, v, side = float(row["x"]), float(row["v"]), int(row["side"])
+        y = x + side * p.clearance
+        spring = p.support_stiffness_ratio * y
+        dashpots = 2.0 * (p.damping_ratio + p.support_damping_ratio) * v
+        push = math.sin(p.frequency_ratio * row["time_in_period"]) - dashpots - x - spring
+        common = push / (1.0 + mass_ratio)
+        thrust = mass_ratio * common + 2.0 * p.support_damping_ratio * v + spring
+        assert abs(thrust) < 1e-12

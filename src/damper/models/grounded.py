@@ -183,11 +183,17 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
         dx, v = advance(model.stuck, centred, v, sin, cos, HORIZON)
         return HORIZON, 0.0, dx, v, 1
     # The thrust over what it takes to part the masses: -g'' of the flight that would begin now.
+    free = model.free
     support = model.support
-    a, j, b, k = _accelerations(model, side, x, v, sin, cos)
+    a, _ = acceleration(free, x, v, sin, cos)
+    b, _ = acceleration(support, x + side * model.clearance, v, 0.0, 0.0)
     mean = (a + model.mass_ratio * b) / (1.0 + model.mass_ratio)
-    # Together they have one acceleration.
-    slope = -side * ((j - (mean - a) * 2.0 * model.free[0]) - (k - (mean - b) * 2.0 * support[0]))
+    # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
+    # damping, which would have to cancel here.
+    slope = -side * (
+        (free[2] * free[3] * cos - 2.0 * free[0] * mean - free[1] * v)
+        + (2.0 * support[0] * mean + support[1] * v)
+    )
     thrust = max(-side * (a - b), 0.0)
     z = thrust + model.pull
     turned_sin = -side * (sin * model.lead_cos + cos * model.lead_sin)
@@ -214,14 +220,6 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
     )
     dx, v = advance(model.stuck, centred, v, sin, cos, tau)
     return tau, released, dx, v, steps + 1
-
-
-@compiled
-def _accelerations(model, side, x, v, sin, cos):
-    """Second and third derivative of both masses, at one wall with one velocity, in flight."""
-    a, j = acceleration(model.free, x, v, sin, cos)
-    b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
-    return a, j, b, k
 
 
 @rests.of(Grounded)
