@@ -86,8 +86,9 @@ def backward_error(parameters: Parameters, log: np.ndarray, digits: int | None =
     Returns
     -------
     dict of str to float
-        Each of `CHECKS` in units of rounding (2^-52), and ``closing``: error of the accumulation
-        time in units of time, by resolving one more bounce. nan if anything is not a number.
+        Each of `CHECKS` in units of rounding (2^-52), ``displacement`` too, and ``closing``: error
+        of the accumulation time in units of time, by resolving one more bounce. nan if anything is
+        not a number.
     """
     found = residuals(parameters, log, digits)
     return {name: float(np.max(values, initial=0.0)) for name, values in found.items()}
@@ -101,7 +102,8 @@ def residuals(parameters: Parameters, log: np.ndarray, digits: int | None = None
     dict of str to ndarray (segments,)
         - ``clock``: duration against the next start, relative to a forcing period;
         - ``motion``: displacement and velocity (and gap and its rate in a flight that is cut)
-          against the next start;
+          against the next start, over the terms that are added;
+        - ``displacement``: the same of the displacement alone, over where and how far it goes;
         - ``contact``: gap at an impact, and approach speed;
         - ``law``: momentum and restitution;
         - ``release``: thrust at a release, over the forces;
@@ -126,7 +128,7 @@ def residuals(parameters: Parameters, log: np.ndarray, digits: int | None = None
 
 def _residuals(p: Parameters, log: np.ndarray, numbers: "type[_Numbers]") -> dict:
     segments = _Segments(p, log, numbers)
-    found = {name: np.zeros(len(log)) for name in (*CHECKS, "closing")}
+    found = {name: np.zeros(len(log)) for name in (*CHECKS, "displacement", "closing")}
     found["inside"] = segments.inside()
     tails = np.flatnonzero((log[:, MODE] == TAIL) & (log[:, RATE] > 0.0))
     if len(tails):
@@ -159,13 +161,30 @@ class _Segments:
         )
         self.theta = numbers.phase(p.phase) + exact(p.frequency_ratio) * exact(log[:, TIME])
         self.width = 2.0 * p.clearance
-        # Sizes, in double: of displacement and velocity, and of the time in which forces act.
+        self.from_x, self.from_v = self.x.copy(), self.start.copy()
+        self._let_go()
+        # Time in which forces act at full size.
         self.quick = 1.0 / max(p.frequency_ratio, 2.0 * p.damping_ratio + 1.0)
+
+    def _let_go(self) -> None:
+        """Put each start after a release where x'' is zero, by the least change of x and v.
+
+        That is what a release means; the rounding of the stored state, multiplied by the damping,
+        is the residual of the release itself.
+        """
+        of = np.flatnonzero(self.log[:, CAUSE] == RELEASE)
+        if not len(of):
+            return
+        twice = 2 * self.numbers.exact(self.p.damping_ratio)
+        sin, _ = self.numbers.sin_cos(self.theta[of])
+        left = (sin - twice * self.start[of] - self.x[of]) / (1 + twice * twice)
+        self.from_x[of] = self.x[of] + left
+        self.from_v[of] = self.start[of] + twice * left
 
     def motion(self, tau: Any, of: np.ndarray) -> Motion:
         """Motion of some segments, each at its own time."""
         osc = Oscillator(*(value[of] for value in self.osc[:3]), self.osc.omega)
-        return self.numbers.motion(osc, self.x[of], self.start[of], self.theta[of], tau)
+        return self.numbers.motion(osc, self.from_x[of], self.from_v[of], self.theta[of], tau)
 
     def sizes(self, of: np.ndarray, tau: Any, move: Motion) -> tuple[np.ndarray, ...]:
         """Sizes of the terms of displacement, velocity, relative displacement and velocity."""
@@ -207,8 +226,12 @@ class _Segments:
         elapsed = (exact(after[:, PERIOD]) - exact(rows[:, PERIOD])) * exact(p.period)
         elapsed = elapsed + (exact(after[:, TIME]) - exact(rows[:, TIME]))
         clock = _double(abs(elapsed - tau)) / p.period
-        off = _double(abs(self.x[of + 1] - x1)) / position
-        off = np.maximum(off, _double(abs(self.v[of + 1] - (v1 + kick))) / velocity)
+        moved = _double(abs(self.x[of + 1] - x1))
+        # The engine adds v0 tau and the rest; where damping is heavy the two all but cancel.
+        off = moved / _sure(position + _double(abs(self.start[of] * tau)))
+        # The impact's change of velocity is a term of its own, and may cancel the rest.
+        lost = _double(abs(self.v[of + 1] - (v1 + kick))) / _sure(velocity + np.abs(_double(kick)))
+        off = np.maximum(off, np.where(hits, 0.0, lost))
         free = np.maximum(
             _double(abs(self.gap[of + 1] - gap1)) / _sure(near),
             _double(abs(self.rate[of + 1] - rate1)) / _sure(speed),
@@ -222,12 +245,12 @@ class _Segments:
         contact = np.maximum(contact, _double(abs(approach - falls)) / _sure(speed))
         bounce = _double(abs(self.rate[of + 1] - restitution * approach))
         law = bounce / _sure(_double(approach))
-        lost = _double(abs(self.v[of + 1] - (v1 + kick))) / _sure(velocity)
         freed = after[:, CAUSE] == RELEASE
         pushed = _double(abs(move.push)) / (force / (1.0 + p.mass_ratio))
         return {
             "clock": clock,
             "motion": off,
+            "displacement": moved / _sure(position),
             "contact": np.where(hits, contact, 0.0),
             "law": np.where(hits, np.maximum(law, lost), 0.0),
             "release": np.where(freed, pushed, 0.0),

@@ -100,8 +100,8 @@ def run_identities(
         ``growth`` of the noise over the run, ``comparable_events`` and ``compared_of_events`` (all
         of them), ``condition`` (0 well-conditioned, 1 growth, 2 grazing, 3 border of two
         outcomes); the backward error, nan where there is none: ``backward_<check>`` and the
-        largest, ``backward_error``, both in units of rounding (2^-52), and ``backward_closing``
-        over what accuracy allows. For each identity ``<identity>_difference``, the largest of the
+        largest, ``backward_error``, and beside them ``backward_displacement``, all in units of
+        rounding (2^-52), and ``backward_closing`` over what accuracy allows. For each identity ``<identity>_difference``, the largest of the
         comparable events, ``<identity>_ratio`` to what the condition allows (nan: none to compare),
         and ``<identity>_verdict``: -1 not applicable, 0 passed, 1 passed by backward error,
         2 failed.
@@ -165,13 +165,14 @@ def _one(
 def _judged(run: Run, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
     """Backward error of a run."""
     if run.parameters.model != "rigid":
-        found = dict.fromkeys((*CHECKS, "closing"), math.nan)
+        found = dict.fromkeys((*CHECKS, "displacement", "closing"), math.nan)
     else:
         found = backward_error(run.parameters, run.log)
     allowed = accuracy / max(1.0, run.parameters.frequency_ratio)
     return {
         **{f"backward_{name}": found[name] for name in CHECKS},
         "backward_error": float(np.max([found[name] for name in CHECKS])),
+        "backward_displacement": found["displacement"],
         "backward_closing": found["closing"] / allowed,
     }
 

@@ -101,14 +101,18 @@ def noisy_run(
     model = model_of(parameters, DEFAULT_ACCURACY)
     loop, begin = loop_of(parameters.model, run, place)
     state = state or REST
-    x, v, relative = np.array((state.x, state.v, state.u - state.v)) * _factors(3, size, random)
-    room = state.y - state.x
-    # Contact with a wall stays contact.
+    x, v = np.array((state.x, state.v)) * _factors(2, size, random)
+    # Position and velocity of the free mass are given as such: their differences move by more.
+    moves = np.array((abs(state.x) + abs(state.y), abs(state.v) + abs(state.u)))
+    moves *= _factors(2, size, random) - 1.0
+    room, relative = state.y - state.x, state.u - state.v
     if before.clearance - abs(room) <= slack(before.clearance, state.x, state.y):
+        # Contact with a wall stays contact, and rest against it rest.
         room = np.copysign(parameters.clearance, room)
+        relative += moves[1] if relative else 0.0
     else:
-        room *= _factors(1, size, random)[0]
-        room = min(max(room, -parameters.clearance), parameters.clearance)
+        room = min(max(room + moves[0], -parameters.clearance), parameters.clearance)
+        relative += moves[1]
     row = np.empty(COLUMNS)
     begin(model, row, 0.0, state.time, float(x), float(v), float(x + room), float(v + relative))
     log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
