@@ -163,8 +163,6 @@ class _Segments:
         self.width = 2.0 * p.clearance
         self.from_x, self.from_v = self.x.copy(), self.start.copy()
         self._let_go()
-        # Time in which forces act at full size.
-        self.quick = 1.0 / max(p.frequency_ratio, 2.0 * p.damping_ratio + 1.0)
 
     def _let_go(self) -> None:
         """Put each start after a release where x'' is zero, by the least change of x and v.
@@ -192,13 +190,18 @@ class _Segments:
         tau = _double(tau)
         x1 = x + _double(move.bend + self.start[of] * tau)
         v1 = v + _double(move.dv)
-        large = np.maximum(np.abs(v), np.abs(v1))
-        force = 1.0 + 2.0 * self.p.damping_ratio * large + np.maximum(np.abs(x), np.abs(x1))
-        act = np.minimum(tau, self.quick)
-        position = np.abs(x) + np.abs(x1) + large * act
-        velocity = np.abs(v) + np.abs(v1) + force * act
+        slow = np.maximum(np.abs(v), np.abs(v1))
+        far = np.maximum(np.abs(x), np.abs(x1))
+        damped = 2.0 * self.p.damping_ratio + 1.0
+        # What forcing and spring add until they change or the damping holds them, and the damping.
+        pulls = np.minimum(tau, 1.0 / (damped + self.p.frequency_ratio))
+        pulls = pulls + far * np.minimum(tau, 1.0 / damped)
+        moved = np.minimum(0.5 * pulls * tau, 1.0 + far)
+        position = np.abs(x) + np.abs(x1) + slow * np.minimum(tau, 1.0 / damped) + moved
+        velocity = np.abs(v) + np.abs(v1) + pulls
         near = _double(self.gap[of]) + np.abs(_double(self.rate[of])) * tau
-        near = near + np.minimum(0.5 * force * tau * tau, position)
+        near = near + moved + slow * tau * np.minimum(self.p.damping_ratio * tau, 1.0)
+        force = 1.0 + 2.0 * self.p.damping_ratio * slow + far
         rate = np.abs(_double(self.rate[of])) + np.minimum(force * tau, velocity)
         return position, velocity, near, rate, force
 
