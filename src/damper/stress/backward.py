@@ -28,8 +28,6 @@ from damper.segment import (
     RELEASE,
     SIDE,
     SPEED,
-    STICK,
-    STICKING,
     TAIL,
     TIME,
     V,
@@ -135,9 +133,7 @@ def _residuals(p: Parameters, log: np.ndarray, numbers: "type[_Numbers]") -> dic
         found["tail"][tails], found["closing"][tails] = segments.tails(tails)
     if len(log) > 1:
         found.update({name: np.append(v, 0.0) for name, v in segments.ends().items()})
-    return {
-        name: values if name == "closing" else values / _EPS for name, values in found.items()
-    }
+    return {name: values if name == "closing" else values / _EPS for name, values in found.items()}
 
 
 class _Segments:

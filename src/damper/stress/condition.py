@@ -13,7 +13,7 @@ import numpy as np
 
 from damper.parameters import Parameters, State
 from damper.segment import IMPACT, RATE, SPEED, STICK, V, X
-from damper.stress.runs import END, Events, Run, events_of, noisy_run
+from damper.stress.runs import Events, Run, events_of, noisy_run
 
 #: Unit of rounding of a double.
 EPS = 2.0**-52
@@ -132,18 +132,17 @@ def differences(
 
 def _kind(events: Events, growth: np.ndarray, comparable: int, scale: Scale) -> int:
     count = len(events.kind)
-    before = growth[comparable - 1] if comparable else 1.0
-    if comparable < count and before < ILL:
+    grown = growth[comparable - 1] if comparable else 1.0
+    if comparable < count and grown < ILL:
         # Other events follow, and not because of an error that had grown for long.
         grazes = events.kind[comparable] == IMPACT
         return GRAZING if grazes and _gentle(events, comparable, scale) else BORDER
     if growth.size == 0 or growth[-1] < ILL:
         return WELL
-    steps = growth[1:] / growth[:-1]
-    worst = int(np.argmax(steps)) + 1 if len(steps) else 0
-    if len(steps) and steps[worst - 1] > SUDDEN and growth[worst - 1] < ILL:
-        return GRAZING if _gentle(events, worst, scale) else BORDER
-    return GROWING
+    before = np.append(1.0, growth[:-1])
+    worst = int(np.argmax(growth / before))
+    sudden = growth[worst] > SUDDEN * before[worst] and before[worst] < ILL
+    return GRAZING if sudden and _gentle(events, worst, scale) else GROWING
 
 
 def _gentle(events: Events, event: int, scale: Scale) -> bool:
@@ -151,6 +150,5 @@ def _gentle(events: Events, event: int, scale: Scale) -> bool:
     if events.kind[event] != IMPACT:
         return False
     rest = events.kind[event:] != IMPACT
-    following = event + int(np.argmax(rest)) if rest.any() else -1
-    in_burst = following >= 0 and events.kind[following] in (STICK, END)
+    in_burst = rest.any() and events.kind[event + int(np.argmax(rest))] == STICK
     return bool(events.values[2, event] < 1e-4 * scale.values[2, 0]) and not in_burst
