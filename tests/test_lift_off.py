@@ -7,6 +7,8 @@ import pytest
 
 import damper
 from damper import Parameters, State
+from damper.engine import Trajectory
+from damper.segment import CAUSE, RELEASE, TIME, V, X
 
 
 @pytest.mark.parametrize("side", [1, -1])

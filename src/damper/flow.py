@@ -261,7 +261,7 @@ def arrive(
     osc: Oscillator, x: float, v: float, sin: float, cos: float, tau: float
 ) -> tuple[float, ...]:
     """State after a long time, formed as such: increments round in units of v tau."""
-    beta, kappa, _, _, regime, split, slow, fast, _, _, _, _ = osc
+    beta, kappa, _, _, regime, split, _, _, _, _, _, _ = osc
     if regime == NEARLY_CRITICAL:
         dx, v = advance(osc, x, v, sin, cos, tau)
         return x + dx, v

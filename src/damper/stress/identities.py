@@ -98,12 +98,12 @@ def run_identities(
     dict of str to ndarray (lanes,)
         ``growth`` of the noise over the run, ``comparable_events`` and ``compared_of_events`` (all
         of them), ``condition`` (0 well-conditioned, 1 growth, 2 grazing, 3 border of two
-        outcomes); the backward error, nan where there is none: ``backward_<check>`` and the
+        outcomes). The backward error, nan where there is none: ``backward_<check>`` and the
         largest, ``backward_error``, and beside them ``backward_displacement``, all in units of
-        rounding (2^-52), and ``backward_closing`` over what accuracy allows. For each identity ``<identity>_difference``, the largest of the
-        comparable events, ``<identity>_ratio`` to what the condition allows (nan: none to compare),
-        and ``<identity>_verdict``: -1 not applicable, 0 passed, 1 passed by backward error,
-        2 failed.
+        rounding (2^-52), and ``backward_closing`` over the accuracy asked for. For each identity
+        ``<identity>_difference``, the largest of the comparable events, ``<identity>_ratio`` to
+        what the condition allows (nan: none to compare), and ``<identity>_verdict``: -1 not
+        applicable, 0 passed, 1 passed by backward error, 2 failed.
     """
     rows = [
         _one(lane, periods, events, np.random.default_rng((seed, first + number)))

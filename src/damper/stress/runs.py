@@ -161,7 +161,7 @@ def events_of(run: Run) -> Events:
     values = rows[:, [X, V, SPEED]].T
     if run.whole:
         last = log[-1]
-        x, v, gap, _ = motion(model_of(run.parameters, DEFAULT_ACCURACY), last, last[DURATION])
+        x, v, _, _ = motion(model_of(run.parameters, DEFAULT_ACCURACY), last, last[DURATION])
         kind = np.append(kind, END)
         side = np.append(side, last[SIDE])
         # The end is a given time: it is not compared.
