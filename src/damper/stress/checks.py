@@ -8,7 +8,7 @@ as it gets.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -54,11 +54,7 @@ from damper.segment import (
     V,
     X,
 )
-from damper.variables import Variable
-
-#: Status beside those of the engine: the lane was refused with an error.
-REFUSED = 3
-STATUS_MEANINGS = ("finished", "max_events_reached", "search_gave_up", "refused")
+from damper.stress.laws import LAWS, REFUSED, RUN
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
@@ -89,56 +85,7 @@ class Laws(Observer):
     some 1e-16 to 1e-15 in each. What a lane does not have, such as impacts, leaves NaN.
     """
 
-    variables = (
-        Variable(
-            "penetration",
-            "largest distance beyond a wall in flight",
-            "1",
-            comment="over 1 + |x| and the sizes of the gap's terms; a contact that gives has none",
-        ),
-        Variable(
-            "touch",
-            "largest gap at the moment of an impact, either way",
-            "1",
-            comment="over the sizes of the gap's terms",
-        ),
-        Variable(
-            "continuity",
-            "largest jump of a displacement, or of a velocity where nothing hits",
-            "1",
-            comment="between a segment's end and the next one's start, over the sizes of its terms",
-        ),
-        Variable(
-            "momentum", "largest change of momentum in an impact", "1", comment="over its terms"
-        ),
-        Variable(
-            "restitution_law",
-            "largest departure from the rebound speed r s, s the approach speed",
-            "1",
-            comment="over the sizes of the approach speed's terms",
-        ),
-        Variable(
-            "pull",
-            "largest force with which a wall pulls in sticking",
-            "1",
-            comment="over the sizes of the force's terms",
-        ),
-        Variable(
-            "energy",
-            "input less losses and change of the stored energy",
-            "1",
-            comment="over the whole run and the sizes of the balance's terms",
-        ),
-        Variable(
-            "clock",
-            "largest distance between a segment's length and that from its start to the next one's",
-            "1",
-            comment="over the forcing period",
-        ),
-        Variable("backwards", "largest step back in time", "1", comment="over the forcing period"),
-        Variable("not_finite", "segments with a number that is not finite", "1"),
-        Variable("segments", "segments of the run", "1"),
-    )
+    variables = (*LAWS, *(variable for variable in RUN if variable.name == "segments"))
 
     def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a lane."""
@@ -278,7 +225,7 @@ def _follow(model, more, log, worst, totals, last):
 
 @compiled
 def _more(old, new):
-    """The larger of the two, as `max` but with NaN for nothing yet and NaN never overlooked."""
+    """The larger of the two; the old one is NaN as long as there is none."""
     return old if old >= new else new
 
 
@@ -483,8 +430,3 @@ def _read(lane: Mapping[str, float]) -> Point | None:
         return read_point(lane)
     except ValueError:
         return None
-
-
-def limits() -> Sequence[str]:
-    """Names of the checks whose value should be zero but for rounding."""
-    return tuple(v.name for v in Laws.variables if v.name not in ("not_finite", "segments"))

@@ -24,9 +24,13 @@ def _flight_gap(model, row, tau):
     a, j = acceleration(free, x, v, sin, cos)
     b, k = acceleration(support, y, u, 0.0, 0.0)
     if row[CAUSE] == RELEASE:
-        # Both masses have the same acceleration then, by definition.
-        b = a
-        k = -2.0 * support[0] * b - support[1] * u
+        # Both masses have the same acceleration then, by definition: the one that rounds less.
+        if 1.0 + 2.0 * free[0] * abs(v) + abs(x) > 2.0 * support[0] * abs(u) + support[1] * abs(y):
+            a = b
+            j = free[3] * cos - 2.0 * free[0] * a - v
+        else:
+            b = a
+            k = -2.0 * support[0] * b - support[1] * u
     dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
     dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
     gap += rate * tau + side * (dx - dy)
@@ -47,7 +51,7 @@ def _thrust(model, row, tau):
     x0 = abs(float(row[X])) + model.clearance
     speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0)
     size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
-    size += abs(x) + abs(float(row[X])) + model.support[1] * (abs(x) + model.clearance)
+    size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
     return -side * (a - b), size
 
 
