@@ -1,5 +1,6 @@
 """Times of solvers whose cost is known: a fake clock, not the machine's."""
 
+import math
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -61,7 +62,7 @@ def test_median_and_quartiles(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> 
     # The first run only warms up, and no sample holds it.
     costs = iter([99.0, 1.0, 5.0, 2.0, 4.0, 3.0])
     use(monkeypatch, exact=clock.solver("exact", costs))
-    found = time_solvers({"a": RIGID}, {"exact": [0.5]}, 5, 2.0)
+    found = time_solvers({"a": RIGID}, {"exact": [0.5]}, 5, 2.0, math.inf)
     at = (0, 0, 0)
     assert found["run_time"][at] == 3.0
     assert (found["run_time_low"][at], found["run_time_high"][at]) == (2.0, 4.0)
@@ -72,7 +73,7 @@ def test_median_and_quartiles(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_solvers_and_levels_take_turns(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, exact=clock.solver("exact", 0.1), rk45=clock.solver("rk45", 0.2))
-    time_solvers({"a": RIGID}, {"rk45": [0.2], "exact": [0.5, 0.25]}, 3, 2.0)
+    time_solvers({"a": RIGID}, {"rk45": [0.2], "exact": [0.5, 0.25]}, 3, 2.0, math.inf)
     turn = [("exact", 0.5), ("exact", 0.25), ("rk45", 0.2)]
     assert clock.log == [("exact", 0.5), ("rk45", 0.2), *turn * 3]
 

@@ -118,6 +118,7 @@ def test_one_scene_fits_a_column(cubes) -> None:
     assert texts[-1] == "failed"
     assert "stalled" not in texts
     assert_apart(figure)
+    assert_apart(drawn(work_precision, cubes, scenes=("soft",), error="accumulation_error"))
 
 
 def test_scene_without_such_events_says_so(cubes) -> None:

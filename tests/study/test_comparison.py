@@ -13,7 +13,7 @@ from comparison.fake_solvers import SETTINGS, fake_cubes
 
 from damper.comparison.errors import MEASURES, VERDICTS
 from damper.study.comparison_cube import ERRORS, order_at
-from damper.study.comparison_table import errors_table, times_table
+from damper.study.comparison_table import _time_text, errors_table, times_table
 from damper.study.cube import write_cube
 from damper.study.work_precision import best_error, relative_to_base, time_to_reach
 
@@ -196,6 +196,13 @@ def test_errors_table(errors: xr.Dataset) -> None:
     assert cells["radau"][-1] == "missed 1 impact"
     assert cells["compliant_flow"][-1] == "another model"
     assert "failed at t = 2" in soft
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(9.999e-4, "1 ms"), (1.23e-5, "12 µs"), (2.0, "2 s"), (3e-8, "30 ns")]
+)
+def test_times_are_rounded_before_their_unit_is_chosen(seconds: float, text: str) -> None:
+    assert _time_text(seconds) == text
 
 
 def test_times_table(errors: xr.Dataset, timings: xr.Dataset) -> None:

@@ -54,7 +54,7 @@ def time_solvers(
     settings: Mapping[str, Sequence[float]],
     repeats: int,
     cap: float,
-    spend: float = math.inf,
+    spend: float = 0.2,
 ) -> dict[str, np.ndarray]:
     """Time the bare runs, without states at given times and without energy balance.
 
@@ -67,8 +67,8 @@ def time_solvers(
         Samples of each point: scene, solver and level.
     cap : float
         What a run may cost; see `damper.comparison.runs.run_scene`.
-    spend : float
-        Seconds for one point: once they are spent no further repetition of it starts. Every point
+    spend : float, default 0.2
+        Seconds for one point: once they are spent, no further repetition of it starts. Every point
         is sampled at least once.
 
     Returns

@@ -161,6 +161,7 @@ def _ratio(value: float) -> str:
 
 
 def _seconds(value: float) -> str:
+    value = float(f"{value:.2g}")  # 999.9 µs are 1 ms
     for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
         if value >= size:
             rounded = float(f"{value / size:.2g}")

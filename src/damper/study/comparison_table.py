@@ -300,8 +300,9 @@ def _time_and_ratio(time: float, ratio: float, solver: str) -> str:
 def _time_text(seconds: float) -> str:
     if math.isnan(seconds):
         return "–"
+    seconds = float(f"{seconds:.2g}")  # 999.9 µs are 1 ms
     for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
-        if abs(seconds) >= size:
+        if seconds >= size:
             return f"{_short(seconds / size)} {unit}"
     return f"{_short(seconds * 1e9)} ns"
 
