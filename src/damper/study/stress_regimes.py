@@ -185,8 +185,8 @@ REGIMES = (
         "walls that give",
         model_is("compliant"),
         "a contact has its own, faster rates; restitution 0 without tension asks for an infinite "
-        "damping and is refused; with damping ratio 1e6 the energy balance loses digits; with slow forcing and a "
-        "tiny mass a search may give up and says so",
+        "damping and is refused; with damping ratio 1e6 the energy balance loses digits; with slow "
+        "forcing and a tiny mass a search may give up and says so",
     ),
     Regime(
         "stiff contact",
