@@ -142,7 +142,8 @@ def _both_motions(model, released, side, x, v, gap, rate, a, j, cos):
     b, k = acceleration(support, y, u, 0.0, 0.0)
     if released:
         size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
-        if size > 2.0 * support[0] * abs(u) + support[1] * abs(y):
+        # y is a sum itself, which near zero has lost the digits of its terms.
+        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
             a = b
             j = free[2] * free[3] * cos - 2.0 * free[0] * a - free[1] * v
         else:

@@ -25,7 +25,8 @@ def _flight_gap(model, row, tau):
     b, k = acceleration(support, y, u, 0.0, 0.0)
     if row[CAUSE] == RELEASE:
         # Both masses have the same acceleration then, by definition: the one that rounds less.
-        if 1.0 + 2.0 * free[0] * abs(v) + abs(x) > 2.0 * support[0] * abs(u) + support[1] * abs(y):
+        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
+        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
             a = b
             j = free[3] * cos - 2.0 * free[0] * a - v
         else:
