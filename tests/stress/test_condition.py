@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from damper.parameters import Parameters, State
+from damper.segment import CAUSE, MODE, RELEASE, STICKING, TIME, V, X
 from damper.stress.condition import (
     BORDER,
     EPS,
@@ -75,16 +76,27 @@ def test_rest_at_a_wall_that_does_not_accelerate_is_a_border():
 def test_noise_is_of_the_size_that_it_says_and_deterministic():
     p = Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
     runs = [
-        noisy_run(p, None, periods=5, events=20, size=NOISE, random=np.random.default_rng(seed))
+        noisy_run(p, None, periods=5, events=99, size=NOISE, random=np.random.default_rng(seed))
         for seed in (1, 1, 2)
     ]
     np.testing.assert_array_equal(runs[0].log, runs[1].log)
     assert not np.array_equal(runs[0].log, runs[2].log)
-    run = short_run(p, None, periods=5, events=20)
+    run = short_run(p, None, periods=5, events=99)
     own, other = events_of(run), events_of(runs[0])
     same = matching(own, other)
     found = differences(own, other, slice(0, same), slice(0, same), scale_of(run, own))
     assert 0.01 * NOISE < found[0] < 100.0 * NOISE
+    # No segment starts where the one before it ends: each event adds some.
+    twin = runs[0].log
+    flights = np.flatnonzero((twin[1:, CAUSE] == RELEASE) & (twin[:-1, MODE] == STICKING))
+    pushes = [
+        np.sin(p.phase + runs[0].parameters.frequency_ratio * row[TIME])
+        - 2.0 * runs[0].parameters.damping_ratio * row[V]
+        - row[X]
+        for row in twin[flights + 1]
+    ]
+    assert len(pushes) > 0
+    assert min(abs(push) for push in pushes) > 0.01 * NOISE
 
 
 def test_the_end_of_comparison_is_where_rounding_reaches_it():
