@@ -283,7 +283,7 @@ def test_parts_of_a_stress_study_cover_its_lanes(tmp_path):
     assert box["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
     assert parts["random_box~1"]["part"] == (1, 2)
     assert parts["long_orbit"]["lane"] == POINT
-    assert sorted(sum(study.groups().values(), [])) == sorted(parts)
+    assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
     twins = study.twins()
     assert [(part["lanes"]["first"], part["lanes"]["count"]) for part in twins.values()] == [
         (0, 2),
