@@ -34,6 +34,7 @@ from damper.segment import (
     V,
     X,
 )
+from damper.stress.verdicts import CHECKS
 
 #: Whether `numpy.longdouble` has digits to spare. Where it has not, mpmath steps in (and is slow).
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
@@ -47,9 +48,6 @@ _REMAINDER = 1.0 / math.factorial(_TERMS - 1)
 _NEWTON = 8
 _SMALL_STEP = 1e-15
 _EPS = 2.0**-52
-
-#: What is checked of each segment, all in units of rounding of the terms; see `residuals`.
-CHECKS = ("clock", "motion", "contact", "law", "release", "inside", "tail")
 
 
 class Oscillator(NamedTuple):
