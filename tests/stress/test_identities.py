@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from damper.segment import V
 from damper.stress import identities, runs
 from damper.stress.backward import LONG
 from damper.stress.box import random_lanes
@@ -11,6 +12,7 @@ from damper.stress.identities import (
     IDENTITIES,
     PASSED,
     PASSED_BACKWARD,
+    PASSED_LAWS,
     run_identities,
 )
 
@@ -25,6 +27,11 @@ GENERIC = {
 }
 CHAOTIC = GENERIC | {"restitution": 0.9}
 CHATTERING = GENERIC | {"frequency_ratio": 0.2, "clearance": 0.25}
+OTHER_MODELS = (
+    {"support_stiffness_ratio": 0.1},
+    {"modulation_depth": 0.2, "modulation_order": 2.0},
+    {"contact_stiffness_ratio": 1e4},
+)
 BOX = {
     "share": 0.5,
     "parameters": {
@@ -103,6 +110,45 @@ def test_a_twin_that_differs_fails(monkeypatch):
     found = run_identities([CHATTERING])
     assert found["mirrored_verdict"][0] == FAILED
     assert found["units_verdict"][0] == PASSED
+
+
+def test_another_model_is_judged_by_the_laws(monkeypatch):
+    """Twins that show no events agree with nothing; the laws tell a sound log from a wrong one."""
+    honest = runs.short_run
+    wrong_by = {"v": 0.0}
+
+    def without_events(run):
+        found = honest_events(run)
+        if run.parameters.phase == 0.0:
+            return found
+        return found._replace(kind=found.kind + 20.0)
+
+    def wrong(parameters, state, **settings):
+        run = honest(parameters, state, **settings)
+        if parameters.phase == 0.0:
+            return run
+        log = run.log.copy()
+        log[:, V] *= 1.0 + wrong_by["v"]
+        return run._replace(log=log)
+
+    honest_events = identities.events_of
+    monkeypatch.setattr(identities, "events_of", without_events)
+    monkeypatch.setattr(identities, "short_run", wrong)
+    lanes = [GENERIC | more for more in OTHER_MODELS]
+    found = run_identities(lanes, events=12)
+    assert found["mirrored_verdict"].tolist() == [PASSED_LAWS] * len(lanes)
+    assert (found["laws_excess"] < 0.1).all()
+    wrong_by["v"] = 1e-9
+    found = run_identities(lanes, events=12)
+    assert found["mirrored_verdict"].tolist() == [FAILED] * len(lanes)
+
+
+def test_a_lane_that_is_refused_is_an_outcome():
+    found = run_identities([GENERIC | {"mass_ratio": -1.0}, CHATTERING])
+    assert found["condition"].tolist() == [identities.REFUSED, 0]
+    assert all(v.tolist() == [identities.NOT_APPLICABLE, PASSED] for v in verdicts(found).values())
+    assert np.isnan(found["growth"][0])
+    assert np.isnan(found["backward_error"][0])
 
 
 def test_other_models_are_compared_too():
