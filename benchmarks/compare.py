@@ -15,7 +15,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from engine import machine
+from damper.cost.machine import machine
 
 #: mass_ratio, damping_ratio, frequency_ratio, clearance, restitution
 SCENES = {

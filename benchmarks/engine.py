@@ -9,7 +9,6 @@ differ by chaos, not by error). Nothing here is a test: machines differ and are 
 
 import argparse
 import os
-import platform
 import subprocess
 import sys
 import time
@@ -20,6 +19,7 @@ from scipy.integrate import solve_ivp
 
 import damper
 from damper.compiled import COMPILED
+from damper.cost.machine import core, machine
 from damper.engine import LOG_ROWS, Trajectory
 from damper.segment import COLUMNS
 
@@ -50,7 +50,7 @@ def main() -> None:
         for name, p in SCENES.items():
             print(name, engine_time(p, 1, 20)[0])
         return
-    print(f"machine: {machine()}; {'numba' if COMPILED else 'plain Python'}")
+    print(f"machine: {machine()}; {core()}")
     print(
         f"{given.lanes} lanes (clearance +-2 %) of {given.periods} periods each; times in us/impact"
     )
@@ -72,16 +72,6 @@ def main() -> None:
             f"  largest error of the first {compared} impact times: engine {error:.1e}, "
             f"DOP853 {slow_error:.1e}"
         )
-
-
-def machine() -> str:
-    """Name of the processor, and how many cores this process sees."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        model = names[0].split(":")[1].strip() if names else model
-    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
 def engine_time(

@@ -23,6 +23,7 @@ from damper.flow import (
     higher_derivatives,
     increments,
     oscillator,
+    relax,
     sine_cosine,
 )
 
@@ -348,3 +349,25 @@ def test_state_formed_as_such_is_the_one_by_increments(
     end, speed = arrive(osc, x, v, sin, cos, tau)
     assert end == pytest.approx(x + dx, abs=1e-13)
     assert speed == pytest.approx(v1, abs=1e-13)
+
+
+@pytest.mark.parametrize("beta", [1.5, 30.0, 1e3, 1e6])
+@pytest.mark.parametrize("omega", [1e-4, 0.37, 7.3])
+@pytest.mark.parametrize("tau", [1e-3, 2.0, 25.3])
+def test_a_velocity_that_damping_has_eaten_leaves_no_rounding(
+    beta: float, omega: float, tau: float
+) -> None:
+    """Relative to what is left of the motion, not to the velocity that it began with."""
+    osc = oscillator(beta, 1.0, 1.0, omega)
+    x, v, angle = 1e-7, -1.3, 0.4
+    with mp.workdps(DIGITS):
+        exact = responses(beta, 1.0, omega, tau)
+        turn = mp.expj(mpf(angle))
+        end = x * exact.c + v * exact.s + (turn * exact.q).imag - mpf(x)
+        speed = x * exact.c_dot + v * exact.s_dot + (turn * exact.q_dot).imag
+        # What force and spring make of it, beside what is left of v.
+        size = (abs(v * exact.s_dot) + 1 / mpf(2 * beta), abs(v * exact.s) + tau / mpf(2 * beta))
+    dx, v1 = relax(osc, x, v, math.sin(angle), math.cos(angle), tau)
+    rounding = (8.0 + omega * tau) * EPS
+    assert abs(dx - end) < rounding * size[1]
+    assert abs(v1 - speed) < rounding * size[0]

@@ -10,8 +10,9 @@ from new_process import in_new_process, plain_lanes
 
 from damper import State, lanes
 from damper.engine import Trajectory
-from damper.lanes import product, run_lanes
+from damper.lanes import run_lanes
 from damper.observers import OBSERVERS
+from damper.study.grid import product
 
 POINT = {
     "mass_ratio": 0.1,

@@ -7,6 +7,8 @@ import pytest
 
 import damper
 from damper import Parameters, State
+from damper.engine import Trajectory
+from damper.segment import CAUSE, RELEASE, TIME, V, X
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -54,3 +56,16 @@ def test_heavy_damping_does_not_let_go_for_rounding():
         )
         found = damper.events(p, until=3 * p.period, max_events=3000)
         assert (np.diff(found["time"]) >= 0.0).all(), p
+
+
+def test_heavy_damping_lets_go_at_the_velocity_that_the_force_leaves():
+    """A release is x'' = 0. The velocity that sticking began with must not leave its rounding."""
+    p = Parameters(0.1, 1e3, 8437.84, 2.86e-11, 0.0138, phase=3.13053)
+    trajectory = Trajectory(p, State(-1.0, 0.821533, -1.0, 2.763603))
+    log = next(trajectory.segments(20.0))
+    rows = log[log[:, CAUSE] == RELEASE]
+    assert len(rows) > 0
+    for row in rows:
+        force = np.sin(p.phase + p.frequency_ratio * row[TIME])
+        left = (force - row[X]) / (2.0 * p.damping_ratio)
+        assert abs(row[V] - left) < 2e-15 * abs(left)

@@ -10,6 +10,7 @@ import math
 
 from damper.compiled import compiled
 from damper.flow import (
+    OVERDAMPED,
     Oscillator,
     acceleration,
     advance,
@@ -19,6 +20,7 @@ from damper.flow import (
     fourth_derivative,
     higher_derivatives,
     increments,
+    relax,
 )
 
 #: What a step of the search may span, in units of the faster of 1 and 1/omega.
@@ -229,8 +231,9 @@ def find_impact(
     for steps in range(1, MAX_STEPS):
         end = tau + step
         if end == tau:
-            # The contact is nearer than time can resolve.
-            return tau, side if gap < clearance else -side, dx, v, rate, steps
+            # The contact is nearer than time can resolve. Without a clearance both walls are.
+            own = gap < clearance or (clearance == 0.0 and rate < 0.0)
+            return tau, side if own else -side, dx, v, rate, steps
 
         dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
         gap1 = gap0 + rate0 * end + side * dx1
@@ -364,7 +367,11 @@ def find_release(
             return tau, 1.0, dx, v, steps
         dx1, dv1, sin1, cos1 = increments(osc, x0, v0, a0, j0, sin0, cos0, end)
         dx1 += v0 * end
-        a1, j1 = acceleration(osc, x0 + dx1, v0 + dv1, sin1, cos1)
+        v1 = v0 + dv1
+        if osc[4] == OVERDAMPED:
+            # Twice the damping times a rounding of v0 would be left of x'' once v0 has died.
+            dx1, v1 = relax(osc, x0, v0, sin0, cos0, end)
+        a1, j1 = acceleration(osc, x0 + dx1, v1, sin1, cos1)
         bound = norm + force4 * osc[3] * step
         fresh = certain or stays_between(
             thrust, -side * j, -side * a1, -side * j1, math.inf, step, bound, rounding
@@ -374,7 +381,7 @@ def find_release(
                 longest = min(2.0 * longest, max(shortest, HORIZON - end))
             tau = end
             dx = dx1
-            v = v0 + dv1
+            v = v1
             a = a1
             j = j1
             sin = sin1

@@ -198,7 +198,7 @@ def increments(
         s_less_tau = s - tau
         s_dot_less_1 = c - beta * s - 1.0
     else:
-        decay = math.exp(-beta * tau)
+        decay = math.exp(-beta * tau) if beta > 0.0 else 1.0
         sine, cosine, _ = sine_cosine(split * tau)
         c = decay * cosine
         s = decay / split * sine
@@ -262,10 +262,13 @@ def arrive(
 ) -> tuple[float, ...]:
     """State after a long time, formed as such: increments round in units of v tau."""
     beta, kappa, _, _, regime, split, _, _, _, _, _, _ = osc
-    if regime != UNDERDAMPED and regime != RESONANT:
+    if regime == NEARLY_CRITICAL:
         dx, v = advance(osc, x, v, sin, cos, tau)
         return x + dx, v
-    decay = math.exp(-beta * tau)
+    if regime == OVERDAMPED:
+        dx, v = relax(osc, x, v, sin, cos, tau)
+        return x + dx, v
+    decay = math.exp(-beta * tau) if beta > 0.0 else 1.0
     sine, cosine, _ = sine_cosine(split * tau)
     c = decay * cosine
     s = decay / split * sine
@@ -273,6 +276,32 @@ def arrive(
     dx, dv, _, _ = increments(osc, 0.0, 0.0, a, j, sin, cos, tau)
     end = x * (c + beta * s) + v * s + dx
     return end, v * (c - beta * s) - kappa * s * x + dv
+
+
+@compiled
+def relax(
+    osc: Oscillator, x: float, v: float, sin: float, cos: float, tau: float
+) -> tuple[float, ...]:
+    """Motion of a heavily overdamped oscillator, without a rounding of what the damping has eaten.
+
+    Increments keep one of v tau and of v, however little is left of v.
+
+    Returns
+    -------
+    dx, v : float
+        As `advance`.
+    """
+    slow = osc[6]
+    fast = osc[7]
+    width = fast - slow
+    grow_fast = math.expm1(fast * tau)
+    grow_slow = math.expm1(slow * tau)
+    s = (grow_fast - grow_slow) / width
+    c_less_1 = (fast * grow_slow - slow * grow_fast) / width
+    s_dot = (fast * math.exp(fast * tau) - slow * math.exp(slow * tau)) / width
+    a, j = acceleration(osc, 0.0, 0.0, sin, cos)
+    dx, dv, _, _ = increments(osc, 0.0, 0.0, a, j, sin, cos, tau)
+    return x * c_less_1 + v * s + dx, v * s_dot - osc[1] * s * x + dv
 
 
 @compiled

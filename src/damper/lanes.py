@@ -125,20 +125,6 @@ def run_lanes(
     return arrays, made
 
 
-def product(axes: Mapping[str, Iterable[float]], fixed: Mapping[str, float]) -> list[dict]:
-    """Points of a grid: the product of the axes, the last one fastest.
-
-    Examples
-    --------
-    >>> [p["restitution"] for p in product({"restitution": (0.2, 0.4)}, {"clearance": 1.0})]
-    [0.2, 0.4]
-    """
-    sets: list[dict] = [dict(fixed)]
-    for name, values in axes.items():
-        sets = [{**given, name: value} for given in sets for value in values]
-    return sets
-
-
 def _order(after: Sequence[int] | None, count: int) -> Iterator[int]:
     """Lanes in an order in which each follows at once the one from whose end it starts."""
     if after is None:

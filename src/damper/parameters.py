@@ -7,8 +7,9 @@ move with it, ``|y - x| <= clearance``. `SIParameters` is the same in kg, m and 
 
 import math
 from dataclasses import dataclass, fields
+from functools import cache
 
-from damper.quantities import PARAMETER_NAMES, SI_NAMES, check_model, check_quantity, real
+from damper.quantities import MODEL_NAMES, check_model, check_quantity, real
 from damper.variables import ENERGY, LENGTH, SPEED, TIME
 
 
@@ -91,9 +92,7 @@ class Parameters:
     modulation_phase: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in PARAMETER_NAMES:
-            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
-        check_model({name: getattr(self, name) for name in PARAMETER_NAMES})
+        _check(self)
 
     @property
     def model(self) -> str:
@@ -184,9 +183,7 @@ class SIParameters:
     modulation_phase: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in SI_NAMES:
-            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
-        check_model({name: getattr(self, name) for name in SI_NAMES})
+        _check(self)
         try:
             units, clearance = self.units, self.dimensionless.clearance
             sizes = (units.length, units.time, units.speed, units.energy)
@@ -311,3 +308,26 @@ class State:
             self.u / units.speed,
             self.time / units.time,
         )
+
+
+_OF_OTHER_MODELS = frozenset(name for names in MODEL_NAMES.values() for name in names)
+
+
+@cache
+def _defaults(kind: type) -> tuple[tuple[str, object], ...]:
+    """Name and default of every field, with `MISSING` for those without one."""
+    return tuple((field.name, field.default) for field in fields(kind))
+
+
+def _check(given: Parameters | SIParameters) -> None:
+    """Check every value in place, and that all together ask for one model."""
+    other = False
+    for name, default in _defaults(type(given)):
+        value = getattr(given, name)
+        # What is left out is the very object of the default. A rigid damper pays for no more: this
+        # loop is a good part of what a lane costs before it runs.
+        if value is not default:
+            object.__setattr__(given, name, check_quantity(name, value))
+            other = other or name in _OF_OTHER_MODELS
+    if other:
+        check_model({name: getattr(given, name) for name, _ in _defaults(type(given))})

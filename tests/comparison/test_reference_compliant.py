@@ -80,6 +80,19 @@ def test_two_precisions_and_without_modes(k, tension, monkeypatch):
             assert max(abs(a - b) for a, b in zip(few.final, other.final, strict=True)) < error
 
 
+def test_ring_that_never_dies_is_not_stepped_over(monkeypatch):
+    """Pushed more and then less, an elastic contact ends in a dip of its ring."""
+    scene, start = walls((0.1, 0.0, 0.8, 0.25, 1.0), 340.0), (0, 2, 0.25, 2)
+    with_modes = run(scene, start, until=5, dps=30)
+    monkeypatch.setattr(reference_compliant, "_DISTINCT", 1e9)
+    without = run(scene, start, until=5, dps=30)
+    assert len(without.events) >= 2
+    with mp.workdps(40):
+        assert [e[1:3] for e in with_modes.events] == [e[1:3] for e in without.events]
+        for a, b in zip(with_modes.events, without.events, strict=True):
+            assert abs(a.time - b.time) < 1e-30
+
+
 @pytest.mark.parametrize("tension", [0, 1])
 def test_stiff_walls_are_nearly_rigid(tension):
     """Impact times differ from rigid ones by the time of contact, k^(-1/2)."""

@@ -174,7 +174,7 @@ def test_energy_of_undamped_elastic_run():
     assert len(found.events) >= 3
 
 
-@pytest.mark.parametrize("offset", ["-1e-12", "0", "1e-25", "1e-12"])
+@pytest.mark.parametrize("offset", ["-1e-12", "-1e-30", "0", "1e-25", "1e-12"])
 def test_end_in_and_about_the_tail_of_a_burst(offset):
     """Before the accumulation the free mass still bounces; after it, it sticks."""
     numbers = (0.1, 0.05, 0.2, 0.25, 0.3, 0.0)

@@ -262,6 +262,17 @@ def test_without_clearance_both_walls_touch(tension: int) -> None:
     np.testing.assert_array_equal(np.abs(np.diff(impacts["side"])), 2)
 
 
+@pytest.mark.parametrize("tension", [0, 1])
+def test_without_clearance_a_start_into_a_wall_touches_that_one(tension: int) -> None:
+    p = compliant((0.1, 0.05, 0.2, 0.0, 0.6), 1e4, tension)
+    for toward in (-1.0, 1.0):
+        # Both walls are at hand; what decides is where the free mass goes.
+        start = State(0.3, 0.1, 0.3, 0.1 + 2.0 * toward)
+        first = next(row for row in rows_of(p, 1.0, start) if row[CAUSE] == IMPACT)
+        assert first[SIDE] == toward
+        assert -first[SIDE] * first[RATE] == pytest.approx(2.0 * toward)
+
+
 @pytest.mark.parametrize("speed", [1e-12, 1e-9, 1e-6, 1e-3])
 @pytest.mark.parametrize("tension", [0, 1])
 @pytest.mark.parametrize("k", [1.0, 1e10])

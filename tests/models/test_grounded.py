@@ -19,12 +19,14 @@ from damper.models import model_of, motion, settle, time_to_sticking
 from damper.observers.base import Window
 from damper.observers.response import Response
 from damper.segment import (
+    CAUSE,
     DURATION,
     FLIGHT,
     GAP,
     MODE,
     PERIOD,
     RATE,
+    RELEASE,
     SIDE,
     SPEED,
     STICKING,
@@ -700,3 +702,50 @@ def test_steering_decides_nothing():
     hits, worst = in_new_process(BOLD, "-W", "error", DAMPER_COMPILE="0")
     assert hits > 60
     assert worst < 1e-11
+
+
+@pytest.mark.parametrize("mass_ratio", [1e-6, 1e-9])
+def test_a_release_is_where_the_thrust_vanishes_however_heavy_the_support_damping(mass_ratio):
+    """Damping over the free mass, squared, once cancelled in the thrust's slope: 6e-8 of thrust."""
+    p = Parameters(
+        mass_ratio,
+        0.000327676,
+        1.19794,
+        0.000574656,
+        1e-6,
+        support_stiffness_ratio=0.0466184,
+        support_damping_ratio=19.2874,
+    )
+    found = events(p, State(-2.97, 0.0, -2.97, 2.27), until=60.0)
+    releases = found[found["kind"] == KINDS.index("release")]
+    assert len(releases) >= 5
+    for row in releases:
+        x, v, side = float(row["x"]), float(row["v"]), int(row["side"])
+        y = x + side * p.clearance
+        spring = p.support_stiffness_ratio * y
+        dashpots = 2.0 * (p.damping_ratio + p.support_damping_ratio) * v
+        push = math.sin(p.frequency_ratio * row["time_in_period"]) - dashpots - x - spring
+        common = push / (1.0 + mass_ratio)
+        thrust = mass_ratio * common + 2.0 * p.support_damping_ratio * v + spring
+        assert abs(thrust) < 1e-12
+
+
+def test_a_long_flight_after_a_release_keeps_its_digits_under_heavy_damping():
+    """Both masses' accelerations are equal there; the primary's rounding once took over: 4e-11."""
+    p = Parameters(
+        66.9337,
+        1000.0,
+        0.00277888,
+        0.0249912,
+        0.409734,
+        support_stiffness_ratio=0.000303807,
+        support_damping_ratio=1.39865e-05,
+    )
+    run = Trajectory(p, State(0.0, -0.1, 0.0, -0.1))
+    log = np.concatenate([piece.copy() for piece in run.segments(3.0, 0.0)])
+    released = np.flatnonzero((log[:-1, CAUSE] == RELEASE) & (log[:-1, DURATION] > 25.0))
+    assert released.size
+    for row in released:
+        _, _, gap, rate = motion(run.model, log[row], log[row, DURATION])
+        assert gap == pytest.approx(log[row + 1, GAP], abs=1e-14)
+        assert rate == pytest.approx(log[row + 1, RATE], abs=1e-14)

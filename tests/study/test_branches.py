@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from new_process import in_new_process
 
-from damper.lanes import product
 from damper.study.branches import DIRECTIONS, branches, draws
+from damper.study.grid import product
 
 DRAWS: dict[str, Any] = {
     "draws": 3,

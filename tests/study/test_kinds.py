@@ -279,9 +279,16 @@ def test_parts_of_a_stress_study_cover_its_lanes(tmp_path):
         "long_orbit",
     ]
     assert study.corners["rigid"].count == 2**4 * 3 * 2
-    assert parts["random_box~1"]["box"]["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
+    box = parts["random_box~1"]["random"]["box"]
+    assert box["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
     assert parts["random_box~1"]["part"] == (1, 2)
     assert parts["long_orbit"]["lane"] == POINT
+    assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
+    twins = study.twins()
+    assert [(part["lanes"]["first"], part["lanes"]["count"]) for part in twins.values()] == [
+        (0, 2),
+        (2, 2),
+    ]
 
 
 def test_no_figure_can_ask_such_a_study_for_a_cube(tmp_path):

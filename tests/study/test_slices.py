@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from new_process import in_new_process
 
-from damper.lanes import product, run_lanes
+from damper.lanes import run_lanes
+from damper.study.grid import product
 from damper.study.slices import Slice, read_slice, simulate_slice, write_slice
 from damper.variables import Variable
 

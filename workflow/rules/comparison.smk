@@ -32,7 +32,7 @@ def _solver_modules(wildcards):
 def _compiled_solvers(wildcards):
     """The mark that the solvers of a study are compiled, named by them."""
     names = sorted(COMPARISONS[wildcards.study].solvers)
-    return f"{RESULTS}/compiled/solvers/{'+'.join(names)}.txt"
+    return f"{RESULTS}/compiled_solvers/{'+'.join(names)}.txt"
 
 
 def _titles(wildcards):
@@ -66,7 +66,7 @@ rule reference:
 # Without params, like the rule compile and for the same reason.
 rule compile_solvers:
     output:
-        f"{RESULTS}/compiled/solvers/{{solvers}}.txt",
+        f"{RESULTS}/compiled_solvers/{{solvers}}.txt",
     log:
         "logs/compile/solvers/{solvers}.log",
     benchmark:

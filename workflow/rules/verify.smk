@@ -29,7 +29,8 @@ rule claims:
         # Links to figures that are not made would lead nowhere.
         figures=[
             f"{study.name}/figures/{name}"
-            for study in DEFAULT.values()
+            for study in STUDIES.values()
+            if study.name in DEFAULT
             for name in study.figure_files()
         ],
         code=code_digest(

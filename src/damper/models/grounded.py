@@ -129,22 +129,33 @@ def _prepare(
 
 
 @compiled
-def _free_motion(model, released, side, x, v, gap, rate, a):
-    """Displacement of the free mass in flight and its first three derivatives."""
+def _both_motions(model, released, side, x, v, gap, rate, a, j, cos):
+    """Second and third derivative of the primary in flight; of the free mass the first three too.
+
+    At a release no thrust is left and both masses have the same acceleration, exactly: the one
+    whose terms are the smaller, for what either rounds to a long flight would multiply.
+    """
+    free = model.free
+    support = model.support
     y = x + side * (model.clearance - gap)
     u = v - side * rate
-    b, k = acceleration(model.support, y, u, 0.0, 0.0)
+    b, k = acceleration(support, y, u, 0.0, 0.0)
     if released:
-        # No thrust is left: both masses have the same acceleration, exactly.
-        b = a
-        k = -2.0 * model.support[0] * b - model.support[1] * u
-    return y, u, b, k
+        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
+        # y is a sum itself, which near zero has lost the digits of its terms.
+        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
+            a = b
+            j = free[2] * free[3] * cos - 2.0 * free[0] * a - free[1] * v
+        else:
+            b = a
+            k = -2.0 * support[0] * b - support[1] * u
+    return a, j, y, u, b, k
 
 
 @flight.of(Grounded)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     released = cause == RELEASE
-    y, u, b, k = _free_motion(model, released, side, x, v, gap, rate, a)
+    a, j, y, u, b, k = _both_motions(model, released, side, x, v, gap, rate, a, j, cos)
     tau, wall, dx, v, rate, steps = first_contact(
         model.free,
         x,
@@ -169,7 +180,8 @@ def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
 
 @cut_flight.of(Grounded)
 def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
-    y, u, _, _ = _free_motion(model, False, side, x, v, gap, rate, 0.0)
+    y = x + side * (model.clearance - gap)
+    u = v - side * rate
     end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
     end_y, end_u = arrive(model.support, y, u, 0.0, 0.0, duration)
     dx = end_x - x
@@ -183,11 +195,17 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
         dx, v = advance(model.stuck, centred, v, sin, cos, HORIZON)
         return HORIZON, 0.0, dx, v, 1
     # The thrust over what it takes to part the masses: -g'' of the flight that would begin now.
+    free = model.free
     support = model.support
-    a, j, b, k = _accelerations(model, side, x, v, sin, cos)
+    a, _ = acceleration(free, x, v, sin, cos)
+    b, _ = acceleration(support, x + side * model.clearance, v, 0.0, 0.0)
     mean = (a + model.mass_ratio * b) / (1.0 + model.mass_ratio)
-    # Together they have one acceleration.
-    slope = -side * ((j - (mean - a) * 2.0 * model.free[0]) - (k - (mean - b) * 2.0 * support[0]))
+    # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
+    # damping, which would have to cancel here.
+    slope = -side * (
+        (free[2] * free[3] * cos - 2.0 * free[0] * mean - free[1] * v)
+        + (2.0 * support[0] * mean + support[1] * v)
+    )
     thrust = max(-side * (a - b), 0.0)
     z = thrust + model.pull
     turned_sin = -side * (sin * model.lead_cos + cos * model.lead_sin)
@@ -216,14 +234,6 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
     return tau, released, dx, v, steps + 1
 
 
-@compiled
-def _accelerations(model, side, x, v, sin, cos):
-    """Second and third derivative of both masses, at one wall with one velocity, in flight."""
-    a, j = acceleration(model.free, x, v, sin, cos)
-    b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
-    return a, j, b, k
-
-
 @rests.of(Grounded)
 def _rests(model, periods, time, side, x, v, a, j, sin, cos):
     b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
@@ -234,7 +244,7 @@ def _rests(model, periods, time, side, x, v, a, j, sin, cos):
 
 @time_to_sticking.of(Grounded)
 def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
-    _, _, b, k = _free_motion(model, False, side, x, v, 0.0, rate, a)
+    b, k = acceleration(model.support, x + side * model.clearance, v - side * rate, 0.0, 0.0)
     return _tail(model, side, a, j, b, k, sin, rate)
 
 
@@ -287,7 +297,8 @@ def _motion(model, row, tau):
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     a, j = acceleration(free, x, v, sin, cos)
     if float(row[MODE]) == FLIGHT:
-        y, u, b, k = _free_motion(model, row[CAUSE] == RELEASE, side, x, v, gap, rate, a)
+        released = row[CAUSE] == RELEASE
+        a, j, y, u, b, k = _both_motions(model, released, side, x, v, gap, rate, a, j, cos)
         dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
         dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
         gap = max(gap + rate * tau + side * (dx - dy), 0.0)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from damper.compiled import compiled
 from damper.contact import find_impact, find_release, stays, tail_bounce, tail_duration
 from damper.flow import (
+    OVERDAMPED,
     Oscillator,
     acceleration,
     advance,
@@ -13,6 +14,7 @@ from damper.flow import (
     higher_derivatives,
     increments,
     oscillator,
+    relax,
     sine_cosine,
 )
 from damper.models import (
@@ -83,14 +85,23 @@ def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
         # By definition. Rounding of x'' times heavy damping would drown the third derivative.
         a = 0.0
         j = model.free[2] * model.free[3] * cos - model.free[1] * v
-    return find_impact(model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos)
+    duration, hit, dx, end_v, end_rate, steps = find_impact(
+        model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
+    )
+    if model.free[4] == OVERDAMPED and hit != 0.0:
+        # As increments x and v would keep a rounding of the velocity that the damping has eaten.
+        dx, end_v = relax(model.free, x, v, sin, cos, duration)
+    return duration, hit, dx, end_v, end_rate, steps
 
 
 @cut_flight.of(Rigid)
 def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
     # How the errors of many such segments add up is all that matters.
-    end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
-    dx = end_x - x
+    if model.free[4] == OVERDAMPED:
+        dx, end_v = relax(model.free, x, v, sin, cos, duration)
+    else:
+        end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
+        dx = end_x - x
     end_gap = gap + ((rate * duration) + side * (dx - v * duration))
     return dx, end_v, end_gap, rate + side * (end_v - v)
 

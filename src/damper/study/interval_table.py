@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.lanes import product
 from damper.quantities import ALL
+from damper.study.grid import product
 from damper.study.intervals import PREDICATES, ChatterAt, Interval, intervals
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 

@@ -1,12 +1,15 @@
 """The files behind a figure or table. Apart from how cubes are made, which is not their concern."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @contextmanager
@@ -28,6 +31,12 @@ def open_cubes(
     ------
     xarray.Dataset or None
     """
+    if path is None and not beside:
+        # A schematic does not wait for xarray to load.
+        yield None
+        return
+    import xarray as xr
+
     with ExitStack() as stack:
         if beside:
             others = [stack.enter_context(xr.open_dataset(other)) for other in beside]
@@ -49,4 +58,6 @@ def read_results(path: Path) -> Any:
     """
     if path.suffix == ".json":
         return json.loads(path.read_text(encoding="utf-8"))
+    import xarray as xr
+
     return xr.load_dataset(path)

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.lanes import product
 from damper.study.best import least
+from damper.study.grid import product
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.

@@ -15,6 +15,7 @@ import numpy as np
 from damper.parameters import State
 from damper.quantities import is_si
 from damper.study.branches import Branches, branches
+from damper.study.grid import product
 from damper.variables import SI_UNITS, Variable
 
 _DESCRIPTION = "__description__"
@@ -71,7 +72,7 @@ def simulate_slice(
         In SI units if the points are given in them.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
-    from damper.lanes import product, run_lanes
+    from damper.lanes import run_lanes
 
     plan = branches(product(axes, fixed), axes, initial or {}, follow or {})
     arrays, made = run_lanes(

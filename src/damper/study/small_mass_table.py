@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.lanes import product, run_lanes
+from damper.lanes import run_lanes
 from damper.quantities import ALL
 from damper.study.closed_forms import damper_at, reduced_gap
+from damper.study.grid import product
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 from damper.theory.small_mass import critical_restitution
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.lanes import product
 from damper.study.closed_forms import admissible_orbits, section_point
+from damper.study.grid import product
 from damper.study.intervals import intervals
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 from damper.theory.two_impacts import Orbit

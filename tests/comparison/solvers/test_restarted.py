@@ -250,7 +250,8 @@ def test_starts_on_a_wall(x, v, u, side):
 
 
 def test_no_clearance_is_one_mass():
-    scene = read_scene({**BURST, "clearance": 0.0, "initial_velocity": 1.0}, 20.0)
+    values = {"clearance": 0.0, "initial_velocity": 1.0, "initial_relative_velocity": 0.5}
+    scene = read_scene({**BURST, **values}, 20.0)
     found = load("dop853").solve(scene, 1e-11, times=(20.0,), balance=True)
     run = Trajectory(scene.parameters, scene.state)
     run.skip(*run.whole_periods(20.0))

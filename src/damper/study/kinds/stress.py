@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from math import prod
 from typing import Annotated, Any, ClassVar
 
@@ -255,6 +256,11 @@ class Stress(Verification):
         Number(ge=1, whole=True),
         Field(description="Events after which a run stops, and says so."),
     ] = 100_000
+    longest: Annotated[
+        float | None,
+        Number(gt=0, units=TIME),
+        Field(description="Longest run of a corner or random lane; it ends with its period."),
+    ] = None
     corners: Annotated[
         dict[str, Corners],
         Section(Corners.entry, "set of corners", of=Corners, dropped=True),
@@ -294,26 +300,42 @@ class Stress(Verification):
         return found
 
     def parts(self) -> dict[str, dict[str, Any]]:
-        """Return every part, a job each: name -> what `damper.stress` is to run."""
+        """Return every part, a job each: name -> lanes and how long they are run."""
         found: dict[str, dict[str, Any]] = {}
+        usual = {"periods": self.periods, "longest": self.longest}
         for name, some in self.corners.items():
+            lanes = {"values": some.parameters, "starts": some.starts}
             for i in range(some.parts):
-                found[f"corners_{name}~{i}"] = {
-                    "corners": some.parameters,
-                    "starts": some.starts,
-                    "part": (i, some.parts),
-                }
+                found[f"corners_{name}~{i}"] = {"corners": lanes, "part": (i, some.parts)} | usual
         for name, draws in self.random.items():
+            lanes = {"count": draws.lanes, "seed": draws.seed, "box": draws.box()}
             for i in range(draws.parts):
-                found[f"random_{name}~{i}"] = {
-                    "box": draws.box(),
-                    "count": draws.lanes,
-                    "seed": draws.seed,
-                    "identities": draws.identities,
-                    "part": (i, draws.parts),
-                }
+                found[f"random_{name}~{i}"] = {"random": lanes, "part": (i, draws.parts)} | usual
         for name, run in self.long_runs.items():
             found[f"long_{name}"] = {"lane": run.values, "periods": run.periods}
+        return found
+
+    def groups(self) -> dict[str, list[str]]:
+        """Return the parts that make one list of lanes each, in order, by origin and name."""
+        found = {
+            f"corner {name}": [f"corners_{name}~{i}" for i in range(some.parts)]
+            for name, some in self.corners.items()
+        }
+        found |= {
+            f"random {name}": [f"random_{name}~{i}" for i in range(draws.parts)]
+            for name, draws in self.random.items()
+        }
+        return found | {f"long {name}": [f"long_{name}"] for name in self.long_runs}
+
+    def twins(self) -> dict[str, dict[str, Any]]:
+        """Return every part of the lanes that are run again transformed, a job each."""
+        found: dict[str, dict[str, Any]] = {}
+        for name, draws in self.random.items():
+            ends = [i * draws.identities // draws.parts for i in range(draws.parts + 1)]
+            for i, (first, end) in enumerate(pairwise(ends)):
+                if end > first:
+                    lanes = {"count": end - first, "seed": draws.seed, "box": draws.box()}
+                    found[f"{name}~{i}"] = {"lanes": lanes | {"first": first}, "seed": draws.seed}
         return found
 
     @classmethod

@@ -1,0 +1,22 @@
+"""The machine that timings are of."""
+
+import os
+import platform
+from pathlib import Path
+
+from damper.compiled import COMPILED
+
+
+def machine() -> str:
+    """Name of the processor, and how many cores this process sees."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = names[0].split(":")[1].strip() if names else model
+    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def core() -> str:
+    """How the engine runs: compiled, or as plain Python."""
+    return "numba" if COMPILED else "plain Python"

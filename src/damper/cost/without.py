@@ -1,0 +1,193 @@
+"""What a feature costs a scene that does not use it: the ratio to a run without the feature.
+
+Both run in turns, as everything in `damper.cost.paired`. Where the feature is part of the compiled
+engine, the engine without it is a model of its own that shares all the rest with the rigid damper;
+where it is what a process has loaded, each side has its own process.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+from damper import models
+from damper.cost.ladder import bare
+from damper.cost.paired import spread, take_turns
+from damper.cost.process import Worker
+from damper.engine import Trajectory
+from damper.flow import Oscillator
+from damper.lanes import run_lanes
+from damper.models.rigid import Rigid
+from damper.observers import OBSERVERS
+from damper.parameters import Parameters
+from damper.quantities import ALL, MODEL_NAMES, PARAMETER_NAMES, check_quantity
+
+#: A scene of each model, for a process that has run them all.
+_OTHER_MODELS: Mapping[str, Mapping[str, float]] = {
+    "grounded": {"support_stiffness_ratio": 0.01},
+    "compliant": {"contact_stiffness_ratio": 1e4},
+    "modulated": {"modulation_depth": 0.1},
+}
+
+
+class _Burstless(NamedTuple):
+    """A rigid damper whose engine does not know bursts; the fields are those of `Rigid`."""
+
+    mass_ratio: float
+    clearance: float
+    restitution: float
+    phase: float
+    period: float
+    tolerance: float
+    free: Oscillator
+    stuck: Oscillator
+
+
+for _declaration in (
+    models.flight,
+    models.cut_flight,
+    models.sticking,
+    models.rests,
+    models.settle,
+    models.motion,
+):
+    _declaration.share(_Burstless, Rigid)
+
+
+@models.time_to_sticking.of(_Burstless)
+def _never(model, periods, time, side, x, v, rate, a, j, sin, cos):
+    return 0.0, math.inf
+
+
+@dataclass(frozen=True)
+class _RigidAlone:
+    """Parameters of a software that knows the rigid damper only."""
+
+    mass_ratio: float
+    damping_ratio: float
+    frequency_ratio: float
+    clearance: float
+    restitution: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in _RIGID_NAMES:
+            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
+
+
+_RIGID_NAMES = tuple(
+    name for name in PARAMETER_NAMES if not any(name in names for names in MODEL_NAMES.values())
+)
+
+
+def unused(
+    parameters: Mapping[str, float],
+    *,
+    lanes: int,
+    periods: int,
+    repeats: int,
+) -> dict[str, Any]:
+    """Measure what a rigid damper without bursts pays for what it does not use.
+
+    Parameters
+    ----------
+    parameters : mapping of str to float
+        A rigid damper, dimensionless, whose runs know no bursts: those are not used, then.
+    lanes, periods : int
+        What each run consists of.
+    repeats : int
+
+    Returns
+    -------
+    dict
+        Feature -> ratio of the run time with it to that without it: [lower quartile, median, upper
+        quartile]. The first one, ``noise``, compares two runs that are the same.
+
+    Raises
+    ------
+    ValueError
+        When a run is not free of bursts, or not rigid.
+    """
+    points = [
+        dict(parameters) | {"clearance": parameters["clearance"] * (1.0 + 1e-3 * k / lanes)}
+        for k in range(lanes)
+    ]
+    if Parameters(**parameters).model != "rigid":
+        raise ValueError("parameters: must be those of a rigid damper")
+    known, unknown = (run_as(kind, points, periods) for kind in (Rigid, _Burstless))
+    if known != unknown:
+        raise ValueError(f"parameters: must give no bursts within {periods} periods")
+    ready = [Parameters(**point) for point in points]
+    written = [_written_out() | point for point in points]
+    with Worker() as lean, Worker() as full:
+        run = {"function": f"{bare.__module__}:bare", "points": points, "periods": periods}
+        full.call(f"{__name__}:load_all", parameters=dict(parameters))
+        pairs: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
+            "noise": (partial(bare, points, periods), partial(bare, points, periods)),
+            "bursts in the engine": (
+                partial(run_as, Rigid, points, periods),
+                partial(run_as, _Burstless, points, periods),
+            ),
+            "parameters of other models": (
+                partial(run_checked, Parameters, points, periods, ready),
+                partial(run_checked, _RigidAlone, points, periods, ready),
+            ),
+            "other models' zeros written out": (
+                partial(bare, written, periods),
+                partial(bare, points, periods),
+            ),
+            "other models and all observers loaded": (
+                partial(full.call, **run),
+                partial(lean.call, **run),
+            ),
+        }
+        cases = [case for pair in pairs.values() for case in pair]
+        for case in cases:
+            case()  # compile
+        seconds = take_turns(cases, repeats)
+    return {name: spread(seconds[:, 2 * k] / seconds[:, 2 * k + 1]) for k, name in enumerate(pairs)}
+
+
+def run_as(kind: type, points: Sequence[Mapping[str, float]], periods: int) -> int:
+    """Run rigid dampers in the engine of another kind of model; return the number of events."""
+    events = 0
+    for values in points:
+        trajectory = Trajectory(Parameters(**values))
+        trajectory.model = kind(*trajectory.model)
+        trajectory.skip(periods)
+        events += trajectory.events
+    return events
+
+
+def run_checked(
+    kind: type,
+    points: Sequence[Mapping[str, float]],
+    periods: int,
+    ready: Sequence[Parameters],
+) -> int:
+    """Check points by a class of parameters, run those that are ready; return the events."""
+    events = 0
+    for values, parameters in zip(points, ready, strict=True):
+        kind(**values)
+        trajectory = Trajectory(parameters)
+        trajectory.skip(periods)
+        events += trajectory.events
+    return events
+
+
+def load_all(parameters: Mapping[str, float]) -> None:
+    """Load and run every model, and every observer of the rigid one."""
+    for extra in _OTHER_MODELS.values():
+        bare([dict(parameters) | extra], 2)
+    for name in OBSERVERS:
+        run_lanes([dict(parameters)], [name], transient=0, periods=2)
+
+
+def _written_out() -> dict[str, float]:
+    """Return the parameters of other models with the values that ask for none."""
+    return {
+        name: ALL[name].default
+        for name in PARAMETER_NAMES
+        if name not in _RIGID_NAMES and ALL[name].default is not None
+    }

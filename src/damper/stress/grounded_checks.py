@@ -1,0 +1,66 @@
+"""What the checks need to know of a free mass that is tied to ground."""
+
+import math
+
+from damper.flow import acceleration, increments, sine_cosine
+from damper.models import motion
+from damper.models.grounded import Grounded
+from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
+from damper.stress.checks import flight_gap, support_speed, support_stiffness, thrust
+
+
+@flight_gap.of(Grounded)
+def _flight_gap(model, row, tau):
+    free = model.free
+    support = model.support
+    x = float(row[X])
+    v = float(row[V])
+    gap = float(row[GAP])
+    rate = float(row[RATE])
+    side = float(row[SIDE])
+    y = x + side * (model.clearance - gap)
+    u = v - side * rate
+    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
+    a, j = acceleration(free, x, v, sin, cos)
+    b, k = acceleration(support, y, u, 0.0, 0.0)
+    if row[CAUSE] == RELEASE:
+        # Both masses have the same acceleration then, by definition: the one that rounds less.
+        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
+        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
+            a = b
+            j = free[3] * cos - 2.0 * free[0] * a - v
+        else:
+            b = a
+            k = -2.0 * support[0] * b - support[1] * u
+    dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
+    dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
+    gap += rate * tau + side * (dx - dy)
+    size = float(row[GAP]) + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
+    return gap, rate + side * (dv - du), x + (v * tau + dx), size
+
+
+@thrust.of(Grounded)
+def _thrust(model, row, tau):
+    # What parts the masses: the difference of their accelerations in the flight that would begin.
+    side = float(row[SIDE])
+    x, v, _, _ = motion(model, row, tau)
+    y = x + side * model.clearance
+    sin, _, _ = sine_cosine(model.free[3] * (float(row[TIME]) + tau) + model.phase)
+    a, _ = acceleration(model.free, x, v, sin, 0.0)
+    b, _ = acceleration(model.support, y, v, 0.0, 0.0)
+    # What the velocity is made of: itself, and what spring and force add.
+    x0 = abs(float(row[X])) + model.clearance
+    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0)
+    size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
+    size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
+    return -side * (a - b), size
+
+
+@support_stiffness.of(Grounded)
+def _support_stiffness(model):
+    return model.stiffness
+
+
+@support_speed.of(Grounded)
+def _support_speed(model, x):
+    return math.sqrt(model.support[1]) * (x + model.clearance)

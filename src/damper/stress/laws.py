@@ -1,0 +1,126 @@
+"""The laws that every run must keep: their names, and how far off each may be. No engine is loaded.
+
+Violations are relative to the sizes of the terms whose difference they are, so that rounding is
+some 1e-16 to 1e-15 in each.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from damper.variables import STATUS_MEANINGS, Variable
+
+#: Status beside those of the engine: the lane was refused with an error.
+REFUSED = 3
+OUTCOMES = (*STATUS_MEANINGS, "refused")
+
+#: What the checks write for each lane; what a lane does not have, such as impacts, stays NaN.
+LAWS = (
+    Variable(
+        "penetration",
+        "largest distance beyond a wall in flight",
+        "1",
+        comment="over 1 + |x| and the sizes of the gap's terms; a contact that gives has none",
+    ),
+    Variable(
+        "touch",
+        "largest gap at the moment of an impact, either way",
+        "1",
+        comment="over the sizes of the gap's terms",
+    ),
+    Variable(
+        "continuity",
+        "largest jump of a displacement, or of a velocity where nothing hits",
+        "1",
+        comment="between a segment's end and the next one's start, over the sizes of its terms",
+    ),
+    Variable("momentum", "largest change of momentum in an impact", "1", comment="over its terms"),
+    Variable(
+        "restitution_law",
+        "largest departure from the rebound speed r s, s the approach speed",
+        "1",
+        comment="over the sizes of the approach speed's terms",
+    ),
+    Variable(
+        "pull",
+        "largest force with which a wall pulls in sticking",
+        "1",
+        comment="over the sizes of the force's terms",
+    ),
+    Variable(
+        "energy",
+        "input less losses and change of the stored energy",
+        "1",
+        comment="over the whole run and the sizes of the balance's terms",
+    ),
+    Variable(
+        "clock",
+        "largest distance between a segment's length and that from its start to the next one's",
+        "1",
+        comment="over the forcing period",
+    ),
+    Variable("backwards", "largest step back in time", "1", comment="over the forcing period"),
+    Variable("not_finite", "segments with a number that is not finite", "1"),
+)
+#: What a run was, beside the laws.
+RUN = (
+    Variable(
+        "status",
+        "why the run ended",
+        "1",
+        dtype="i1",
+        comment="0 finished; 1 max_events reached; 2 a search for an event gave up; 3 refused",
+    ),
+    Variable("events", "events of the run", "1", dtype="i8"),
+    Variable("evaluations", "evaluations of the flow that finding them took", "1", dtype="i8"),
+    Variable("segments", "segments of the run", "1"),
+    Variable("periods", "forcing periods that were asked for", "1", dtype="i8"),
+)
+LAW_NAMES = tuple(variable.name for variable in LAWS)
+
+#: Largest violation that is still rounding; the target of the project for penetration.
+LIMIT = 1e-12
+#: What each segment may add to the energy balance: one rounding, in the worst case always one way.
+ENERGY_PER_SEGMENT = 2.220446049250313e-16
+
+
+def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    """How far each lane is off a law, over what is allowed: above 1 the law is broken.
+
+    Parameters
+    ----------
+    name : str
+        Of `LAW_NAMES`.
+    values, segments : ndarray (lanes,)
+        Violation, NaN where there is nothing to violate, and number of segments.
+
+    Returns
+    -------
+    ndarray (lanes,)
+        NaN where there is nothing to violate.
+
+    Examples
+    --------
+    >>> excess("clock", np.array([1e-13, 2e-12]), np.array([10, 10]))
+    array([0.1, 2. ])
+    >>> excess("backwards", np.array([0.0, 1e-300]), np.array([10, 10]))
+    array([ 0., inf])
+    """
+    if name in ("backwards", "not_finite"):
+        return np.where(values > 0.0, np.inf, values)
+    limit = LIMIT + (ENERGY_PER_SEGMENT * segments if name == "energy" else 0.0)
+    return values / limit
+
+
+def broken(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Whether each lane breaks any law.
+
+    Parameters
+    ----------
+    arrays : mapping of str to ndarray (lanes,)
+        The variables of `LAWS` and ``segments``.
+    """
+    found = np.zeros(len(arrays["segments"]), dtype=bool)
+    for name in LAW_NAMES:
+        found |= excess(name, np.asarray(arrays[name]), np.asarray(arrays["segments"])) > 1.0
+    return found

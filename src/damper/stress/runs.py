@@ -1,0 +1,170 @@
+"""Short runs of one lane for the stress study: the segment log, and the same with noise."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from damper.engine import DEFAULT_ACCURACY, Trajectory, place, run, slack
+from damper.models import loop_of, model_of, motion
+from damper.parameters import Parameters, State
+from damper.segment import (
+    CAUSE,
+    COLUMNS,
+    DURATION,
+    FINISHED,
+    IMPACT,
+    PERIOD,
+    RATE,
+    SIDE,
+    SPEED,
+    TIME,
+    TOO_MANY_EVENTS,
+    V,
+    X,
+)
+
+#: Rows of the log beyond which a short run stops, for each of its events: long flights are cut.
+ROWS_PER_EVENT = 2
+#: Kind of the last entry of `Events`: the end of the run.
+END = 9
+#: Where a run starts that is given no state.
+REST = State(0.0, 0.0, 0.0, 0.0)
+
+
+class Run(NamedTuple):
+    """The first segments of a run."""
+
+    parameters: Parameters
+    log: np.ndarray
+    """(segments, COLUMNS), see `damper.segment`."""
+    whole: bool
+    """Whether it reached its end time, with neither too many events nor a full log."""
+
+
+class Events(NamedTuple):
+    """What two runs are compared by: their events, and the end where it was reached."""
+
+    kind: np.ndarray
+    side: np.ndarray
+    periods: np.ndarray
+    time: np.ndarray
+    values: np.ndarray
+    """(3, events): displacement and velocity of the primary just after, and approach speed."""
+
+
+def short_run(
+    parameters: Parameters,
+    state: State | None,
+    *,
+    periods: float,
+    events: int,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Run:
+    """Run a lane over some forcing periods, or fewer if that takes more than `events` events.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    state : State or None
+        Start; rest when None.
+    periods : float
+        Whole forcing periods to run.
+    events : int
+        Events after which to stop; the log ends at `ROWS_PER_EVENT` times as many segments.
+    accuracy : float
+        As for `damper.events`.
+    """
+    trajectory = Trajectory(parameters, state, accuracy, events)
+    first, time = trajectory.start
+    buffer = np.empty((ROWS_PER_EVENT * events, COLUMNS))
+    log = next(trajectory.segments(first + periods, time, buffer))
+    whole = trajectory.status == FINISHED and len(log) < len(buffer)
+    return Run(parameters, log, whole)
+
+
+def noisy_run(
+    parameters: Parameters,
+    state: State | None,
+    *,
+    periods: float,
+    events: int,
+    size: float,
+    random: np.random.Generator,
+) -> Run:
+    """Run a lane as `short_run` does, with what rounding does to it, larger.
+
+    Each parameter is changed by a random part of itself of at most `size` before the run, and after
+    each event the state and the phase of the forcing are. What is zero, and restitution 1, stay.
+    """
+    before, parameters = parameters, perturbed(parameters, size, random)
+    model = model_of(parameters, DEFAULT_ACCURACY)
+    loop, begin = loop_of(parameters.model, run, place)
+    state = state or REST
+    x, v = np.array((state.x, state.v)) * _factors(2, size, random)
+    # Position and velocity of the free mass are given as such: their differences move by more.
+    moves = np.array((abs(state.x) + abs(state.y), abs(state.v) + abs(state.u)))
+    moves *= _factors(2, size, random) - 1.0
+    room, relative = state.y - state.x, state.u - state.v
+    if before.clearance - abs(room) <= slack(before.clearance, state.x, state.y):
+        # Contact with a wall stays contact, and rest against it rest.
+        room = np.copysign(parameters.clearance, room)
+        relative += moves[1] if relative else 0.0
+    else:
+        room = min(max(room + moves[0], -parameters.clearance), parameters.clearance)
+        relative += moves[1]
+    row = np.empty(COLUMNS)
+    begin(model, row, 0.0, state.time, float(x), float(v), float(x + room), float(v + relative))
+    log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
+    counts = np.zeros(2, dtype=np.int64)
+    factors = _factors((events, 4), size, random)
+    shifts = size * model.period * random.uniform(-1.0, 1.0, events)
+    latest = model.period * (1.0 - size)
+    done = 0
+    code = FINISHED
+    for event in range(1, events + 1):
+        code, rows = loop(model, row, periods, state.time, event, log[done:], counts)
+        done += rows
+        if code != TOO_MANY_EVENTS or event == events:
+            break
+        # The segment in which it stopped is run again, from a start that is a little off.
+        done -= 1
+        row[X : RATE + 1] *= factors[event]
+        row[TIME] = min(max(row[TIME] + shifts[event], 0.0), latest)
+    return Run(parameters, log[:done], code == FINISHED)
+
+
+def perturbed(parameters: Parameters, size: float, random: np.random.Generator) -> Parameters:
+    """Change each parameter by a random part of itself; a restitution of 1 stays."""
+    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
+    factors = _factors(len(names), size, random)
+    changed = {
+        name: float(getattr(parameters, name) * factor)
+        for name, factor in zip(names, factors, strict=True)
+    }
+    if parameters.restitution == 1.0:
+        changed["restitution"] = 1.0
+    return replace(parameters, **changed)
+
+
+def _factors(count: int | tuple[int, ...], size: float, random: np.random.Generator) -> np.ndarray:
+    """Random factors near 1, away from 1 itself: none of them may happen to change nothing."""
+    return 1.0 + size * random.choice((-1.0, 1.0), count) * random.uniform(0.5, 1.0, count)
+
+
+def events_of(run: Run) -> Events:
+    """List the events of a run, and its end if it came that far."""
+    log = run.log
+    rows = log[log[:, CAUSE] >= IMPACT]
+    kind, side = rows[:, CAUSE], rows[:, SIDE]
+    periods, time = rows[:, PERIOD], rows[:, TIME]
+    values = rows[:, [X, V, SPEED]].T
+    if run.whole:
+        last = log[-1]
+        x, v, _, _ = motion(model_of(run.parameters, DEFAULT_ACCURACY), last, last[DURATION])
+        kind = np.append(kind, END)
+        side = np.append(side, last[SIDE])
+        # The end is a given time: it is not compared.
+        periods, time = np.append(periods, 0.0), np.append(time, 0.0)
+        values = np.column_stack((values, (x, v, 0.0)))
+    return Events(kind, side, periods, time, values)

@@ -1,0 +1,25 @@
+"""Run one part of a stress study's lanes and check each of them."""
+
+from math import inf
+from pathlib import Path
+
+from damper.stress.box import corners, part, random_lanes
+from damper.stress.checks import run_checks
+from damper.stress.parts import write_part
+
+params = snakemake.params
+run = params.run
+if "lane" in run:
+    lanes = [run["lane"]]
+else:
+    lanes = corners(**run["corners"]) if "corners" in run else random_lanes(**run["random"])
+    lanes = part(lanes, *run["part"])
+longest = run.get("longest")
+arrays = run_checks(
+    lanes,
+    run["periods"],
+    params.accuracy,
+    params.max_events if "lane" not in run else 1_000_000_000,
+    longest=inf if longest is None else longest,
+)
+write_part(Path(snakemake.output[0]), lanes, arrays)

@@ -1,0 +1,12 @@
+"""Run some lanes of a stress study in other ways that must not matter."""
+
+from pathlib import Path
+
+from damper.stress.box import random_lanes
+from damper.stress.identities import run_identities
+from damper.stress.parts import write_part
+
+run = snakemake.params.run
+lanes = random_lanes(**run["lanes"])
+arrays = run_identities(lanes, seed=run["seed"], first=run["lanes"]["first"])
+write_part(Path(snakemake.output[0]), lanes, arrays)
