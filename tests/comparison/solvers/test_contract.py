@@ -11,14 +11,18 @@ import damper.quantities
 from damper.comparison import solvers
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FINISHED, OUTCOMES
-from damper.comparison.solvers import load
+from damper.comparison.solvers import SOLVERS, load
 from damper.theory.two_impacts import orbits
 
 HERE = Path(solvers.__file__).parent
-SOLVERS = [name for name in solvers.SOLVERS if (HERE / f"{name}.py").exists()]
 #: A setting that is fine enough for each kind of setting, and a coarse one.
-FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000}
-COARSE = {"accuracy": 1e-4, "tolerance": 1e-4, "steps_per_period": 100}
+FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000, "contact_stiffness": 1e8}
+COARSE = {
+    "accuracy": 1e-4,
+    "tolerance": 1e-4,
+    "steps_per_period": 100,
+    "contact_stiffness": 1e4,
+}
 
 _BURST = {
     "mass_ratio": 0.1,
@@ -54,6 +58,10 @@ CASES = [
 def run(name, scene, settings=FINE, **options):
     module = load(name)
     return module.solve(scene, settings[module.SETTING], **options)
+
+
+def test_every_solver_is_in_the_list():
+    assert {path.stem for path in HERE.glob("*.py")} == {*SOLVERS, "__init__"}
 
 
 @pytest.mark.parametrize("name", SOLVERS)
