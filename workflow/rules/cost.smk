@@ -1,6 +1,9 @@
 """What the parts of a run cost: all of it times, so none of it in files of the same bytes."""
 
+from damper.study.settings import OBSERVERS
+
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
+EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
 SCRIPT = "workflow/scripts/{}.py".format
 # Kind of job -> its script, and the modules that it loads by name.
 STARTS = {
@@ -21,7 +24,9 @@ def _cost_settings(wildcards):
         name: {"script": SCRIPT(script), "modules": modules}
         for name, (script, modules) in STARTS.items()
     }
-    return COSTS[wildcards.study].settings() | {"startup": {"jobs": jobs, "repeats": 3}}
+    settings = COSTS[wildcards.study].settings()
+    repeats = max(settings["ladder"]["repeats"] // 10, 1)
+    return settings | {"startup": {"jobs": jobs, "repeats": repeats}}
 
 
 # It takes all cores, so that nothing else runs beside it.
@@ -40,9 +45,7 @@ rule cost:
         title=lambda wildcards: COSTS[wildcards.study].title,
         home=HOME.as_posix(),
         config_files=[str(path) for path in workflow.configfiles],
-        code=code_digest(
-            SCRIPTS / "cost.py", [f"damper.models.{name}" for name in ("rigid", "grounded")]
-        ),
+        code=code_digest(SCRIPTS / "cost.py", EVERY_MODEL + EVERY_OBSERVER),
     message:
         "Measure what the parts of a run cost, alone on this machine"
     script:

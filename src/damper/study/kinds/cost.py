@@ -178,7 +178,7 @@ class Cost(Verification):
     growth: Annotated[Growth, Field(description="How run time and memory grow.")]
     jobs: Annotated[
         dict[str, tuple[str, ...]],
-        Section(_files, "target", of=_FILES),
+        Section(_files, "target", of=_FILES, dropped=True),
         Field(
             description="Name -> files below the folder of results; how many jobs they need is "
             "counted, of no file at all those of the default run."
