@@ -9,6 +9,7 @@ the problem that would make the run exact; some units of rounding mean that the 
 Rigid model only.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -33,6 +34,7 @@ from damper.segment import (
     V,
     X,
 )
+from damper.stress.verdicts import CHECKS
 
 #: Whether `numpy.longdouble` has digits to spare. Where it has not, mpmath steps in (and is slow).
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
@@ -40,12 +42,12 @@ LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
 DIGITS = 40
 #: Instants of each segment at which gap or thrust is looked at, besides its smallest value.
 SAMPLES = 8
+#: Terms of the series where they go furthest, and what they leave over then.
 _TERMS = 26
+_REMAINDER = 1.0 / math.factorial(_TERMS - 1)
 _NEWTON = 8
+_SMALL_STEP = 1e-15
 _EPS = 2.0**-52
-
-#: What is checked of each segment, all in units of rounding of the terms; see `residuals`.
-CHECKS = ("clock", "motion", "contact", "law", "release", "inside", "tail")
 
 
 class Oscillator(NamedTuple):
@@ -317,7 +319,11 @@ class _Segments:
             move = self.numbers.motion(flight, x, v, theta, tau)
             # Over tau, so that the start itself is no root.
             height = w + side * move.bend / tau
-            tau = tau - height / ((side * move.dv - side * move.bend / tau) / tau)
+            step = height / ((side * move.dv - side * move.bend / tau) / tau)
+            tau = tau - step
+            # The next step would be the square of this one.
+            if (abs(step) <= _SMALL_STEP * abs(tau)).all():
+                break
         move = self.numbers.motion(flight, x, v, theta, tau)
         approach = -(w + side * move.dv)
         v1 = v + move.dv + side * self.share * (one + r) * approach
@@ -389,22 +395,32 @@ class _LongDouble(_Numbers):
         for mask, form in ((soon, _series), (~soon, _divided)):
             if mask.any():
                 part = Oscillator(*(value[mask] for value in osc[:3]), osc.omega)
-                given = (x0, v0, a0, j0, sin, cos, tau)
-                bend[mask], dv[mask] = form(part, *(value[mask] for value in given))
+                given = (value[mask] for value in (x0, v0, a0, j0, sin, cos, tau))
+                bend[mask], dv[mask] = form(part, *given, float(reach[mask].max()))
         turned = theta + osc.omega * tau
         x1 = x0 + (v0 * tau + bend)
         push = osc.force * np.sin(turned) - 2 * osc.beta * (v0 + dv) - osc.kappa * x1
         return Motion(bend, dv, push)
 
 
-def _series(osc, x0, v0, a0, j0, sin, cos, tau):
+def _terms(reach):
+    """Terms of a series in powers of at most `reach` <= 1, as good as `_TERMS` are at 1."""
+    left, terms = 1.0, 1
+    while terms < _TERMS and left > _REMAINDER:
+        left *= reach / terms
+        terms += 1
+    # Third derivatives may be all that there is.
+    return max(terms, 4)
+
+
+def _series(osc, x0, v0, a0, j0, sin, cos, tau, reach):
     """Taylor series of x - x0 - v0 tau and v - v0, for times short against all rates."""
     lower, upper = a0, j0
     drive = (-osc.force * osc.omega**2 * sin, -osc.force * osc.omega**3 * cos)
     power = tau
     dv = a0 * tau
     bend = a0 * tau * tau / 2
-    for n in range(2, _TERMS):
+    for n in range(2, _terms(reach)):
         power = power * tau / n
         dv = dv + upper * power
         bend = bend + upper * power * tau / (n + 1)
@@ -413,7 +429,7 @@ def _series(osc, x0, v0, a0, j0, sin, cos, tau):
     return bend, dv
 
 
-def _divided(osc, x0, v0, a0, j0, sin, cos, tau):
+def _divided(osc, x0, v0, a0, j0, sin, cos, tau, reach):
     """Closed form by divided differences of exp at the two roots and i omega, all times tau.
 
     S = tau exp[z1, z2] and Q = tau^2 exp[z1, z2, z3] solve the equation from (0, 1), and forced by
@@ -450,30 +466,39 @@ def _exp2(a, b):
 def _exp3(a, b, c):
     """Second divided difference of the exponential."""
     a, b, c = np.broadcast_arrays(a, b, c)
+    widths = np.abs(np.stack((a - b, b - c, c - a)))
+    close = widths.max(axis=0) <= 1.0
+    found = np.empty_like(a)
+    # The widest pair goes outside, so the division multiplies no error.
+    widest = widths.argmax(axis=0)
+    for mask, form in ((close, _exp3_close), (~close, _exp3_wide)):
+        if mask.any():
+            found[mask] = form(a[mask], b[mask], c[mask], widest[mask])
+    return found
+
+
+def _exp3_close(a, b, c, widest):
+    """Series: complete homogeneous symmetric polynomials of the distances from the mean."""
     mean = (a + b + c) / 3
     u, v, w = a - mean, b - mean, c - mean
-    # Series of close points: complete homogeneous symmetric polynomials of the distances.
     one = np.ones_like(mean)
     h1, h2, h3 = one, one, one
-    close = one / 2
+    total = one / 2
     factor = np.longdouble(2.0)
     for n in range(3, _TERMS):
         h1 = h1 * u
         h2 = h1 + v * h2
         h3 = h2 + w * h3
         factor = factor * n
-        close = close + h3 / factor
-    close = np.exp(mean) * close
-    widths = np.abs(np.stack((a - b, b - c, c - a)))
-    far = widths.max(axis=0)
-    # The widest pair goes outside, so the division multiplies no error.
-    widest = widths.argmax(axis=0)
+        total = total + h3 / factor
+    return np.exp(mean) * total
+
+
+def _exp3_wide(a, b, c, widest):
     first = np.choose(widest, (a, b, c))
     last = np.choose(widest, (b, c, a))
     between = np.choose(widest, (c, a, b))
-    width = np.where(far == 0.0, 1.0, last - first)
-    wide = (_exp2(between, last) - _exp2(first, between)) / width
-    return np.where(far <= 1.0, close, wide)
+    return (_exp2(between, last) - _exp2(first, between)) / (last - first)
 
 
 class _Multiprecision(_Numbers):

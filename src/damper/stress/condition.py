@@ -14,9 +14,8 @@ import numpy as np
 from damper.parameters import Parameters, State
 from damper.segment import IMPACT, RATE, SPEED, STICK, V, X
 from damper.stress.runs import Events, Run, events_of, noisy_run
+from damper.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
 
-#: Unit of rounding of a double.
-EPS = 2.0**-52
 #: Noise of the twins, as a part of each number.
 NOISE = 2.0**-40
 #: Twins of each lane. One alone may come out close to the original by accident.
@@ -25,10 +24,6 @@ TWINS = 2
 POINTLESS = 1e-6
 #: Growth of the noise over a run, and within one event, that makes a lane ill-conditioned.
 ILL, SUDDEN = 1e6, 1e3
-
-#: What a lane is; the codes of `Condition.kind`.
-WELL, GROWING, GRAZING, BORDER = 0, 1, 2, 3
-KINDS = ("well-conditioned", "error growth", "grazing", "border of two outcomes")
 
 
 class Condition(NamedTuple):

@@ -3,7 +3,8 @@
 Mirrored (phase + pi, all signs changed), started some whole forcing periods later, taken to SI
 units and back, and with a sharper and a looser accuracy, a lane must give the same events. How
 closely, its condition says (`damper.stress.condition`); where that leaves nothing to compare, both
-runs are judged by their backward error (`damper.stress.backward`). No lane is dropped.
+runs are judged by their backward error (`damper.stress.backward`; of another model than the rigid
+one, by the laws that a log must keep, `damper.stress.checks`). No lane is dropped.
 """
 
 import math
@@ -13,14 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine import DEFAULT_ACCURACY
+from damper.engine import DEFAULT_ACCURACY, Trajectory
 from damper.event_list import events as list_events
+from damper.observers.base import Window
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.points import read_point
 from damper.segment import DURATION, IMPACT, PERIOD, RELEASE, STICK, TIME
-from damper.stress.backward import CHECKS, backward_error
+from damper.stress.backward import backward_error
+from damper.stress.checks import Laws
 from damper.stress.condition import (
-    EPS,
     Condition,
     Scale,
     condition_of,
@@ -28,30 +30,34 @@ from damper.stress.condition import (
     matching,
     scale_of,
 )
+from damper.stress.laws import LAW_NAMES, excess
 from damper.stress.runs import END, REST, Events, Run, events_of, short_run
+from damper.stress.verdicts import (
+    ALLOWANCE,
+    CHECKS,
+    EPS,
+    FAILED,
+    IDENTITIES,
+    NOT_APPLICABLE,
+    PASSED,
+    PASSED_BACKWARD,
+    PASSED_LAWS,
+    REFUSED,
+    SOUND,
+)
 
-#: What is compared with the run as it is.
-IDENTITIES = ("mirrored", "shifted", "shifted_far", "units", "sharper", "looser")
-#: Verdicts on a lane and identity.
-NOT_APPLICABLE, PASSED, PASSED_BACKWARD, FAILED = -1, 0, 1, 2
-VERDICTS = {
-    NOT_APPLICABLE: "not applicable",
-    PASSED: "passed",
-    PASSED_BACKWARD: "passed by backward error",
-    FAILED: "failed",
-}
 #: Whole periods by which a run is shifted. Of the second one the time is exact.
 SHIFT, FAR_SHIFT = 3.0, 2.0**20
 SHARPER, LOOSER = 1e-14, 1e-10
-#: What a difference may be over what rounding, multiplied by the condition, makes of it: the noise
-#: of two twins is no bound.
-ALLOWANCE = 30.0
-#: Backward error that passes, in units of rounding: 2e-13. One lane in a hundred has over 30; most
-#: of them in the primary's velocity at an impact, which the engine finds to a rounding of the gap
-#: over the length of the search's last stretch.
-SOUND = 1000.0
 #: Short runs.
 PERIODS, EVENTS = 20, 100
+
+
+#: What there is of a run that another judge, or none, looked at.
+_UNJUDGED = {
+    **{f"backward_{name}": math.nan for name in (*CHECKS, "error", "displacement", "closing")},
+    "laws_excess": math.nan,
+}
 
 
 class _Lane(NamedTuple):
@@ -71,6 +77,8 @@ class _Twin(NamedTuple):
     """A run of a lane in another way, and its events taken back."""
 
     run: Run
+    state: State
+    """Its start."""
     events: Events
 
 
@@ -100,15 +108,17 @@ def run_identities(
     dict of str to ndarray (lanes,)
         ``growth`` of the noise over the run, ``comparable_events`` and ``compared_of_events`` (all
         of them), ``condition`` (0 well-conditioned, 1 growth, 2 grazing, 3 border of two
-        outcomes). The backward error, nan where there is none: ``backward_<check>`` and the
-        largest, ``backward_error``, and beside them ``backward_displacement``, all in units of
-        rounding (2^-52), and ``backward_closing`` over the accuracy asked for. For each identity
-        ``<identity>_difference``, the largest of the comparable events, ``<identity>_ratio`` to
-        what the condition allows (nan: none to compare), and ``<identity>_verdict``: -1 not
-        applicable, 0 passed, 1 passed by backward error, 2 failed.
+        outcomes, -1 refused with an error: no run). The backward error, nan where there is none:
+        ``backward_<check>`` and the largest, ``backward_error``, and beside them
+        ``backward_displacement``, all in units of rounding (2^-52), and ``backward_closing`` over
+        the accuracy asked for. Of other models than the rigid one ``laws_excess``, the largest
+        violation of a law over its limit. For each identity ``<identity>_difference``, the largest
+        of the comparable events, ``<identity>_ratio`` to what the condition allows (nan: none to
+        compare), and ``<identity>_verdict``: -1 not applicable, 0 passed, 1 passed by backward
+        error, 2 failed, 3 passed by the laws.
     """
     rows = [
-        _one(lane, periods, events, np.random.default_rng((seed, first + number)))
+        _row(lane, periods, events, np.random.default_rng((seed, first + number)))
         for number, lane in enumerate(lanes)
     ]
     if not rows:
@@ -122,16 +132,45 @@ def _kind_of(name: str) -> str:
     return "i4" if name.endswith("_events") else "f8"
 
 
-def _one(
+def _row(
     values: Mapping[str, float], periods: int, count: int, random: np.random.Generator
 ) -> dict[str, float]:
-    point = read_point(values)
-    parameters, state = point.parameters, point.start() or REST
+    try:
+        point = read_point(values)
+        parameters, state = point.parameters, point.start() or REST
+        Trajectory(parameters, state)
+    except ValueError:
+        return _refused()
+    return _one(parameters, state, periods, count, random)
+
+
+def _refused() -> dict[str, float]:
+    row: dict[str, float] = {
+        "growth": math.nan,
+        "comparable_events": 0,
+        "compared_of_events": 0,
+        "condition": REFUSED,
+        **_UNJUDGED,
+    }
+    for name in IDENTITIES:
+        row[f"{name}_difference"] = row[f"{name}_ratio"] = math.nan
+        row[f"{name}_verdict"] = NOT_APPLICABLE
+    return row
+
+
+def _one(
+    parameters: Parameters,
+    state: State,
+    periods: int,
+    count: int,
+    random: np.random.Generator,
+) -> dict[str, float]:
     run = short_run(parameters, state, periods=periods, events=count)
     events = events_of(run)
     condition = condition_of(run, state, periods=periods, events=count, random=random)
     lane = _Lane(parameters, state, run, events, scale_of(run, events), condition, periods, count)
-    own = _judged(run)
+    own = _judged(run, state)
+    rigid = parameters.model == "rigid"
     row: dict[str, float] = {
         "growth": float(condition.growth[-1]) if len(condition.growth) else 1.0,
         "comparable_events": condition.comparable,
@@ -150,9 +189,11 @@ def _one(
             if not agrees:
                 sound = _sound(own, parameters)
                 # A step of the twin is as right or wrong as one of the lane, and has to show it.
-                other = _judged(twin.run, accuracy if name == "looser" else DEFAULT_ACCURACY)
-                sound = sound and _sound(other, parameters)
-                verdict = PASSED_BACKWARD if sound else FAILED
+                asked = accuracy if name == "looser" else DEFAULT_ACCURACY
+                sound = sound and _sound(_judged(twin.run, twin.state, asked), parameters)
+                verdict = FAILED
+                if sound:
+                    verdict = PASSED_BACKWARD if rigid else PASSED_LAWS
         row[f"{name}_difference"] = difference
         row[f"{name}_ratio"] = ratio
         row[f"{name}_verdict"] = verdict
@@ -160,24 +201,38 @@ def _one(
 
 
 def _sound(found: Mapping[str, float], p: Parameters) -> bool:
+    if p.model != "rigid":
+        return found["laws_excess"] <= 1.0
     # Slow forcing: accuracy is in units of 1 / omega.
     slow = max(1.0, 1.0 / p.frequency_ratio)
     return found["backward_error"] <= SOUND and found["backward_closing"] <= slow
 
 
-def _judged(run: Run, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
-    """Backward error of a run."""
-    if run.parameters.model != "rigid":
-        found = dict.fromkeys((*CHECKS, "displacement", "closing"), math.nan)
-    else:
-        found = backward_error(run.parameters, run.log)
-    allowed = accuracy / max(1.0, run.parameters.frequency_ratio)
-    return {
+def _judged(run: Run, state: State, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
+    """Backward error of a run, or what the laws say of it."""
+    p = run.parameters
+    if p.model != "rigid":
+        return _UNJUDGED | {"laws_excess": _laws_excess(run, state, accuracy)}
+    found = backward_error(p, run.log)
+    return _UNJUDGED | {
         **{f"backward_{name}": found[name] for name in CHECKS},
         "backward_error": float(np.max([found[name] for name in CHECKS])),
         "backward_displacement": found["displacement"],
-        "backward_closing": found["closing"] / allowed,
+        "backward_closing": found["closing"] / (accuracy / max(1.0, p.frequency_ratio)),
     }
+
+
+def _laws_excess(run: Run, state: State, accuracy: float) -> float:
+    """Largest violation of a law over its limit."""
+    laws = Laws()
+    laws.allocate(1, 1)
+    trajectory = Trajectory(run.parameters, state, accuracy)
+    laws.begin(0, trajectory, Window(*trajectory.start, 1))
+    laws.observe(run.log)
+    laws.finish(run.whole)
+    segments = laws.arrays["segments"]
+    found = np.array([excess(name, laws.arrays[name], segments)[0] for name in LAW_NAMES])
+    return float(np.nanmax(found))
 
 
 def _compare(lane: _Lane, other: Events, accuracy: float) -> tuple[float, float, bool]:
@@ -257,10 +312,11 @@ def _mirrored(lane: _Lane, random: np.random.Generator) -> _Twin:
     # The sine of the rounded pi is 1.2e-16, not zero: this is exact to rounding only.
     parameters = replace(lane.parameters, phase=lane.parameters.phase + math.pi)
     s = lane.state
-    run = _again(lane, parameters, State(-s.x, -s.v, -s.y, -s.u, s.time))
+    state = State(-s.x, -s.v, -s.y, -s.u, s.time)
+    run = _again(lane, parameters, state)
     found = events_of(run)
     values = found.values * np.array([[-1.0], [-1.0], [1.0]])
-    return _Twin(run, found._replace(side=-found.side, values=values))
+    return _Twin(run, state, found._replace(side=-found.side, values=values))
 
 
 def _later(periods: float) -> Callable[[_Lane, np.random.Generator], _Twin | None]:
@@ -268,10 +324,11 @@ def _later(periods: float) -> Callable[[_Lane, np.random.Generator], _Twin | Non
         p = lane.parameters
         if p.model == "modulated" and math.fmod(periods, p.modulation_order):
             return None
-        run = _again(lane, p, replace(lane.state, time=lane.state.time + periods * p.period))
+        state = replace(lane.state, time=lane.state.time + periods * p.period)
+        run = _again(lane, p, state)
         found = events_of(run)
         shifted = np.where(found.kind == END, 0.0, found.periods - periods)
-        return _Twin(run, found._replace(periods=shifted))
+        return _Twin(run, state, found._replace(periods=shifted))
 
     return later
 
@@ -310,11 +367,12 @@ def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
         s.u * units.speed,
         s.time * units.time,
     )
-    run = _again(lane, si.dimensionless, state.over(units))
+    back = state.over(units)
+    run = _again(lane, si.dimensionless, back)
     last = run.log[-1]
     until = (last[PERIOD] * si.dimensionless.period + last[TIME] + last[DURATION]) * units.time
     listed = list_events(si, state, until=float(until), max_events=lane.count)
-    return _Twin(run, _back(listed, units, events_of(run)))
+    return _Twin(run, back, _back(listed, units, events_of(run)))
 
 
 def _back(listed: np.ndarray, units: Units, found: Events) -> Events:
@@ -342,7 +400,7 @@ def _back(listed: np.ndarray, units: Units, found: Events) -> Events:
 def _accurate(accuracy: float) -> Callable[[_Lane, np.random.Generator], _Twin]:
     def accurate(lane: _Lane, random: np.random.Generator) -> _Twin:
         run = _again(lane, lane.parameters, lane.state, accuracy=accuracy)
-        return _Twin(run, events_of(run))
+        return _Twin(run, lane.state, events_of(run))
 
     return accurate
 
