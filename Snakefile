@@ -15,6 +15,8 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/comparison.smk"
+include: "workflow/rules/stress.smk"
+include: "workflow/rules/cost.smk"
 include: "workflow/rules/verification.smk"
 include: "workflow/rules/report.smk"
 

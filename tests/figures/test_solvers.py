@@ -128,6 +128,15 @@ def test_scene_without_such_events_says_so(cubes) -> None:
     assert "nothing to compare" in [text.get_text() for text in figure.axes[0].texts]
 
 
+def test_scenes_without_such_an_error_are_left_out(cubes) -> None:
+    errors, timings = (cube.copy(deep=True) for cube in cubes)
+    errors["release_error"].loc[{"scene": "soft", "solver": "exact"}] = 1e-3
+    figure = drawn(work_precision, (errors, timings), error="release_error")
+    assert [ax.get_title() for ax in figure.axes] == ["Walls that give"]
+    figure = drawn(work_precision, (errors, timings), error="release_error", scenes=["hard"])
+    assert [text.get_text() for text in figure.axes[0].texts] == ["nothing to compare"]
+
+
 def test_faults_are_named(cubes) -> None:
     with pytest.raises(ValueError, match="no scene 'gone': must be one of hard, soft"):
         work_precision.draw(*cubes, scenes=["gone"])

@@ -19,6 +19,7 @@ from damper.segment import (
     CAUSE,
     CONTACT,
     DURATION,
+    FINISHED,
     FLIGHT,
     GAP,
     IMPACT,
@@ -271,6 +272,19 @@ def test_without_clearance_a_start_into_a_wall_touches_that_one(tension: int) ->
         first = next(row for row in rows_of(p, 1.0, start) if row[CAUSE] == IMPACT)
         assert first[SIDE] == toward
         assert -first[SIDE] * first[RATE] == pytest.approx(2.0 * toward)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("k", [1.0, 1e4, 1e10])
+def test_without_clearance_a_start_at_rest_is_that_of_a_tiny_one(k: float, phase: float) -> None:
+    def end(clearance: float) -> tuple[float, ...]:
+        run = Trajectory(compliant((0.1, 0.05, 0.2, clearance, 0.6), k, 0, phase=phase))
+        run.skip(0, 3.0)
+        assert run.status == FINISHED
+        state = run.state_at(0, 3.0)
+        return state.x, state.v, state.y, state.u
+
+    assert end(0.0) == pytest.approx(end(1e-13), abs=1e-7)
 
 
 @pytest.mark.parametrize("speed", [1e-12, 1e-9, 1e-6, 1e-3])

@@ -66,8 +66,8 @@ STRESS = {
         }
     },
     "long_runs": {"orbit": {"periods": 1000, "parameters": POINT}},
-    "figures": {"checks": {"kind": "stress_checks"}},
-    "tables": {"summary": {"kind": "stress_summary"}},
+    "figures": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
+    "tables": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
 }
 COST = {
     "kind": "cost",
@@ -80,8 +80,8 @@ COST = {
     "unused": {"parameters": POINT},
     "growth": {"parameters": POINT, "lanes": [1, 10], "periods": [1, 100]},
     "jobs": {"a_figure": ["burst/figures/history.svg"], "everything": []},
-    "figures": {"ladder": {"kind": "cost_ladder"}},
-    "tables": {"cost": {"kind": "cost"}},
+    "figures": {"ladder": {"kind": "cost", "show": "ladder"}},
+    "tables": {"unused": {"kind": "cost", "part": "unused"}},
 }
 GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
 

@@ -14,7 +14,6 @@ from damper.stress.parts import lane_of, read_parts, write_part
 from damper.study.stress_cube import gather
 from damper.study.stress_regimes import REGIMES, models
 from damper.study.stress_table import excesses, make, regimes
-from damper.study.tables import About
 
 VALUES = {
     "mass_ratio": [1e-9, 0.3],
@@ -136,7 +135,7 @@ def test_the_energy_balance_may_add_a_rounding_for_each_segment(cube):
 
 
 def test_table(cube):
-    text, markdown = make(cube, About("A study", {}))
+    text, markdown = make(cube, title="A study")
     rows = {row["regime"]: row for row in csv.DictReader(io.StringIO(text))}
     assert rows["all"]["max_events_reached"] == "1"
     assert rows["all"]["worst_law"] == "momentum"

@@ -8,6 +8,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 try:
+    from damper.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
     from damper.study.kinds import Verification
@@ -83,6 +84,9 @@ def slices_of(wildcards):
     return [
         f"{RESULTS}/{study.name}/slices/{study.slice_path(place)}.npz" for place in study.slices()
     ]
+
+
+EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
 
 
 def simulation_modules(study):

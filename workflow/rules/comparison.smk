@@ -147,6 +147,7 @@ rule timings:
         about=_about_comparison,
         cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
         repeats=lambda wildcards: COMPARISONS[wildcards.study].repeats,
+        spend=lambda wildcards: COMPARISONS[wildcards.study].spend,
         code=lambda wildcards: code_digest(SCRIPTS / "timings.py", _solver_modules(wildcards)),
     message:
         "Time all solvers, alone on this machine"

@@ -10,7 +10,9 @@ def report_if_complete():
 
 def _page_inputs(wildcards):
     made = [path for study in DEFAULT.values() for path in everything_of(study)]
-    return [path for path in made if path.endswith((".svg", ".png", ".csv", ".md"))]
+    # What shows times is linked to, and no reason to write the page again.
+    shown = (path for path in made if "/timed/" not in path)
+    return [path for path in shown if path.endswith((".svg", ".png", ".csv", ".md"))]
 
 
 def _page_kinds():

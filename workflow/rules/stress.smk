@@ -4,9 +4,6 @@ STRESSES = {name: study for name, study in VERIFICATIONS.items() if study.kind =
 # (study, part) -> what is run in it
 PARTS = {(s.name, part): run for s in STRESSES.values() for part, run in s.parts().items()}
 TWINS = {(s.name, part): run for s in STRESSES.values() for part, run in s.twins().items()}
-STRESSED_MODELS = [
-    f"damper.models.{name}" for name in ("rigid", "grounded", "compliant", "modulated")
-]
 
 
 def _groups(wildcards):
@@ -48,7 +45,7 @@ rule checks:
         run=lambda wildcards: PARTS[wildcards.study, wildcards.part],
         accuracy=lambda wildcards: STRESSES[wildcards.study].accuracy,
         max_events=lambda wildcards: STRESSES[wildcards.study].max_events,
-        code=code_digest(SCRIPTS / "checks.py", STRESSED_MODELS),
+        code=code_digest(SCRIPTS / "checks.py", EVERY_MODEL),
     message:
         "Check {wildcards.study}: {wildcards.part}"
     script:
@@ -69,7 +66,7 @@ rule twins:
         part=one_of({part for _, part in TWINS}),
     params:
         run=lambda wildcards: TWINS[wildcards.study, wildcards.part],
-        code=code_digest(SCRIPTS / "twins.py", STRESSED_MODELS),
+        code=code_digest(SCRIPTS / "twins.py", EVERY_MODEL),
     message:
         "Run lanes of {wildcards.study} in other ways: {wildcards.part}"
     script:
@@ -95,7 +92,7 @@ rule stress:
     params:
         groups=_groups,
         about=lambda wildcards: STRESSES[wildcards.study].attributes(),
-        code=code_digest(SCRIPTS / "stress.py", STRESSED_MODELS),
+        code=code_digest(SCRIPTS / "stress.py", EVERY_MODEL),
     message:
         "Gather {wildcards.study}"
     script:

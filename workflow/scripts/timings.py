@@ -9,8 +9,7 @@ from damper.study.cube import write_cube
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}
-# A point may take as long as one run that is capped, whatever the number of repetitions.
-arrays = time_solvers(scenes, params.solvers, params.repeats, params.cap, spend=params.cap)
+arrays = time_solvers(scenes, params.solvers, params.repeats, params.cap, params.spend)
 attributes = {**params.about, **machine(), "code_digest": params.code}
 cube = gather_timings(arrays, list(scenes), params.solvers, params.titles, attributes)
 write_cube(cube, Path(snakemake.output[0]))

@@ -125,6 +125,6 @@ def job_times(folder: Path) -> dict[str, dict[str, float]]:
 
 def stage_of(path: Path) -> str:
     """Stage that a benchmark file is of: ``<study>/<stage>...``, or ``<stage>/...`` of no study."""
-    first, second, *_ = path.with_suffix("").parts
-    stage = first if first in ("compile", "claims", "report") else second
+    first, second = (*path.with_suffix("").parts, "")[:2]
+    stage = first if first in ("compile", "claims", "report") else second or first
     return {"figures": "figure", "tables": "table"}.get(stage, stage)

@@ -22,9 +22,9 @@ FIGURES = {
         "convergence",
         "work_precision",
         "solver_summary",
-        "stress_checks",
-        "cost_ladder",
-        "cost_scaling",
+        "stress",
+        "twins",
+        "cost",
     )
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.

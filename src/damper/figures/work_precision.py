@@ -51,7 +51,8 @@ def draw(
     error : str
         Variable of `errors`.
     scenes : sequence of str, optional
-        Names of the scenes to show, 12 at most; all when not given. One alone fits a column.
+        Names of the scenes to show, 12 at most; all in which there is such an error when not given.
+        One alone fits a column.
     caption : str, optional
         Heading; the title when not given.
 
@@ -68,6 +69,9 @@ def draw(
     if error not in _MEANINGS:
         raise ValueError(f"error = {error!r}: must be one of {', '.join(_MEANINGS)}")
     names = shown_scenes(errors, scenes)
+    if scenes is None:  # of some scenes no run has such an error
+        told = errors[error].notnull().any(("solver", "level"))
+        names = [name for name in names if told.sel(scene=name)] or names
     if len(names) > MOST:
         raise ValueError(f"{len(names)} scenes do not fit a page: give at most {MOST} in scenes")
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
@@ -80,16 +84,17 @@ def draw(
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for ax in axes.ravel()[len(names) :]:
         ax.remove()
+    # Before anything is drawn: where all errors are missing, no limits follow from them.
+    _scales(axes[0, 0], place.run_time.values, lanes)
     for number, (ax, name) in enumerate(zip(axes.ravel(), names, strict=False)):
         _panel(ax, place.sel(scene=name), error, lanes)
         ax.set_title(_capital(str(place.title.sel(scene=name).item())), pad=3.0)
         if number + columns >= len(names):  # nothing below
             ax.tick_params(labelbottom=True)
             ax.set_xlabel("run time / s")
-    _scales(axes[0, 0], place.run_time.values, lanes)
     units = units_text(errors[error].attrs["units"])
     figure.supylabel(
-        wrap([*_MEANINGS[error].split(), f"/ {units}"], 19.0 * tall * rows), fontsize=8.0
+        wrap([*_MEANINGS[error].split(), f"/ {units}"], 15.0 * tall * rows), fontsize=8.0
     )
     head(figure, place, caption, remarks=_remarks(timings))
     legend(figure, _handles(place))
@@ -134,7 +139,6 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> 
             if at.any():
                 marks = look | {"ls": "none", "mew": 0.6, "mfc": "none"}
                 ax.plot(time[at], np.full(at.sum(), height), **marks, zorder=2)
-                nothing = False
     if nothing:
         say(ax, "nothing to compare")
 

@@ -214,8 +214,13 @@ def place(
     state[V] = v
     state[GAP] = gap
     state[RATE] = rate
+    touches = _touches(model, time, side, x, v, gap, rate)
+    if not touches and model.clearance == 0.0 and gap == 0.0 and rate == 0.0:
+        # At rest between walls without a clearance: where one draws away the other one pushes.
+        side = -side
+        touches = True
     state[SIDE] = side
-    state[MODE] = CONTACT if _touches(model, time, side, x, v, gap, rate) else FLIGHT
+    state[MODE] = CONTACT if touches else FLIGHT
     state[CAUSE] = NOTHING
     state[SPEED] = 0.0
     state[FIRST] = 0.0
@@ -403,6 +408,9 @@ def run(
         speed = next_speed
         if mode == FLIGHT and gap == 0.0 and rate == 0.0:
             if _touches(model, time, side, x, v, gap, rate):
+                mode = CONTACT
+            elif model.clearance == 0.0:
+                side = -side
                 mode = CONTACT
             is_event = True
         if is_event:

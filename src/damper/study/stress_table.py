@@ -12,7 +12,7 @@ import xarray as xr
 from damper.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
 from damper.stress.parts import lane_of
 from damper.study.stress_regimes import REGIMES
-from damper.study.tables import About, markdown_table, remarks
+from damper.study.tables import markdown_table
 
 #: Laws whose violation is a number worth reading; the others either hold or do not.
 GRADED = tuple(name for name in LAW_NAMES if name not in ("backwards", "not_finite"))
@@ -44,21 +44,21 @@ class Row:
         return sum(self.outcomes)
 
 
-def make(cube: xr.Dataset, about: About) -> tuple[str, str]:
+def make(cube: xr.Dataset, *, title: str) -> tuple[str, str]:
     """Make the table of the regimes, with the summary of the laws above it in Markdown.
 
     Parameters
     ----------
     cube : xarray.Dataset
         Of `damper.study.stress_cube.gather`.
-    about : About
+    title : str
 
     Returns
     -------
     csv, markdown : str
     """
     rows = regimes(cube)
-    return to_csv(rows), to_markdown(cube, rows, about)
+    return to_csv(rows), to_markdown(cube, rows, title)
 
 
 def regimes(cube: xr.Dataset) -> list[Row]:
@@ -124,7 +124,7 @@ def to_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def to_markdown(cube: xr.Dataset, rows: Sequence[Row], about: About) -> str:
+def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
     """Write the tables a person reads."""
     everything = rows[0]
     ends = ", ".join(
@@ -133,7 +133,7 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], about: About) -> str:
         if count
     )
     lines = [
-        f"# {about.title}: where accuracy degrades, and why",
+        f"# {title}: where accuracy degrades, and why",
         "",
         f"{everything.lanes} runs: {ends}. A run that stops early says so in its status, and what "
         "it did up to there is checked as well.",
@@ -172,7 +172,6 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], about: About) -> str:
                 for row in rows
             ],
         ),
-        *remarks(about),
     ]
     return "\n".join(lines) + "\n"
 

@@ -27,6 +27,9 @@ TABLES = {
 TABLES_OF_RESULTS = {
     "solver_errors": ("damper.study.comparison_table", "errors_table"),
     "solver_speed": ("damper.study.comparison_table", "times_table"),
+    "stress": ("damper.study.stress_table", "make"),
+    "twins": ("damper.study.twins_table", "make"),
+    "cost": ("damper.study.cost_table", "make"),
 }
 
 

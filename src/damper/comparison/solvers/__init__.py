@@ -28,6 +28,7 @@ SOLVERS = (
     "rk4_step_end",
     "rk4_located",
     "dop853",
+    "dop853_free",
     "rk45",
     "lsoda",
     "radau",

@@ -158,8 +158,8 @@ class Comparison(Verification):
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
             "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "
-            "tolerance (dop853, rk45, lsoda, radau), contact_stiffness (compliant_flow, "
-            "compliant_stiff)."
+            "tolerance (dop853, dop853_free, rk45, lsoda, radau), contact_stiffness "
+            "(compliant_flow, compliant_stiff)."
         ),
     ]
     digits: Annotated[
@@ -178,8 +178,13 @@ class Comparison(Verification):
     repeats: Annotated[
         int,
         Number(ge=1, whole=True),
-        Field(description="How often each run is timed; slow ones less often."),
-    ] = 5
+        Field(description="How often each run is timed."),
+    ] = 15
+    spend: Annotated[
+        float,
+        Number(gt=0, units="s"),
+        Field(description="Time spent on one run, after which it is not repeated any more."),
+    ] = 0.2
     figures: Annotated[
         dict[str, Made],
         Section(product(FIGURES), "figure", of=FIGURES, dropped=True),

@@ -17,6 +17,8 @@ from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
 _NONE: dict[str, Any] = {}
 _NAMES = tuple(ALL)
 _TIMED = ("timed/cost.json",)
+#: Sizes take turns less often than rungs: each is a process of its own.
+MOST_GROWTH_REPEATS = 5
 _COUNTS = ListOf(Number(ge=1, whole=True), least=2)
 _FILES = ListOf(Text())
 
@@ -103,29 +105,39 @@ def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
         faults.add(("parameters",), str(error))
 
 
-class CostLadder(Made):
-    """Time per event and peak memory of every rung beside the bare engine."""
+class CostFigure(Made):
+    """Time and memory beside the bare engine: of a ladder of scenes, or as runs grow."""
 
     reads: ClassVar[tuple[str, ...]] = _TIMED
 
-    caption: OptionalCaption = None
-
-
-class CostScaling(Made):
-    """Run time and peak memory against the number of lanes and of periods."""
-
-    reads: ClassVar[tuple[str, ...]] = _TIMED
-
+    show: Annotated[
+        str,
+        Choice("ladder", "scaling"),
+        Field(description="Every rung, or run time and memory over lanes and periods."),
+    ]
     caption: OptionalCaption = None
 
 
 class CostTable(Made):
-    """All that was measured: rungs, growth, imports of each kind of job, jobs of one figure."""
+    """One part of what was measured."""
 
     reads: ClassVar[tuple[str, ...]] = _TIMED
 
+    part: Annotated[
+        str,
+        Choice("ladder", "unused", "scaling", "startup", "jobs"),
+        Field(
+            description="Every rung; what features cost that are not used; growth; imports of each "
+            "kind of job; jobs that a target needs."
+        ),
+    ]
 
-FIGURES: dict[str, type[Made]] = {"cost_ladder": CostLadder, "cost_scaling": CostScaling}
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        title = f"{study.title}: {self.part}"
+        return {stem: self.model_dump(exclude_none=True) | {"title": title}}
+
+
+FIGURES: dict[str, type[Made]] = {"cost": CostFigure}
 TABLES: dict[str, type[Made]] = {"cost": CostTable}
 
 
@@ -166,7 +178,7 @@ class Cost(Verification):
     growth: Annotated[Growth, Field(description="How run time and memory grow.")]
     jobs: Annotated[
         dict[str, tuple[str, ...]],
-        Section(_files, "target", of=_FILES),
+        Section(_files, "target", of=_FILES, dropped=True),
         Field(
             description="Name -> files below the folder of results; how many jobs they need is "
             "counted, of no file at all those of the default run."
@@ -205,6 +217,7 @@ class Cost(Verification):
                 "lanes": list(self.growth.lanes),
                 "lane_periods": self.growth.lane_periods,
                 "periods": list(self.growth.periods),
+                "repeats": min(self.repeats, MOST_GROWTH_REPEATS),
             },
             "jobs": {name: list(files) for name, files in self.jobs.items()},
         }

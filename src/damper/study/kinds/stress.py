@@ -208,25 +208,35 @@ def _require(given: Mapping[str, Any], faults: Faults) -> None:
             faults.add(("parameters", name), f"'{name}' is not given", quantity.allowed)
 
 
-class StressChecks(Made):
-    """How far each check is from its limit, over all lanes."""
+class StressFigure(Made):
+    """How far each law is from its limit, over all lanes, and the worst in each regime."""
 
     caption: OptionalCaption = None
 
 
-class StressSummary(Made):
-    """Each check: lanes, how many passed, were flagged or failed, and the worst value."""
+class StressTable(Made):
+    """Where accuracy degrades, and why: the laws over all lanes, and in each regime."""
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        return {stem: {"kind": self.kind, "title": study.title}}
 
 
-class StressRegimes(Made):
-    """Where accuracy degrades, and why: the worst of each check in each regime of parameters."""
+class TwinsFigure(Made):
+    """How far runs are apart that must agree, beside what their condition makes of rounding."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+
+    caption: OptionalCaption = None
 
 
-FIGURES: dict[str, type[Made]] = {"stress_checks": StressChecks}
-TABLES: dict[str, type[Made]] = {
-    "stress_summary": StressSummary,
-    "stress_regimes": StressRegimes,
-}
+class TwinsTable(Made):
+    """Each identity: lanes that agree, lanes that backward error judges, and the worst ones."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+
+
+FIGURES: dict[str, type[Made]] = {"stress": StressFigure, "twins": TwinsFigure}
+TABLES: dict[str, type[Made]] = {"stress": StressTable, "twins": TwinsTable}
 
 
 class Stress(Verification):

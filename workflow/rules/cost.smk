@@ -1,0 +1,52 @@
+"""What the parts of a run cost: all of it times, so none of it in files of the same bytes."""
+
+from damper.study.settings import OBSERVERS
+
+COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
+EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
+SCRIPT = "workflow/scripts/{}.py".format
+# Kind of job -> its script, and the modules that it loads by name.
+STARTS = {
+    "compile": ("compile", ["damper.models.rigid"]),
+    "simulate": ("simulate", ["damper.models.rigid", "damper.observers.stroboscopic_section"]),
+    "gather": ("gather", ["netCDF4"]),
+    "figure: map": ("figure", ["damper.figures.map", "netCDF4"]),
+    "figure: schematic": ("figure", ["damper.figures.schematic"]),
+    "table: intervals": ("table", ["damper.study.interval_table", "netCDF4"]),
+    "table: performance": ("table", ["damper.study.performance_table", "netCDF4"]),
+    "claims": ("claims", ["damper.study.claims.paper_a", "damper.study.claims.paper_b", "netCDF4"]),
+    "report": ("report", ["jinja2", "docutils.core"]),
+}
+
+
+def _cost_settings(wildcards):
+    jobs = {
+        name: {"script": SCRIPT(script), "modules": modules}
+        for name, (script, modules) in STARTS.items()
+    }
+    settings = COSTS[wildcards.study].settings()
+    repeats = max(settings["ladder"]["repeats"] // 10, 1)
+    return settings | {"startup": {"jobs": jobs, "repeats": repeats}}
+
+
+# It takes all cores, so that nothing else runs beside it.
+rule cost:
+    output:
+        f"{RESULTS}/{{study}}/timed/cost.json",
+    log:
+        "logs/{study}/cost.log",
+    benchmark:
+        "logs/benchmarks/{study}/cost.tsv"
+    wildcard_constraints:
+        study=one_of(COSTS),
+    threads: workflow.cores
+    params:
+        settings=_cost_settings,
+        title=lambda wildcards: COSTS[wildcards.study].title,
+        home=HOME.as_posix(),
+        config_files=[str(path) for path in workflow.configfiles],
+        code=code_digest(SCRIPTS / "cost.py", EVERY_MODEL + EVERY_OBSERVER),
+    message:
+        "Measure what the parts of a run cost, alone on this machine"
+    script:
+        "../scripts/cost.py"
