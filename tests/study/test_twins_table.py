@@ -24,7 +24,7 @@ from damper.stress.verdicts import (
 )
 from damper.study.cube import write_cube
 from damper.study.twins_cube import VARIABLES, gather_twins
-from damper.study.twins_table import failures, make, parameters_of
+from damper.study.twins_table import HEAVY, failures, make, parameters_of
 
 BOX = {
     "share": 0.3,
@@ -111,6 +111,16 @@ def test_verdicts_are_counted(twins):
     assert float(found["way", "units", "median ratio"]) == pytest.approx(
         np.median(ratios), rel=1e-2
     )
+
+
+def test_ratios_beyond_what_is_allowed_are_explained(twins):
+    some = twins.copy(deep=True)
+    for name in IDENTITIES:
+        some[f"{name}_ratio"][:] = 0.5
+    some.units_ratio[1:4] = 7.0
+    some.damping_ratio[:] = 0.1
+    some.damping_ratio[3:] = HEAVY
+    assert "3 lanes have one; 1 of them" in make(some)[1]
 
 
 def test_conditions_and_checks_name_the_worst_lane(twins):
