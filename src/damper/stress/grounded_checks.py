@@ -4,7 +4,7 @@ import math
 
 from damper.flow import acceleration, increments, sine_cosine
 from damper.models import motion
-from damper.models.grounded import Grounded
+from damper.models.grounded import Grounded, both_motions
 from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
 from damper.stress.checks import flight_gap, support_speed, support_stiffness, thrust
 
@@ -18,20 +18,10 @@ def _flight_gap(model, row, tau):
     gap = float(row[GAP])
     rate = float(row[RATE])
     side = float(row[SIDE])
-    y = x + side * (model.clearance - gap)
-    u = v - side * rate
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     a, j = acceleration(free, x, v, sin, cos)
-    b, k = acceleration(support, y, u, 0.0, 0.0)
-    if row[CAUSE] == RELEASE:
-        # Both masses have the same acceleration then, by definition: the one that rounds less.
-        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
-        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
-            a = b
-            j = free[3] * cos - 2.0 * free[0] * a - v
-        else:
-            b = a
-            k = -2.0 * support[0] * b - support[1] * u
+    released = row[CAUSE] == RELEASE
+    a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
     dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
     dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
     gap += rate * tau + side * (dx - dy)
