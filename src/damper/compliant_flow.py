@@ -17,7 +17,8 @@ propagators over that interval times 1, 2, 4, ..., which are made once for a run
 held as its difference from one, E, and doubled by E -> 2 E + E^2, so that slow motion is not lost
 beside fast motion. Where the primary's damping is the fastest of all, propagators are for X and X'
 in the place of U and U': the damping would be in two rows otherwise, and each doubling would double
-its rounding in the slow motions, where it cancels. (Elsewhere the contact would be.) No rate, however high, limits a step. See docs/models.md.
+its rounding in the slow motions, where it cancels. (Elsewhere the contact would be.) No rate,
+however high, limits a step. See docs/models.md.
 """
 
 import math

@@ -133,7 +133,18 @@ def _prepare(
 
 
 @compiled
-def both_motions(model, released, side, x, v, gap, rate, a, j, cos):
+def both_motions(
+    model: Grounded,
+    released: bool,
+    side: float,
+    x: float,
+    v: float,
+    gap: float,
+    rate: float,
+    a: float,
+    j: float,
+    cos: float,
+) -> tuple[float, ...]:
     """Second and third derivative of the primary in flight; of the free mass the first three too.
 
     At a release no thrust is left and both masses have the same acceleration, exactly: the one

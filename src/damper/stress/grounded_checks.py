@@ -40,7 +40,8 @@ def _thrust(model, row, tau):
     b, _ = acceleration(model.support, y, v, 0.0, 0.0)
     # What the velocity is made of: itself, and what spring and force add.
     x0 = abs(float(row[X])) + model.clearance
-    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0)
+    drag = max(2.0 * model.stuck[0], 1.0)
+    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0 / drag)
     size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
     size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
     return -side * (a - b), size
@@ -52,5 +53,8 @@ def _support_stiffness(model):
 
 
 @support_speed.of(Grounded)
-def _support_speed(model, x):
-    return math.sqrt(model.support[1]) * (x + model.clearance)
+def _support_speed(model, x, v, duration):
+    drag = 2.0 * model.support[0]
+    stiffness = model.support[1]
+    swing = stiffness * min(duration, 1.0 / max(math.sqrt(stiffness), drag))
+    return swing * (x + model.clearance) + v * min(drag * duration, 1.0)
