@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -153,6 +154,34 @@ def test_an_unwritable_cache_is_no_obstacle(tmp_path: Path) -> None:
     code = "from damper.flow import oscillator; print(oscillator(0.1, 1.0, 1.0, 0.7)[0])"
     found = run(code, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1")
     assert found.stdout.strip() == "0.1"
+
+
+def test_caches_in_use_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of other versions' caches the newest four stay, and those that were used within a day."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    root = compiled.cache_folder().parent
+    now = time.time()
+    for hours in (1, 5, 9, 13, 17, 23, 25, 1000):
+        (root / f"{hours} hours").mkdir(parents=True)
+        os.utime(root / f"{hours} hours", (now - 3600 * hours,) * 2)
+    assert compiled._make_cache_folder() == compiled.cache_folder()
+    kept = {f"{hours} hours" for hours in (1, 5, 9, 13, 17, 23)}
+    assert {path.name for path in root.iterdir()} == kept | {compiled.cache_folder().name}
+    # A process that starts with it makes it young again.
+    os.utime(compiled.cache_folder(), (0, 0))
+    compiled._make_cache_folder()
+    assert compiled.cache_folder().stat().st_mtime > now - 60.0
+
+
+def test_old_caches_are_kept_up_to_four(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    root = compiled.cache_folder().parent
+    for days in range(2, 9):
+        (root / f"{days} days").mkdir(parents=True)
+        os.utime(root / f"{days} days", (time.time() - 86400 * days,) * 2)
+    compiled._make_cache_folder()
+    kept = {f"{days} days" for days in (2, 3, 4, 5)}
+    assert {path.name for path in root.iterdir()} == kept | {compiled.cache_folder().name}
 
 
 HEAVY = {"numpy", "numba", "xarray", "scipy", "matplotlib", "netCDF4", "pandas", "yaml", "pydantic"}

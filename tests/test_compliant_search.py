@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 import pytest
+from new_process import in_new_process
 
 from damper import Parameters
 from damper.compliant_flow import advance, derivative, energy_size
@@ -155,3 +156,14 @@ def test_fourth_derivative_stays_below_its_bound(seed: int, by_energy: bool) -> 
         found = [abs(fourth(advance(m.touch, m.table, z, float(t)))) for t in times]
         assert max(found) <= bound * (1 + 1e-9)
     assert abs(fourth(z)) > 1e-6 * bound or by_energy
+
+
+def test_extreme_contacts_overflow_quietly_in_plain_python() -> None:
+    """A contact that cannot be split makes the iteration diverge: NumPy's scalars would warn."""
+    code = """
+from damper import Parameters
+from damper.models.compliant import prepare
+p = Parameters(2e-6, 8e5, 757.8, 1.0, 0.9, contact_stiffness_ratio=158.0, contact_tension=1)
+print(int(prepare(p, 1e-12).split.separated))
+"""
+    assert in_new_process(code, "-W", "error", DAMPER_COMPILE="0") == 0

@@ -11,12 +11,16 @@ import hashlib
 import os
 import shutil
 import sys
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 _KEPT_CACHES = 4
+#: Seconds since a process last started with a cache, before which it may still be in use.
+_UNUSED = 86400.0
 
 
 def cache_folder() -> Path:
@@ -53,18 +57,37 @@ def _cache_root() -> Path:
 
 
 def _make_cache_folder() -> Path | None:
-    """Make the folder and drop the oldest of earlier versions; None where it cannot be written."""
+    """Make the folder and drop the oldest of earlier versions; None where it cannot be written.
+
+    Its time of modification becomes that of its last use: another process may be using any version
+    that is younger than a day.
+    """
     folder = cache_folder()
     try:
-        if not folder.is_dir():
-            folder.mkdir(parents=True, exist_ok=True)
-            others = (path for path in folder.parent.iterdir() if path.is_dir() and path != folder)
-            newest_first = sorted(others, key=lambda path: path.stat().st_mtime, reverse=True)
-            for stale in newest_first[_KEPT_CACHES:]:
-                shutil.rmtree(stale, ignore_errors=True)
-        return folder if os.access(folder, os.W_OK) else None
+        is_new = not folder.is_dir()
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            return None
+        os.utime(folder)
+        if is_new:
+            _drop_unused(folder)
+        return folder
     except OSError:
         return None
+
+
+def _drop_unused(folder: Path) -> None:
+    """Delete other versions' caches but for the newest, and those used within a day."""
+    last_used = {}
+    for path in folder.parent.iterdir():
+        # Another process may delete one meanwhile.
+        with suppress(OSError):
+            if path.is_dir() and path != folder:
+                last_used[path] = path.stat().st_mtime
+    oldest_last = sorted(last_used, key=last_used.__getitem__, reverse=True)
+    for path in oldest_last[_KEPT_CACHES:]:
+        if last_used[path] < time.time() - _UNUSED:
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _load_numba() -> Any:

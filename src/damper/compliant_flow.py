@@ -15,7 +15,10 @@ without explicit time. The gap is a variable of its own and keeps its digits how
 Times are split in binary: one step of a Taylor series for less than the shortest interval, and then
 propagators over that interval times 1, 2, 4, ..., which are made once for a run. A propagator is
 held as its difference from one, E, and doubled by E -> 2 E + E^2, so that slow motion is not lost
-beside fast motion. No rate, however high, limits a step. See docs/models.md.
+beside fast motion. Where the primary's damping is the fastest of all, propagators are for X and X'
+in the place of U and U': the damping would be in two rows otherwise, and each doubling would double
+its rounding in the slow motions, where it cancels. (Elsewhere the contact would be.) No rate,
+however high, limits a step. See docs/models.md.
 """
 
 import math
@@ -27,7 +30,7 @@ from damper.compiled import compiled
 from damper.contact import HORIZON
 from damper.flow import sine_cosine
 
-#: State of the pair: U, U', g, g', S, C.
+#: State of the pair: U, U', g, g', S, C; or, for propagators, see Touch.shift.
 Pair = tuple[float, float, float, float, float, float]
 
 #: Rate times the shortest interval of the binary split.
@@ -63,6 +66,8 @@ class Touch(NamedTuple):
     """Shortest interval of the binary split."""
     levels: int
     """Number of doublings; the last interval is longer than any segment."""
+    shift: float
+    """Propagators are for U + shift g and its rate: beta where the drag is fastest, else 0."""
 
 
 @compiled
@@ -77,6 +82,7 @@ def touch_of(
     reduced = mass_ratio / (1.0 + mass_ratio)
     frequency = math.sqrt(stiffness / reduced)
     relative_damping = 2.0 * contact_damping * frequency
+    own = (1.0 + mass_ratio) * (1.0 + frequency + relative_damping)
     rate = 1.0 + 2.0 * damping_ratio + frequency_ratio + frequency + relative_damping
     levels = 0
     shortest = 1.04 * HORIZON
@@ -95,6 +101,7 @@ def touch_of(
         rate,
         shortest,
         levels,
+        reduced if 2.0 * damping_ratio > own else 0.0,
     )
 
 
@@ -154,8 +161,20 @@ def propagators(touch: Touch) -> np.ndarray:
 
 
 @compiled
+def shifted(touch: Touch, z: Pair) -> Pair:
+    """State as propagators have it."""
+    return z[0] + touch.shift * z[2], z[1] + touch.shift * z[3], z[2], z[3], z[4], z[5]
+
+
+@compiled
+def unshifted(touch: Touch, z: Pair) -> Pair:
+    """State of the pair, from one as propagators have it."""
+    return z[0] - touch.shift * z[2], z[1] - touch.shift * z[3], z[2], z[3], z[4], z[5]
+
+
+@compiled
 def unit_state(column: int) -> tuple[float, ...]:
-    """State of the pair with 1 in one place of six, and 0 elsewhere."""
+    """State with 1 in one place of six, and 0 elsewhere."""
     return (
         1.0 if column == 0 else 0.0,
         1.0 if column == 1 else 0.0,
@@ -169,8 +188,8 @@ def unit_state(column: int) -> tuple[float, ...]:
 @compiled
 def _fill(touch, table):
     for column in range(6):
-        z = unit_state(column)
-        change = short_increment(touch, z, touch.shortest)
+        z = unshifted(touch, unit_state(column))
+        change = shifted(touch, short_increment(touch, z, touch.shortest))
         for row in range(4):
             table[0, 6 * row + column] = change[row]
     length = touch.shortest
@@ -197,7 +216,7 @@ def _fill(touch, table):
 
 @compiled
 def leap(e: np.ndarray, z: Pair) -> Pair:
-    """State after the interval of one row of the propagators."""
+    """State, as propagators have it, after the interval of one row of the propagators."""
     u, w, g, h, s, c = z
     return (
         u + float(e[0] * u + e[1] * w + e[2] * g + e[3] * h + e[4] * s + e[5] * c),
@@ -212,13 +231,16 @@ def leap(e: np.ndarray, z: Pair) -> Pair:
 @compiled
 def advance(touch: Touch, table: np.ndarray, z: Pair, tau: float) -> Pair:
     """State after a time `tau` in contact."""
-    length = touch.shortest * math.ldexp(1.0, touch.levels)
-    for level in range(touch.levels, -1, -1):
-        # At most once, but for a time longer than all of them together.
-        while tau >= length:
-            z = leap(table[level], z)
-            tau -= length
-        length *= 0.5
+    if tau >= touch.shortest:
+        own = shifted(touch, z)
+        length = touch.shortest * math.ldexp(1.0, touch.levels)
+        for level in range(touch.levels, -1, -1):
+            # At most once, but for a time longer than all of them together.
+            while tau >= length:
+                own = leap(table[level], own)
+                tau -= length
+            length *= 0.5
+        z = unshifted(touch, own)
     if tau > 0.0:
         a, b, d, e, f, k = short_increment(touch, z, tau)
         z = (z[0] + a, z[1] + b, z[2] + d, z[3] + e, z[4] + f, z[5] + k)

@@ -206,7 +206,7 @@ def _times(row, matrix, result):
     for k in range(4):
         total = 0.0
         for i in range(4):
-            total += row[i] * matrix[i, k]
+            total += float(row[i]) * float(matrix[i, k])
         result[k] = total
 
 
@@ -530,4 +530,5 @@ def _polish(touch, table, free, watch, start, tau, root, limit, flies, steps):
             )
             return end + late, FOUND, z, steps
         end += late
-    return end, FOUND, z, steps
+    # Not settled, for rounding of a small root: the state is that of the time all the same.
+    return end, FOUND, _at(touch, table, free, start, end, flies), steps + 1

@@ -249,3 +249,81 @@ def test_random_lanes_run_the_same_in_any_part():
     rest = run_checks(random_lanes(3, 3, box, first=3), 3, max_events=500)
     for name, values in rest.items():
         np.testing.assert_array_equal(whole[name][3:], values, err_msg=name)
+
+
+#: A flight after a release, a release long after a fast mode has died, the dashpot's part of a long
+#: run, and contacts of a primary that hardly moves: each broke a law under heavy damping.
+HEAVILY_DAMPED = {
+    "momentum": {
+        "damping_ratio": 0.0,
+        "frequency_ratio": 0.6177462427061101,
+        "mass_ratio": 0.007312505957245964,
+        "restitution": 0.3,
+        "clearance": 0.0030510710334161746,
+        "phase": -2.300865335012338,
+        "initial_position": 1.0,
+        "initial_displacement": -0.4321291665144331,
+        "initial_velocity": 2.5615226825200805,
+        "support_stiffness_ratio": 0.0025415307120928337,
+        "support_damping_ratio": 195471.22799649474,
+    },
+    "pull": {
+        "damping_ratio": 0.6182917729525335,
+        "frequency_ratio": 0.1802143412303629,
+        "mass_ratio": 3.509939187986419e-08,
+        "restitution": 0.3,
+        "clearance": 0.20549322220658978,
+        "phase": -0.42161621956117834,
+        "initial_position": 1.0,
+        "initial_displacement": 0.972378654755782,
+        "initial_velocity": -0.8138342800173426,
+        "support_stiffness_ratio": 9.081024705975015,
+        "support_damping_ratio": 828502.2760095946,
+    },
+    "dashpot": {
+        "damping_ratio": 0.0,
+        "frequency_ratio": 0.668535170851579,
+        "mass_ratio": 0.004172906993486328,
+        "restitution": 0.0,
+        "clearance": 8.324423696054275,
+        "phase": -1.338936278461436,
+        "initial_position": 1.0,
+        "initial_displacement": -0.5927484071382718,
+        "initial_velocity": -0.13012782194874184,
+        "support_stiffness_ratio": 0.038580154634559646,
+        "support_damping_ratio": 635305.030301494,
+    },
+    "contact": {
+        "damping_ratio": 1e6,
+        "frequency_ratio": 0.0194996,
+        "mass_ratio": 25.7276,
+        "restitution": 0.932519,
+        "clearance": 0.655917,
+        "phase": -1.91905,
+        "initial_position": 0.870716,
+        "initial_displacement": -2.73394,
+        "initial_velocity": 1.10769,
+        "initial_relative_velocity": 1.66903,
+        "contact_stiffness_ratio": 587.272,
+    },
+    "reopening": {
+        "damping_ratio": 147.025,
+        "frequency_ratio": 0.0001,
+        "mass_ratio": 0.0654732,
+        "restitution": 0.438684,
+        "clearance": 3.1626e-05,
+        "phase": 2.58794,
+        "initial_position": -0.774974,
+        "initial_velocity": -0.201716,
+        "initial_relative_velocity": -0.473154,
+        "contact_stiffness_ratio": 14.3532,
+    },
+}
+
+
+@pytest.mark.parametrize("lane", HEAVILY_DAMPED.values(), ids=HEAVILY_DAMPED)
+def test_every_law_holds_under_heavy_damping(lane):
+    found = run_checks([lane], 3, max_events=300, longest=8000.0)
+    assert found["status"][0] in (0, 1)
+    for name in LAW_NAMES:
+        assert not found[name][0] > 1e-13, name

@@ -146,8 +146,8 @@ def prepare(parameters: Parameters, accuracy: float) -> Compliant:
 
 
 def _touch(*numbers: float) -> Touch:
-    *values, levels = touch_of(*numbers)
-    return Touch(*values, int(levels))
+    *values, levels, shift = touch_of(*numbers)
+    return Touch(*values, int(levels), shift)
 
 
 @compiled

@@ -31,6 +31,10 @@ from damper.parameters import Parameters
 from damper.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
 from damper.two_oscillators import first_contact
 
+#: Initial slope of the thrust times the time to a release, over the sizes of the thrust's terms,
+#: above which that time is found anew from half of it on.
+_STEEP = 16.0
+
 
 class Grounded(NamedTuple):
     """Constants of one run."""
@@ -129,7 +133,18 @@ def _prepare(
 
 
 @compiled
-def _both_motions(model, released, side, x, v, gap, rate, a, j, cos):
+def both_motions(
+    model: Grounded,
+    released: bool,
+    side: float,
+    x: float,
+    v: float,
+    gap: float,
+    rate: float,
+    a: float,
+    j: float,
+    cos: float,
+) -> tuple[float, ...]:
     """Second and third derivative of the primary in flight; of the free mass the first three too.
 
     At a release no thrust is left and both masses have the same acceleration, exactly: the one
@@ -141,9 +156,10 @@ def _both_motions(model, released, side, x, v, gap, rate, a, j, cos):
     u = v - side * rate
     b, k = acceleration(support, y, u, 0.0, 0.0)
     if released:
-        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
-        # y is a sum itself, which near zero has lost the digits of its terms.
-        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
+        # v is a sum itself, which near zero has lost the digits of its terms; so is y.
+        speed = abs(v) + (1.0 + abs(x)) / (1.0 + 2.0 * model.stuck[0])
+        size = 1.0 + 2.0 * free[0] * speed + abs(x)
+        if size > 2.0 * support[0] * speed + support[1] * (abs(x) + model.clearance):
             a = b
             j = free[2] * free[3] * cos - 2.0 * free[0] * a - free[1] * v
         else:
@@ -155,7 +171,7 @@ def _both_motions(model, released, side, x, v, gap, rate, a, j, cos):
 @flight.of(Grounded)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     released = cause == RELEASE
-    a, j, y, u, b, k = _both_motions(model, released, side, x, v, gap, rate, a, j, cos)
+    a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
     tau, wall, dx, v, rate, steps = first_contact(
         model.free,
         x,
@@ -230,6 +246,13 @@ def _sticking(model, periods, time, side, x, v, sin, cos):
         slope,
         thrust == 0.0 and slope == 0.0 and second == 0.0,
     )
+    if released == 1.0:
+        # A release is known to the rounding of |slope| tau. Where a fast mode that has died makes
+        # that large, half of the way is sure, and the rest is looked at from there.
+        size = 1.0 + abs(x) + support[1] * (abs(x) + model.clearance)
+        if abs(slope) * tau > _STEEP * (size + 2.0 * (free[0] + support[0]) * abs(v)):
+            tau *= 0.5
+            released = 0.0
     dx, v = advance(model.stuck, centred, v, sin, cos, tau)
     return tau, released, dx, v, steps + 1
 
@@ -298,7 +321,7 @@ def _motion(model, row, tau):
     a, j = acceleration(free, x, v, sin, cos)
     if float(row[MODE]) == FLIGHT:
         released = row[CAUSE] == RELEASE
-        a, j, y, u, b, k = _both_motions(model, released, side, x, v, gap, rate, a, j, cos)
+        a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
         dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
         dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
         gap = max(gap + rate * tau + side * (dx - dy), 0.0)

@@ -4,7 +4,8 @@
 dashpot takes, over the intervals h of the propagators T of `damper.compliant_flow` are quadratic
 forms G of the state, with G(2 h) = G(h) + T' G(h) T. They are made once for a run, and a contact
 of any length and any oscillation costs some twenty of them. What is left of the time is a
-Gauss-Legendre sum.
+Gauss-Legendre sum. The forms' state is that of the propagators: where a heavily damped primary
+hardly moves, its velocity is one of the variables and not a difference of two.
 
 **The peak** is found as in flight, by bounds on the derivatives of x, which the energy gives; or,
 where the contact is faster than the rest, by those on its slow part and on the size of the ring.
@@ -24,8 +25,10 @@ from damper.compliant_flow import (
     derivative,
     energy_size,
     leap,
+    shifted,
     short_increment,
     unit_state,
+    unshifted,
 )
 from damper.compliant_search import Watch, dot, watch_of
 from damper.flow import acceleration
@@ -120,7 +123,8 @@ def _fill(touch, table, forms):
     """Quadratic forms over the shortest interval by a Gauss sum, then by doubling."""
     propagator = np.zeros((6, 6))
     form = np.zeros((_FORMS, 6, 6))
-    beta = touch.reduced
+    # X less the first variable, over the gap.
+    beta = touch.reduced - touch.shift
     for a, b in ((0, 0), (0, 2), (2, 0), (2, 2)):
         weight = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
         form[0, a, b] = weight
@@ -132,7 +136,8 @@ def _fill(touch, table, forms):
         tau = touch.shortest * float(_NODES[node])
         for column in range(6):
             unit = unit_state(column)
-            change = short_increment(touch, unit, tau)
+            z = unshifted(touch, unit)
+            change = shifted(touch, short_increment(touch, z, tau))
             for row in range(6):
                 propagator[row, column] = unit[row] + change[row]
         for kind in range(_FORMS):
@@ -141,8 +146,7 @@ def _fill(touch, table, forms):
             )
     for level in range(touch.levels):
         for column in range(6):
-            unit = unit_state(column)
-            after = leap(table[level], unit)
+            after = leap(table[level], unit_state(column))
             for row in range(6):
                 propagator[row, column] = after[row]
         for kind in range(_FORMS):
@@ -185,16 +189,18 @@ def _add(model, integrals, z, duration, totals):
     touch = model.touch
     length = touch.shortest * math.ldexp(1.0, touch.levels)
     square = speed_square = work = loss = 0.0
+    own = shifted(touch, z)
     for level in range(touch.levels, -1, -1):
         while duration >= length:
             forms = integrals.forms[level]
-            square += _quadratic(forms[0], z)
-            speed_square += _quadratic(forms[1], z)
-            work += _quadratic(forms[2], z)
-            loss += _quadratic(forms[3], z)
-            z = leap(model.table[level], z)
+            square += _quadratic(forms[0], own)
+            speed_square += _quadratic(forms[1], own)
+            work += _quadratic(forms[2], own)
+            loss += _quadratic(forms[3], own)
+            own = leap(model.table[level], own)
             duration -= length
         length *= 0.5
+    z = unshifted(touch, own)
     for node in range(len(_NODES)):
         a, b, c, d, e, f = short_increment(touch, z, duration * float(_NODES[node]))
         part = duration * float(_WEIGHTS[node])

@@ -51,9 +51,12 @@ def _add_part(model, more, row, low, high, totals):
             model.restitution, mass_ratio, osc, row, start, shift, duration, low, high, totals
         )
     # The support's loss is told of the centre alone; the bounces are its own affair.
+    # Summed apart: a heavily damped support makes much of a small part of the whole integral.
     before = float(totals[SPEED_SQUARE])
+    totals[SPEED_SQUARE] = 0.0
     add_oscillation(osc, start, shift, low, high, row[MODE] != TAIL, totals)
-    centre = float(totals[SPEED_SQUARE]) - before
+    centre = float(totals[SPEED_SQUARE])
+    totals[SPEED_SQUARE] = before + centre
     totals[SUPPORT] += _support_loss(model, row, low, high, centre)
 
 

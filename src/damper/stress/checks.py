@@ -183,8 +183,9 @@ def thrust(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
     """
     x, v, _, _ = motion(model, row, tau)
     free = model.free
-    # What the velocity is made of: itself, and what spring and force add.
-    speed = abs(v) + abs(float(row[V])) + (1.0 + abs(float(row[X]))) * min(tau, 1.0)
+    # What the velocity is made of: itself, and what spring and force add against the dashpot.
+    drag = max(2.0 * free[0], 1.0)
+    speed = abs(v) + abs(float(row[V])) + (1.0 + abs(float(row[X]))) * min(tau, 1.0 / drag)
     time = float(row[TIME]) + tau
     heavier = 1.0 + mass_ratio_at(model, float(row[PERIOD]), time)
     sin, _, _ = sine_cosine(free[3] * time + model.phase)
@@ -253,8 +254,9 @@ def _compare(model, last, row, worst):
         rate = -rate
         size += 2.0 * model.clearance
     # A velocity's terms: those of the start and what spring, force and dashpot add.
-    reach = min(duration * max(1.0, 2.0 * model.free[0]), 1.0)
-    pushes = (1.0 + abs(float(last[X])) + abs(v0)) * reach + support_speed(model, abs(x))
+    pushes = (1.0 + abs(float(last[X]))) * min(duration, 1.0)
+    pushes += abs(v0) * min(2.0 * model.free[0] * duration, 1.0)
+    pushes += support_speed(model, abs(x), abs(v0), duration)
     speeds = abs(v0) + abs(rate0) + abs(v) + abs(rate) + pushes
     size += 1.0 + abs(x)
     new_x = float(row[X])
@@ -345,8 +347,8 @@ def support_stiffness(model: tuple) -> float:
 
 
 @by_model
-def support_speed(model: tuple, x: float) -> float:
-    """Speed that the support gives the free mass from there."""
+def support_speed(model: tuple, x: float, v: float, duration: float) -> float:
+    """Speed that the support gives or takes in a time; `x` and `v` are sizes of the primary's."""
     return 0.0
 
 

@@ -4,7 +4,7 @@ import math
 
 from damper.flow import acceleration, increments, sine_cosine
 from damper.models import motion
-from damper.models.grounded import Grounded
+from damper.models.grounded import Grounded, both_motions
 from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
 from damper.stress.checks import flight_gap, support_speed, support_stiffness, thrust
 
@@ -18,20 +18,10 @@ def _flight_gap(model, row, tau):
     gap = float(row[GAP])
     rate = float(row[RATE])
     side = float(row[SIDE])
-    y = x + side * (model.clearance - gap)
-    u = v - side * rate
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     a, j = acceleration(free, x, v, sin, cos)
-    b, k = acceleration(support, y, u, 0.0, 0.0)
-    if row[CAUSE] == RELEASE:
-        # Both masses have the same acceleration then, by definition: the one that rounds less.
-        size = 1.0 + 2.0 * free[0] * abs(v) + abs(x)
-        if size > 2.0 * support[0] * abs(u) + support[1] * (abs(x) + model.clearance):
-            a = b
-            j = free[3] * cos - 2.0 * free[0] * a - v
-        else:
-            b = a
-            k = -2.0 * support[0] * b - support[1] * u
+    released = row[CAUSE] == RELEASE
+    a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
     dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
     dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
     gap += rate * tau + side * (dx - dy)
@@ -50,7 +40,8 @@ def _thrust(model, row, tau):
     b, _ = acceleration(model.support, y, v, 0.0, 0.0)
     # What the velocity is made of: itself, and what spring and force add.
     x0 = abs(float(row[X])) + model.clearance
-    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0)
+    drag = max(2.0 * model.stuck[0], 1.0)
+    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0 / drag)
     size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
     size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
     return -side * (a - b), size
@@ -62,5 +53,8 @@ def _support_stiffness(model):
 
 
 @support_speed.of(Grounded)
-def _support_speed(model, x):
-    return math.sqrt(model.support[1]) * (x + model.clearance)
+def _support_speed(model, x, v, duration):
+    drag = 2.0 * model.support[0]
+    stiffness = model.support[1]
+    swing = stiffness * min(duration, 1.0 / max(math.sqrt(stiffness), drag))
+    return swing * (x + model.clearance) + v * min(drag * duration, 1.0)
