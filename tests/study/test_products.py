@@ -12,6 +12,7 @@ from damper.figures import FIGURES as DRAWN
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.fields import Faults, faults_of
+from damper.study.kinds import KINDS
 from damper.study.products import FIGURES, TABLES, VARIABLES, Offer, Product
 
 GOOD: dict[str, Any] = {
@@ -482,7 +483,8 @@ def test_variables_are_those_of_the_observers() -> None:
 
 @pytest.mark.parametrize("kind", FIGURES)
 def test_settings_are_the_arguments_of_draw(kind: str) -> None:
-    assert set(DRAWN) == set(FIGURES)
+    own = {name for study in KINDS.values() for name in study.figure_kinds}
+    assert set(DRAWN) == {*FIGURES, *own}
     draw = import_module(DRAWN[kind]).draw
     arguments = inspect.signature(draw).parameters
     fields = FIGURES[kind].model_fields
@@ -576,3 +578,17 @@ def test_convergence_of_a_record_needs_its_observer(tmp_path: Path) -> None:
     parts = contact(observers={"response": None})
     figure = CONVERGENCE | {"variables": ["burst_onset"]}
     assert "needs bursts" in blame(tmp_path, figure, **parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [(name, made) for study in KINDS.values() for name, made in study.figure_kinds.items()],
+)
+def test_settings_of_studies_that_check_are_the_arguments_of_draw(name: str, made: type) -> None:
+    draw = import_module(DRAWN[name]).draw
+    arguments = [
+        argument.name
+        for argument in inspect.signature(draw).parameters.values()
+        if argument.kind is inspect.Parameter.KEYWORD_ONLY
+    ]
+    assert set(arguments) == set(made.model_fields) - {"kind", "each"}

@@ -39,6 +39,8 @@ rule cost:
         "logs/benchmarks/{study}/cost.tsv"
     wildcard_constraints:
         study=one_of(COSTS),
+    # Late, so that the other jobs' times are there.
+    priority: -1
     threads: workflow.cores
     params:
         settings=_cost_settings,

@@ -64,7 +64,9 @@ def _imports(path: Path) -> frozenset[Path]:
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
             if node.module == "damper":
                 names += [HOME[alias.name] for alias in node.names if alias.name in HOME]
-        found |= {file for name in names if (file := _file(name))}
+        # A package's front runs before any module in it.
+        fronts = [name.rpartition(".")[0] for name in names]
+        found |= {file for name in (*names, *fronts) if (file := _file(name))}
     return frozenset(found)
 
 

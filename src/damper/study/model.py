@@ -278,7 +278,12 @@ class Engine(Strict):
 
 
 #: Names of the workflow's own rules, which no target may take.
-RULES = ("all", "compile", "simulate", "gather", "figure", "table", "claims", "report")
+RULES = (
+    *("all", "compile", "simulate", "gather", "figure", "table", "claims", "report"),
+    *("reference", "compile_solvers", "errors", "comparison", "timings"),
+    *("compile_checks", "checks", "twins", "stress", "cost"),
+    *("verification_figure", "verification_table", "timed_figure", "timed_table"),
+)
 _STUDY_NAMES = ListOf(Text(), least=1)
 
 
