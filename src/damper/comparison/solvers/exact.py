@@ -13,6 +13,7 @@ import numpy as np
 from damper.comparison.energy import energy_residual
 from damper.comparison.scene import Scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, Solution
+from damper.comparison.springs import deepest
 from damper.engine import LOG_ROWS, Trajectory, check_engine_settings, check_state
 from damper.models import motion
 from damper.segment import (
@@ -77,6 +78,8 @@ def solve(
             events = log[:, CAUSE] >= IMPACT
             kept.append(np.column_stack((starts[events], log[events][:, (CAUSE, SIDE, SPEED)])))
             found.penetration = max(found.penetration, -float(log[:, GAP].min()))
+            if p.model == "compliant":
+                found.penetration = max(found.penetration, deepest(run.model, log))
             found.reached = float(starts[-1] + log[-1, DURATION])
             last = log, starts
             _sample(run, *last, wanted, found)
