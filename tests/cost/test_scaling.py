@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from damper.cost import ladder
 from damper.cost.scaling import LEAST, run_size, slope
 
 BASE = {
@@ -34,3 +35,24 @@ def test_observers_keep_what_they_were_asked_for_and_the_bare_engine_nothing():
     bare = run_size(BASE, lanes=4, periods=25, observers=None, repeats=2)
     assert bare["asked"] == 0
     assert bare["seconds"] > 0.0
+
+
+def test_a_size_beyond_the_usual_event_budget_is_run_to_its_end(monkeypatch):
+    ends = []
+    whole = ladder.Trajectory.skip
+
+    def skip(trajectory, periods):
+        whole(trajectory, periods)
+        ends.append((trajectory.status, trajectory.events))
+
+    monkeypatch.setattr(ladder.Trajectory, "skip", skip)
+    scene = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.05,
+        "frequency_ratio": 0.2,
+        "clearance": 0.25,
+        "restitution": 0.3,
+    }
+    ladder.bare([scene], 50_000)
+    assert ends[0][0] == 0
+    assert ends[0][1] > 1_000_000

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.cost.ladder import SPREAD, Observers, bare
+from damper.cost.ladder import NO_BUDGET, SPREAD, Observers, bare
 from damper.cost.process import fresh, peak_memory
 from damper.lanes import run_lanes
 
@@ -91,7 +91,9 @@ def run_size(
         if observers is None:
             bare(points, periods)
             return 0
-        arrays, _ = run_lanes(points, observers, transient=0, periods=periods)
+        arrays, _ = run_lanes(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
+        if arrays["status"].any():
+            raise RuntimeError(f"{parameters} did not finish: nothing to measure")
         return sum(array.nbytes for array in arrays.values())
 
     run(1, 1)  # compile
