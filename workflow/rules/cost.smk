@@ -1,5 +1,7 @@
 """What the parts of a run cost: all of it times, so none of it in files of the same bytes."""
 
+import os
+
 from damper.study.settings import OBSERVERS
 
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
@@ -45,8 +47,8 @@ rule cost:
     params:
         settings=_cost_settings,
         title=lambda wildcards: COSTS[wildcards.study].title,
-        home=HOME.as_posix(),
-        config_files=[str(path) for path in workflow.configfiles],
+        # From the folder of the project: it may lie elsewhere tomorrow.
+        config_files=[os.path.relpath(path, HOME) for path in workflow.configfiles],
         code=code_digest(SCRIPTS / "cost.py", EVERY_MODEL + EVERY_OBSERVER),
     message:
         "Measure what the parts of a run cost, alone on this machine"

@@ -6,9 +6,10 @@ from pathlib import Path
 from damper.cost.measure import measure
 
 params = snakemake.params
+# Jobs run in the folder of the project.
 found = measure(
     params.settings,
-    Path(params.home),
+    Path(),
     [Path(path) for path in params.config_files],
     Path("logs/benchmarks"),
 )
