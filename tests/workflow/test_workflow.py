@@ -194,7 +194,8 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
             "long",
         }
         assert cube.sizes["lane"] > 800
-        assert cube.not_finite.max() == 0  # a refused lane has none
+        ran = cube.status != 3  # a refused lane has no segments
+        assert (cube.not_finite.where(ran, drop=True) == 0).all()
         assert cube.penetration.max() < 1e-12
         # It finished, or its event budget says so; walls that only push refuse restitution 0.
         assert set(np.unique(cube.status)) <= {0, 1, 3}
