@@ -15,7 +15,6 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from math import nan
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -25,6 +24,7 @@ from damper.comparison.runs import NOT_APPLICABLE, most_evaluations, solver_name
 from damper.comparison.scene import Scene
 from damper.comparison.solution import OUTCOMES, Solution
 from damper.comparison.solvers import load
+from damper.cost.machine import processor
 
 #: A run shorter than this, in seconds, is repeated within a sample until the sample is as long.
 SHORTEST = 1e-3
@@ -142,13 +142,8 @@ def machine() -> dict[str, str]:
     -------
     dict of str to str
     """
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        model = names[0].split(":")[1].strip() if names else model
     found = {
-        "processor": model,
+        "processor": processor(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.release()}",
         "python": platform.python_version(),

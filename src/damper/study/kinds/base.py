@@ -2,19 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from pathlib import PurePosixPath
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.study.fields import Strict, Text
+from damper.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
+from damper.study.fields import Faults, Section, Strict, Text
+from damper.study.products import product
+from damper.study.settings import Fixed
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml
 
 OptionalCaption = Annotated[
     str | None, Text(), Field(description="Heading; the study's title when not given.")
 ]
+
+
+#: Dimensionless parameters and initial quantities: errors of different runs stand side by side.
+DIMENSIONLESS = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANTITIES))
+
+
+def require(
+    given: Container[str], faults: Faults, quantities: Iterable[Quantity] = QUANTITIES
+) -> None:
+    """Note every parameter without a default that is not given."""
+    for quantity in quantities:
+        if quantity.default is None and quantity.name not in given:
+            loc = ("parameters", quantity.name)
+            faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+
+
+def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:
+    """Return the value of every quantity that is given."""
+    return {name: parameters[name].value for name in ALL if name in parameters}
 
 
 class Made(Strict):
@@ -34,6 +56,23 @@ class Made(Strict):
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         """Return the stems of the files that are made, with the settings each is made with."""
         return {stem: self.model_dump(exclude_none=True)}
+
+
+def figures_of(kinds: Mapping[str, type[Made]]) -> Any:
+    """Return the annotation of the figures of a study, of these kinds."""
+    text = "What to draw: name of the file -> kind and its settings."
+    return _made(kinds, "figure", text)
+
+
+def tables_of(kinds: Mapping[str, type[Made]]) -> Any:
+    """Return the annotation of the tables of a study, of these kinds."""
+    text = "What to tabulate: name of the file -> kind and its settings."
+    return _made(kinds, "table", text)
+
+
+def _made(kinds: Mapping[str, type[Made]], what: str, text: str) -> Any:
+    section = Section(product(kinds), what, of=kinds, dropped=True)
+    return Annotated[dict[str, Made], section, Field(description=text)]
 
 
 class Verification(StudyFile):
@@ -66,10 +105,10 @@ class Verification(StudyFile):
         """
         found = {}
         made: Mapping[str, Made] = getattr(self, section)
-        for name, product in made.items():
-            for stem, settings in product.files(name, self).items():
-                path = PurePosixPath(product.folder, section, stem)
-                found[path.as_posix()] = product, settings
+        for name, one in made.items():
+            for stem, settings in one.files(name, self).items():
+                path = PurePosixPath(one.folder, section, stem)
+                found[path.as_posix()] = one, settings
         return found
 
     def about(self) -> dict[str, Any]:

@@ -9,17 +9,23 @@ from pydantic import Field
 
 from damper.comparison.solvers import SOLVERS
 from damper.parameters import Parameters
-from damper.quantities import ALL, INITIAL_NAMES, INITIAL_QUANTITIES, QUANTITIES
+from damper.quantities import INITIAL_NAMES
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
-from damper.study.kinds.base import Made, OptionalCaption, Verification
-from damper.study.products import product
+from damper.study.kinds.base import (
+    DIMENSIONLESS,
+    Made,
+    OptionalCaption,
+    Verification,
+    figures_of,
+    require,
+    tables_of,
+    values_of,
+)
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part, words
 from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
-#: A scene is dimensionless: errors of different scenes stand in one figure.
-_NAMES = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANTITIES))
 #: Models of which there is a reference to 50 digits.
 _MODELS = ("rigid", "compliant")
 _TIMINGS = "timed/timings.nc"
@@ -31,7 +37,7 @@ class Scene(Strict):
     title: Annotated[str, Text(), Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", _NAMES, of=Fixed),
+        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
             "is not zero of the initial state. Rigid walls, or walls that give."
@@ -46,17 +52,14 @@ class Scene(Strict):
     @property
     def values(self) -> dict[str, float]:
         """Value of every quantity that is given."""
-        return {name: self.parameters[name].value for name in ALL if name in self.parameters}
+        return values_of(self.parameters)
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Scene | None, faults: Faults) -> None:
         if model is None:
             return
         given = {n: value for n, value in model.values.items() if n not in INITIAL_NAMES}
-        for quantity in QUANTITIES:
-            if quantity.default is None and quantity.name not in given:
-                loc = ("parameters", quantity.name)
-                faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+        require(given, faults)
         if faults.lines:
             return
         try:
@@ -139,6 +142,10 @@ FIGURES: dict[str, type[Made]] = {
 TABLES: dict[str, type[Made]] = {"solver_errors": SolverErrors, "solver_speed": SolverSpeed}
 
 
+_Figures = figures_of(FIGURES)
+_Tables = tables_of(TABLES)
+
+
 class Comparison(Verification):
     """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
 
@@ -185,16 +192,8 @@ class Comparison(Verification):
         Number(gt=0, units="s"),
         Field(description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
-    figures: Annotated[
-        dict[str, Made],
-        Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
-        Field(description="What to draw: name of the file -> kind and its settings."),
-    ] = _NONE
-    tables: Annotated[
-        dict[str, Made],
-        Section(product(TABLES), "table", of=TABLES, dropped=True),
-        Field(description="What to tabulate: name of the file -> kind and its settings."),
-    ] = _NONE
+    figures: _Figures = _NONE
+    tables: _Tables = _NONE
 
     @property
     def values(self) -> dict[str, str]:

@@ -10,8 +10,15 @@ from pydantic import Field
 from damper.parameters import Parameters, SIParameters
 from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
-from damper.study.kinds.base import Made, OptionalCaption, Verification
-from damper.study.products import product
+from damper.study.kinds.base import (
+    Made,
+    OptionalCaption,
+    Verification,
+    figures_of,
+    require,
+    tables_of,
+    values_of,
+)
 from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
 
 _NONE: dict[str, Any] = {}
@@ -80,11 +87,6 @@ class Growth(Rung):
     ]
 
 
-def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:
-    """Return the value of every quantity that is given."""
-    return {name: parameters[name].value for name in ALL if name in parameters}
-
-
 def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
     """Note what is wrong with the parameters of one scene, in either system of units."""
     try:
@@ -92,10 +94,7 @@ def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
-    for quantity in SI_QUANTITIES if si else QUANTITIES:
-        if quantity.default is None and quantity.name not in parameters:
-            loc = ("parameters", quantity.name)
-            faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+    require(parameters, faults, SI_QUANTITIES if si else QUANTITIES)
     if faults.lines:
         return
     given = {n: value for n, value in values_of(parameters).items() if n not in INITIAL_NAMES}
@@ -141,6 +140,10 @@ FIGURES: dict[str, type[Made]] = {"cost": CostFigure}
 TABLES: dict[str, type[Made]] = {"cost": CostTable}
 
 
+_Figures = figures_of(FIGURES)
+_Tables = tables_of(TABLES)
+
+
 class Cost(Verification):
     """What each part of a run costs: observers, models, lanes, periods, imports, jobs."""
 
@@ -184,16 +187,8 @@ class Cost(Verification):
             "counted, of no file at all those of the default run."
         ),
     ] = _NONE
-    figures: Annotated[
-        dict[str, Made],
-        Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
-        Field(description="What to draw: name of the file -> kind and its settings."),
-    ] = _NONE
-    tables: Annotated[
-        dict[str, Made],
-        Section(product(TABLES), "table", of=TABLES, dropped=True),
-        Field(description="What to tabulate: name of the file -> kind and its settings."),
-    ] = _NONE
+    figures: _Figures = _NONE
+    tables: _Tables = _NONE
 
     @property
     def values(self) -> dict[str, str]:

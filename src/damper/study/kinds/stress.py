@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import INITIAL_QUANTITIES, MODEL_NAMES, QUANTITIES
+from damper.quantities import MODEL_NAMES
 from damper.stress.box import STARTS
 from damper.study.fields import (
     Choice,
@@ -21,15 +21,21 @@ from damper.study.fields import (
     Section,
     Strict,
 )
-from damper.study.kinds.base import Made, OptionalCaption, Verification
-from damper.study.products import product
+from damper.study.kinds.base import (
+    DIMENSIONLESS,
+    Made,
+    OptionalCaption,
+    Verification,
+    figures_of,
+    require,
+    tables_of,
+    values_of,
+)
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
 from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
-_NAMES = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANTITIES))
-_REQUIRED = {quantity.name: quantity for quantity in QUANTITIES if quantity.default is None}
 MOST_LANES = 10_000_000
 """More lanes in one study are a slip of the pen."""
 
@@ -53,7 +59,7 @@ class Corners(Strict):
 
     parameters: Annotated[
         dict[str, tuple[float, ...]],
-        Section(_values, "parameter", _NAMES, of=Values),
+        Section(_values, "parameter", DIMENSIONLESS, of=Values),
         Field(description="Dimensionless parameters, each with its values."),
     ]
     starts: Annotated[
@@ -74,7 +80,7 @@ class Corners(Strict):
     @classmethod
     def relate(cls, data: dict[str, Any], model: Corners | None, faults: Faults) -> None:
         if model is not None:
-            _require(model.parameters, faults)
+            require(model.parameters, faults)
 
 
 class Bounds(Range):
@@ -118,7 +124,7 @@ class Other(Strict):
     share: Annotated[float, Number(gt=0, lt=1), Field(description="Part of the lanes.")]
     parameters: Annotated[
         dict[str, Draw],
-        Section(Draw.entry, "parameter", _NAMES, of=Draw),
+        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
         Field(description="What it adds."),
     ]
 
@@ -135,7 +141,7 @@ class Random(Strict):
     ] = 0.25
     parameters: Annotated[
         dict[str, Draw],
-        Section(Draw.entry, "parameter", _NAMES, of=Draw),
+        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
     models: Annotated[
@@ -171,7 +177,7 @@ class Random(Strict):
     def relate(cls, data: dict[str, Any], model: Random | None, faults: Faults) -> None:
         if model is None:
             return
-        _require(model.parameters, faults)
+        require(model.parameters, faults)
         if model.identities > model.lanes:
             message = f"{model.identities} of {model.lanes} lanes cannot be run again"
             faults.add(("identities",), message, f"integer <= {model.lanes}")
@@ -187,25 +193,19 @@ class Long(Strict):
     ]
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", _NAMES, of=Fixed),
+        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
 
     @property
     def values(self) -> dict[str, float]:
         """Value of every quantity that is given."""
-        return {name: fixed.value for name, fixed in self.parameters.items()}
+        return values_of(self.parameters)
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Long | None, faults: Faults) -> None:
         if model is not None:
-            _require(model.parameters, faults)
-
-
-def _require(given: Mapping[str, Any], faults: Faults) -> None:
-    for name, quantity in _REQUIRED.items():
-        if name not in given:
-            faults.add(("parameters", name), f"'{name}' is not given", quantity.allowed)
+            require(model.parameters, faults)
 
 
 class StressFigure(Made):
@@ -237,6 +237,10 @@ class TwinsTable(Made):
 
 FIGURES: dict[str, type[Made]] = {"stress": StressFigure, "twins": TwinsFigure}
 TABLES: dict[str, type[Made]] = {"stress": StressTable, "twins": TwinsTable}
+
+
+_Figures = figures_of(FIGURES)
+_Tables = tables_of(TABLES)
 
 
 class Stress(Verification):
@@ -286,16 +290,8 @@ class Stress(Verification):
         Section(Long.entry, "run", of=Long, dropped=True),
         Field(description="Name -> a run over many periods."),
     ] = _NONE
-    figures: Annotated[
-        dict[str, Made],
-        Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
-        Field(description="What to draw: name of the file -> kind and its settings."),
-    ] = _NONE
-    tables: Annotated[
-        dict[str, Made],
-        Section(product(TABLES), "table", of=TABLES, dropped=True),
-        Field(description="What to tabulate: name of the file -> kind and its settings."),
-    ] = _NONE
+    figures: _Figures = _NONE
+    tables: _Tables = _NONE
 
     @property
     def values(self) -> dict[str, str]:
