@@ -107,7 +107,9 @@ def _add_part(model, integrals, row, low, high, totals):
     start = pair_at(model, row)
     z = advance(model.touch, model.table, start, low) if low > 0.0 else start
     _add(model, integrals, z, high - low, totals)
-    totals[PEAK] = _peak(model, integrals.displacement, start, z, low, high, float(totals[PEAK]))
+    peak = float(totals[PEAK])
+    if peak < math.inf:  # nothing is above that
+        totals[PEAK] = _peak(model, integrals.displacement, start, z, low, high, peak)
 
 
 @compiled

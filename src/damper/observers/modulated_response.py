@@ -4,6 +4,8 @@ Flight is that of the rigid damper. While the masses move as one, each step is a
 (`damper.varying_mass`) short enough for one Gauss-Legendre rule, and the peak is sought on it.
 """
 
+import math
+
 import numpy as np
 
 from damper.compiled import compiled
@@ -97,7 +99,7 @@ def _add_together(model, periods, time, x, v, sin, cos, low, high, watch, totals
             totals[SPEED_SQUARE] += span * speed_square
             totals[WORK] += span * work
             totals[MODULATION] += span * half_swing * gain
-            if watch:
+            if watch and totals[PEAK] < math.inf:
                 end = (first + span) / step
                 totals[PEAK] = _climb(terms, step, x, v, first / step, end, float(totals[PEAK]))
         if passed + step >= high:

@@ -365,6 +365,8 @@ def add_oscillation(
     speed_square = 0.0
     work = 0.0
     peak = float(totals[PEAK])
+    # Nothing is above an infinite peak.
+    watch = watch and peak < math.inf
     x, v, _, _, sin, cos = start
     if low > 0.0:
         x, v, sin, cos = _at(osc, start, low)
@@ -389,8 +391,9 @@ def add_oscillation(
         work_sum = 0.0
         before = tau
         nodes = rule + _FEWEST
-        for k in range(nodes + 1):
-            # After the last node the end of the step, for the peak and as the next start.
+        # After the last node the end of the step, for the peak and as the next start.
+        last = nodes if watch or end < high else nodes - 1
+        for k in range(last + 1):
             t = tau + step * float(NODES[rule, k]) if k < nodes else end
             x2, v2, sin2, cos2 = _at(osc, start, t)
             if k < nodes:

@@ -101,10 +101,11 @@ class Laws(Observer):
         # The peak is of no interest: a search for it that has nothing to find.
         self._totals[PEAK] = np.inf
         self._last = np.zeros(COLUMNS)
+        self._end = np.zeros(5)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _follow(self._model, self._more, log, self._worst, self._totals, self._last)
+        _follow(self._model, self._more, log, self._worst, self._totals, self._last, self._end)
 
     def finish(self, finished: bool) -> None:
         """Write what was found, up to a stop too."""
@@ -141,8 +142,8 @@ _MODULES = {
 
 
 @by_model
-def flight_gap(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
-    """Gap and its rate in flight, as they are: `damper.models.motion` never gives less than zero.
+def flight_start(model: tuple, row: np.ndarray) -> tuple[float, ...]:
+    """What the motion in a flight takes that is the same all along it.
 
     Parameters
     ----------
@@ -150,38 +151,86 @@ def flight_gap(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
         Of `damper.models.model_of`.
     row : ndarray (COLUMNS,)
         Of the segment log.
+
+    Returns
+    -------
+    a, j, sin, cos : float
+        The primary's second and third derivative at the start, and the phase's sine and cosine.
+    y, u, b, k : float
+        The free mass's position and first three derivatives there, where it does not fly straight.
+    """
+    free = model.free
+    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
+    a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
+    return a, j, sin, cos, 0.0, 0.0, 0.0, 0.0
+
+
+@by_model
+def own_motion(model: tuple, start: tuple, tau: float) -> tuple[float, ...]:
+    """What the free mass does in a flight beside going straight on.
+
+    Returns
+    -------
+    dy, du, size : float
+        Its displacement less that of its initial velocity, its change of velocity, and the sizes of
+        their terms.
+    """
+    return 0.0, 0.0, 0.0
+
+
+@by_model
+def own_jerk(model: tuple, start: tuple, duration: float) -> float:
+    """Bound on the free mass's third derivative in a flight."""
+    return 0.0
+
+
+@compiled
+def flight_at(
+    model: tuple, row: np.ndarray, start: tuple[float, ...], tau: float
+) -> tuple[float, ...]:
+    """Motion in flight, as it is: `damper.models.motion` never gives a gap less than zero.
+
+    Parameters
+    ----------
+    model : tuple
+        Of `damper.models.model_of`.
+    row : ndarray (COLUMNS,)
+        Of the segment log.
+    start : tuple of float
+        Of `flight_start`.
     tau : float
         Time after the segment's start.
 
     Returns
     -------
-    gap, rate, x, size : float
-        From the segment's wall; the primary's displacement; the sizes of the gap's terms.
+    x, v, gap, rate, size : float
+        Of the primary; from the segment's wall; the sizes of the gap's terms.
     """
-    free = model.free
     x = float(row[X])
     v = float(row[V])
     gap = float(row[GAP])
     rate = float(row[RATE])
     side = float(row[SIDE])
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, x, v, sin, cos)
-    dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
+    dx, dv, _, _ = increments(model.free, x, v, start[0], start[1], start[2], start[3], tau)
+    dy, du, size = own_motion(model, start, tau)
+    size += gap + (abs(rate) + abs(v)) * tau
     return (
-        gap + rate * tau + side * dx,
-        rate + side * dv,
         x + (v * tau + dx),
-        gap + abs(rate) * tau + abs(v) * tau,
+        v + dv,
+        gap + rate * tau + side * (dx - dy),
+        rate + side * (dv - du),
+        size,
     )
 
 
 @by_model
-def thrust(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
+def thrust(
+    model: tuple, row: np.ndarray, tau: float, x: float, v: float, gap: float, rate: float
+) -> tuple[float, ...]:
     """Force of the wall on the free mass in sticking, over its mass, and the size of its terms.
 
-    The masses have the acceleration (sin - 2 zeta v - x) / (1 + mu).
+    The masses have the acceleration (sin - 2 zeta v - x) / (1 + mu). The state is that at `tau`.
     """
-    x, v, _, _ = motion(model, row, tau)
     free = model.free
     # What the velocity is made of: itself, and what spring and force add against the dashpot.
     drag = max(2.0 * free[0], 1.0)
@@ -195,7 +244,7 @@ def thrust(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
 
 
 @compiled
-def _follow(model, more, log, worst, totals, last):
+def _follow(model, more, log, worst, totals, last, end):
     for index in range(len(log)):
         row = log[index]
         for column in range(COLUMNS):
@@ -206,12 +255,12 @@ def _follow(model, more, log, worst, totals, last):
             totals[STORED] = stored_energy(model, row, 0.0)
             worst[_LARGEST] = _energy_size(model, row)
         else:
-            _compare(model, last, row, worst)
+            _compare(model, last, end, row, worst)
         duration = float(row[DURATION])
         if row[MODE] == FLIGHT and row[GAP] >= 0.0:
-            _sample_flight(model, row, duration, worst)
+            _sample_flight(model, row, duration, worst, end)
         else:
-            _sample_contact(model, row, duration, worst)
+            _sample_contact(model, row, duration, worst, end)
         if row[CAUSE] == IMPACT:
             totals[LOSS] += impact_loss(model, row)
         before = float(totals[SPEED_SQUARE])
@@ -231,7 +280,7 @@ def _more(old, new):
 
 
 @compiled
-def _compare(model, last, row, worst):
+def _compare(model, last, end, row, worst):
     """The end of one segment against the start of the next one."""
     duration = float(last[DURATION])
     period = model.period
@@ -243,12 +292,11 @@ def _compare(model, last, row, worst):
 
     v0 = float(last[V])
     rate0 = float(last[RATE])
-    if last[MODE] == FLIGHT and last[GAP] >= 0.0:
-        gap, rate, x, size = flight_gap(model, last, duration)
-        _, v, _, _ = motion(model, last, duration)
-    else:
-        x, v, gap, rate = motion(model, last, duration)
-        size = abs(gap) + (abs(v0) + abs(rate0)) * duration
+    x = float(end[0])
+    v = float(end[1])
+    gap = float(end[2])
+    rate = float(end[3])
+    size = float(end[4])
     if row[SIDE] != last[SIDE]:
         gap = 2.0 * model.clearance - gap
         rate = -rate
@@ -284,8 +332,59 @@ def _compare(model, last, row, worst):
 
 
 @compiled
-def _sample_flight(model, row, duration, worst):
-    """Look beyond both walls, densely, and where the gap is smallest and largest in between."""
+def _sample_flight(model, row, duration, worst, end):
+    """Look beyond both walls, at the ends of a flight and wherever a wall may be passed between.
+
+    Writes the state at its end, and the sizes of the gap's terms, to `end`.
+    """
+    width = 2.0 * model.clearance
+    start = flight_start(model, row)
+    x, v, gap, rate, size = flight_at(model, row, start, duration)
+    end[0] = x
+    end[1] = v
+    end[2] = gap
+    end[3] = rate
+    end[4] = size
+    depth = _more(0.0, max(-gap, gap - width) / (1.0 + abs(x) + size))
+    if not math.isfinite(gap + rate + x):
+        worst[_NOT_FINITE] += 1.0
+    elif not _stays_between(model, row, start, duration):
+        depth = _more(depth, _deepest(model, row, start, duration, worst))
+    worst[_PENETRATION] = _more(worst[_PENETRATION], depth)
+
+
+@compiled
+def _stays_between(model, row, start, duration):
+    """Whether a flight whose ends lie between the walls must do so all along.
+
+    The gap's second derivative stays within J T of what it is at the start of a flight of length T.
+    J bounds the third derivatives of both masses. That of the primary obeys its equation of motion
+    with the forcing's second derivative, at most w^2, and sqrt(x''^2 + x'''^2) grows by at most
+    that much in a unit of time. So the gap is monotone, concave or convex where that suffices, and
+    then its extremes are at the ends, or no further from the start than its rate there takes it.
+    """
+    free = model.free
+    a, j = start[0], start[1]
+    gap = float(row[GAP])
+    rate = float(row[RATE])
+    width = 2.0 * model.clearance
+    jerk = math.sqrt(a * a + j * j) + free[3] * free[3] * duration
+    spread = (jerk + own_jerk(model, start, duration)) * duration
+    bend = float(row[SIDE]) * (a - start[6])
+    lowest = bend - spread
+    highest = bend + spread
+    if not gap <= width:
+        return False
+    if rate + min(lowest, 0.0) * duration >= 0.0 or rate + max(highest, 0.0) * duration <= 0.0:
+        return True
+    if highest <= 0.0:
+        return gap + max(rate, 0.0) * duration <= width
+    return lowest >= 0.0 and gap + min(rate, 0.0) * duration >= 0.0
+
+
+@compiled
+def _deepest(model, row, start, duration, worst):
+    """Depth beyond either wall at samples of a flight, and where the gap turns between them."""
     width = 2.0 * model.clearance
     swings = duration * max(1.0, model.free[3])
     samples = _SAMPLES
@@ -300,32 +399,46 @@ def _sample_flight(model, row, duration, worst):
         part = (k + 0.5) / samples
         # Denser towards both ends, where the walls are.
         new_tau = duration * (part * part * (3.0 - 2.0 * part)) if k < samples else duration
-        gap, new_rate, x, size = flight_gap(model, row, new_tau)
+        x, _, gap, new_rate, size = flight_at(model, row, start, new_tau)
         depth = _more(depth, max(-gap, gap - width) / (1.0 + abs(x) + size))
         if not math.isfinite(gap + new_rate + x):
             worst[_NOT_FINITE] += 1.0
             break
         if rate * new_rate < 0.0:
             between = tau + (new_tau - tau) * (rate / (rate - new_rate))
-            gap, _, x, size = flight_gap(model, row, between)
+            x, _, gap, _, size = flight_at(model, row, start, between)
             depth = _more(depth, max(-gap, gap - width) / (1.0 + abs(x) + size))
         tau = new_tau
         rate = new_rate
-    worst[_PENETRATION] = _more(worst[_PENETRATION], depth)
+    return depth
 
 
 @compiled
-def _sample_contact(model, row, duration, worst):
-    """Look whether everything is finite, and whether the wall pulls."""
-    for k in range(_SAMPLES + 1):
-        part = (k + 0.5) / _SAMPLES
-        tau = duration * (part * part * (3.0 - 2.0 * part)) if k < _SAMPLES else duration
+def _sample_contact(model, row, duration, worst, end):
+    """Look whether everything is finite, and whether the wall pulls.
+
+    Writes the state at the segment's end, and the sizes of the gap's terms, to `end`.
+    """
+    sticks = row[MODE] == STICKING and row[SIDE] != 0.0
+    # Without a force to look at, one in the middle: what is not finite is not so at one time only.
+    samples = 1
+    if sticks:
+        samples = _SAMPLES if model.free[10] * duration > _SHORT else _FEWEST_SAMPLES
+    for k in range(samples, -1, -1):
+        part = (k + 0.5) / samples
+        tau = duration * (part * part * (3.0 - 2.0 * part)) if k < samples else duration
         x, v, gap, rate = motion(model, row, tau)
+        if k == samples:
+            end[0] = x
+            end[1] = v
+            end[2] = gap
+            end[3] = rate
+            end[4] = abs(gap) + (abs(float(row[V])) + abs(float(row[RATE]))) * duration
         if not math.isfinite(x + v + gap + rate):
             worst[_NOT_FINITE] += 1.0
             break
-        if row[MODE] == STICKING and row[SIDE] != 0.0:
-            force, size = thrust(model, row, tau)
+        if sticks:
+            force, size = thrust(model, row, tau, x, v, gap, rate)
             worst[_PULL] = _more(worst[_PULL], max(-force, 0.0) / size)
 
 

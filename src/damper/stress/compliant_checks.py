@@ -2,15 +2,13 @@
 
 import math
 
-from damper.models import motion
 from damper.models.compliant import Compliant
 from damper.segment import GAP, RATE, V, X
 from damper.stress.checks import thrust
 
 
 @thrust.of(Compliant)
-def _thrust(model, row, tau):
-    x, v, gap, rate = motion(model, row, tau)
+def _thrust(model, row, tau, x, v, gap, rate):
     if model.tension != 0.0:
         return 0.0, 1.0
     k = model.touch.stiffness

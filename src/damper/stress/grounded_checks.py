@@ -3,37 +3,58 @@
 import math
 
 from damper.flow import acceleration, increments, sine_cosine
-from damper.models import motion
 from damper.models.grounded import Grounded, both_motions
 from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
-from damper.stress.checks import flight_gap, support_speed, support_stiffness, thrust
+from damper.stress.checks import (
+    flight_start,
+    own_jerk,
+    own_motion,
+    support_speed,
+    support_stiffness,
+    thrust,
+)
 
 
-@flight_gap.of(Grounded)
-def _flight_gap(model, row, tau):
+@flight_start.of(Grounded)
+def _flight_start(model, row):
     free = model.free
-    support = model.support
     x = float(row[X])
     v = float(row[V])
-    gap = float(row[GAP])
-    rate = float(row[RATE])
-    side = float(row[SIDE])
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     a, j = acceleration(free, x, v, sin, cos)
-    released = row[CAUSE] == RELEASE
-    a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-    dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
-    dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
-    gap += rate * tau + side * (dx - dy)
-    size = float(row[GAP]) + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
-    return gap, rate + side * (dv - du), x + (v * tau + dx), size
+    a, j, y, u, b, k = both_motions(
+        model,
+        row[CAUSE] == RELEASE,
+        float(row[SIDE]),
+        x,
+        v,
+        float(row[GAP]),
+        float(row[RATE]),
+        a,
+        j,
+        cos,
+    )
+    return a, j, sin, cos, y, u, b, k
+
+
+@own_motion.of(Grounded)
+def _own_motion(model, start, tau):
+    _, _, _, _, y, u, b, k = start
+    dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
+    return dy, du, abs(y) + abs(u) * tau
+
+
+@own_jerk.of(Grounded)
+def _own_jerk(model, start, duration):
+    # As the primary's, of a motion that nothing drives.
+    b, k = start[6], start[7]
+    return math.sqrt(model.support[1] * b * b + k * k)
 
 
 @thrust.of(Grounded)
-def _thrust(model, row, tau):
+def _thrust(model, row, tau, x, v, gap, rate):
     # What parts the masses: the difference of their accelerations in the flight that would begin.
     side = float(row[SIDE])
-    x, v, _, _ = motion(model, row, tau)
     y = x + side * model.clearance
     sin, _, _ = sine_cosine(model.free[3] * (float(row[TIME]) + tau) + model.phase)
     a, _ = acceleration(model.free, x, v, sin, 0.0)
