@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from new_process import in_new_process
 
+import damper.stress.grounded_checks  # noqa: F401 - loaded by name in runs that need it
 from damper import Parameters, State
 from damper.engine import Trajectory
 from damper.observers.base import Window
 from damper.segment import (
     CAUSE,
+    COLUMNS,
     DURATION,
     FLIGHT,
+    GAP,
     IMPACT,
     MODE,
     NOTHING,
@@ -27,7 +30,7 @@ from damper.segment import (
     X,
 )
 from damper.stress.box import corners, random_lanes
-from damper.stress.checks import Laws, run_checks
+from damper.stress.checks import Laws, flight_at, flight_start, run_checks, stays_between
 from damper.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess
 
 REDUCED = {
@@ -141,6 +144,81 @@ def test_a_wall_passed_is_found(run):
     assert {"penetration", "touch", "clock"} <= violated(
         trajectory, changed(log, row, DURATION, 1e-9)
     )
+
+
+@pytest.mark.parametrize("deep", [1e-9, 1e-3])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_wall_passed_and_left_again_is_found(run, side, deep):
+    """The wall draws away at the acceleration 1; just before, the free mass has gone beyond it."""
+    trajectory, log = run
+    row = log[:1].copy()
+    row[0, [X, V, SIDE, CAUSE, MODE]] = -side, 0.0, side, NOTHING, FLIGHT
+    row[0, TIME] = (-trajectory.model.phase % (2.0 * math.pi)) / trajectory.model.free[3]
+    # Down to -deep and back to the start.
+    row[0, [GAP, RATE, DURATION]] = deep, -2.0 * math.sqrt(deep), 4.0 * math.sqrt(deep)
+    assert "penetration" in violated(trajectory, row)
+    assert laws(trajectory, row)["penetration"] == pytest.approx(deep / 2.0, rel=0.2)
+    # In half that time it is still out there; at a quarter of the speed it does not get there.
+    assert "penetration" in violated(trajectory, changed(row, 0, DURATION, -row[0, DURATION] / 2))
+    slow = changed(row, 0, RATE, 1.5 * math.sqrt(deep))
+    assert "penetration" not in violated(trajectory, slow)
+
+
+@pytest.mark.parametrize("support", [(), (50.0, 10.0), (1e4, 1.0)])
+def test_a_flight_with_something_between_its_ends_is_looked_into(support):
+    """A box is put round random motions that they leave in between, by a tenth of the turn."""
+    names = ("support_stiffness_ratio", "support_damping_ratio")
+    more = dict(zip(names[: len(support)], support, strict=True))
+    random = np.random.default_rng(1)
+    count = 0
+    for _ in range(2000):
+        p = Parameters(
+            mass_ratio=0.1,
+            damping_ratio=float(random.choice((0.0, 0.05, 1.0, 20.0))),
+            frequency_ratio=float(random.choice((0.1, 1.0, 30.0))),
+            clearance=1.0,
+            restitution=0.6,
+            phase=float(random.uniform(-3.0, 3.0)),
+            **more,
+        )
+        model = Trajectory(p).model
+        row = np.zeros(COLUMNS)
+        row[[SIDE, MODE, CAUSE]] = random.choice((-1.0, 1.0)), FLIGHT, NOTHING
+        row[GAP] = random.uniform(0.0, 2.0)
+        row[[X, V]] = random.uniform(-3.0, 3.0, 2) * random.choice((1e-3, 1.0))
+        row[DURATION] = duration = 10.0 ** random.uniform(-3.0, 1.0)
+        # A rate that its bend may turn in this time.
+        start = flight_start(model, row)
+        turn = row[SIDE] * (start[0] - start[6]) * duration
+        row[RATE] = -turn * random.choice((-1.0, 1.0)) * 10.0 ** random.uniform(-2.0, 0.2)
+        start = flight_start(model, row)
+        path = np.array([flight_at(model, row, start, duration * k / 40)[2] for k in range(41)])
+        dip = min(path[0], path[-1]) - path.min()
+        rise = path.max() - max(path[0], path[-1])
+        # The free mass stays where it is: wall and gap move together.
+        for turn, shift in (
+            (dip, -path.min() - 0.1 * dip),
+            (rise, path.max() - 2.0 * p.clearance - 0.1 * rise),
+        ):
+            if turn > 1e-9:
+                moved = row.copy()
+                moved[GAP] += shift
+                box = model._replace(clearance=p.clearance + shift)
+                start = flight_start(box, moved)
+                assert not stays_between(box, moved, start, duration)
+                count += 1
+    assert count > 300
+
+
+def test_most_flights_in_a_burst_need_no_samples(run):
+    trajectory, log = run
+    flights = log[(log[:, MODE] == FLIGHT) & (log[:, CAUSE] == IMPACT)]
+    settled = [
+        stays_between(trajectory.model, row, flight_start(trajectory.model, row), row[DURATION])
+        for row in flights
+    ]
+    assert np.mean(settled) > 0.7
+    assert not all(settled)
 
 
 def test_an_impact_too_early_is_found(run):

@@ -20,9 +20,6 @@ PARTS = ("Snakefile", "workflow", "config", "profiles")
 #: Studies that check the engine; what they make is their own.
 CHECKS = ("solvers", "stress", "cost")
 
-# One worker runs all of these: each uses both cores itself.
-pytestmark = pytest.mark.xdist_group("workflow")
-
 
 def copy_project(folder: Path) -> Path:
     for part in PARTS:

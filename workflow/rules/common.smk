@@ -8,6 +8,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 try:
+    from damper.cost.benchmarks import seconds_by_stage
     from damper.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
@@ -108,17 +109,9 @@ def tell_cost():
 
 
 def cost_by_stage():
-    """Wall seconds of this run's jobs, summed by rule, from Snakemake's own benchmark files."""
-    cost = {}
-    for path in sorted(Path("logs/benchmarks").rglob("*.tsv")):
-        if path.stat().st_mtime >= STARTED:
-            # <study>/<stage>... or <stage>/... for what belongs to no study
-            first, second, *_ = path.relative_to("logs/benchmarks").with_suffix("").parts
-            stage = first if first in ("compile", "claims", "report") else second
-            seconds = float(path.read_text().splitlines()[1].split("\t")[0])
-            jobs, total = cost.get(stage, (0, 0.0))
-            cost[stage] = jobs + 1, total + seconds
+    """Wall seconds of this run's jobs, summed by stage."""
+    cost = seconds_by_stage(Path("logs/benchmarks"), since=STARTED)
     lines = [
-        f"  {stage:<10} {jobs:4d} jobs {total:8.1f} s" for stage, (jobs, total) in cost.items()
+        f"  {stage:<10} {len(each):4d} jobs {sum(each):8.1f} s" for stage, each in cost.items()
     ]
     return "\n".join(["Cost by stage (wall time, summed over jobs):", *lines]) if lines else ""

@@ -11,9 +11,10 @@ params = snakemake.params
 run = params.run
 if "lane" in run:
     lanes = [run["lane"]]
+elif "corners" in run:
+    lanes = part(corners(**run["corners"]), *run["part"])
 else:
-    lanes = corners(**run["corners"]) if "corners" in run else random_lanes(**run["random"])
-    lanes = part(lanes, *run["part"])
+    lanes = random_lanes(**run["random"], which=run["part"])
 longest = run.get("longest")
 arrays = run_checks(
     lanes,

@@ -4,7 +4,7 @@ Their loops are compiled like the engine's, so that methods are compared and not
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -26,6 +26,44 @@ WHEN, KIND, WALL, APPROACH = range(4)
 _BLOWN_UP = 1e6
 #: A last step shorter than this part of a step belongs to the one before.
 _SLIVER = 1e-9
+
+
+def solve_by(
+    loop: Callable,
+    scene: Scene,
+    setting: float,
+    times: Sequence[float],
+    balance: bool,
+    max_evaluations: int,
+    wall: tuple = (),
+) -> Solution:
+    """Run a method's compiled loop with `setting` steps per forcing period.
+
+    Parameters
+    ----------
+    loop : callable
+        Takes the constants of the scene and of walls that give, the start, the step, the limit of
+        `limit_of`, times, whether to add up energies, and a number of evaluations; returns what
+        `solution_of` takes.
+    scene : Scene
+    setting : float
+    times : sequence of float
+    balance : bool
+    max_evaluations : int
+        As given to the solver.
+    wall : tuple, optional
+        Constants of walls that give.
+
+    Raises
+    ------
+    ValueError
+        For a setting that is not a positive number.
+    """
+    step = step_of(scene, setting)
+    wanted = np.asarray(times, dtype=float)
+    rest = (step, limit_of(scene), wanted, bool(balance), int(max_evaluations))
+    result = loop(*constants(scene), *wall, *start_of(scene), *rest)
+    return solution_of(scene, times, balance, *result)
 
 
 def step_of(scene: Scene, steps_per_period: float) -> float:
@@ -120,6 +158,32 @@ def solution_of(
         outcome=OUTCOMES[code],
         reached=float(reached),
     )
+
+
+@compiled
+def records(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Room for notes of events, and for the states at `count` times."""
+    return np.empty((64, 4)), np.full((count, 4), math.nan)
+
+
+@compiled
+def fill(
+    states: np.ndarray,
+    taken: int,
+    times: np.ndarray,
+    time: float,
+    x: float,
+    v: float,
+    y: float,
+    u: float,
+) -> None:
+    """Write the state at the end to the times that are left up to it; `taken` are done."""
+    while taken < len(times) and times[taken] <= time:
+        states[taken, 0] = x
+        states[taken, 1] = v
+        states[taken, 2] = y
+        states[taken, 3] = u
+        taken += 1
 
 
 @compiled

@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from damper.cost.benchmarks import seconds_by_stage
 from damper.cost.process import fresh
 
 #: Packages whose loading is felt.
@@ -112,19 +113,7 @@ def job_times(folder: Path) -> dict[str, dict[str, float]]:
     dict
         Stage -> ``jobs``, ``median`` and ``total`` seconds.
     """
-    seconds: dict[str, list[float]] = {}
-    for path in sorted(folder.rglob("*.tsv")):
-        seconds.setdefault(stage_of(path.relative_to(folder)), []).append(
-            float(path.read_text(encoding="utf-8").splitlines()[1].split("\t")[0])
-        )
     return {
         stage: {"jobs": len(each), "median": statistics.median(each), "total": sum(each)}
-        for stage, each in seconds.items()
+        for stage, each in seconds_by_stage(folder).items()
     }
-
-
-def stage_of(path: Path) -> str:
-    """Stage that a benchmark file is of: ``<study>/<stage>...``, or ``<stage>/...`` of no study."""
-    first, second = (*path.with_suffix("").parts, "")[:2]
-    stage = first if first in ("compile", "claims", "report") else second or first
-    return {"figures": "figure", "tables": "table"}.get(stage, stage)

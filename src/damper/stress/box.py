@@ -100,7 +100,11 @@ def corners(
 
 
 def random_lanes(
-    count: int, seed: int, box: Mapping[str, Any], first: int = 0
+    count: int,
+    seed: int,
+    box: Mapping[str, Any],
+    first: int = 0,
+    which: tuple[int, int] = (0, 1),
 ) -> list[dict[str, float]]:
     """Lanes at random, the same for a seed on every machine, each independent of the others.
 
@@ -116,6 +120,8 @@ def random_lanes(
         has both range and values, ``share`` is the part of lanes that have one of the values.
     first : int, default 0
         Number of the first lane: lanes from 5 on are those that a longer list has from 5 on.
+    which : (int, int), default (0, 1)
+        Which of how many parts of these lanes, as `part` makes them; only its lanes are drawn.
 
     Returns
     -------
@@ -131,8 +137,11 @@ def random_lanes(
     ... }
     >>> random_lanes(3, 1, box)[1:] == random_lanes(2, 1, box, first=1)
     True
+    >>> random_lanes(3, 1, box)[1::2] == random_lanes(3, 1, box, which=(1, 2))
+    True
     """
-    return [_draw(Random(f"{seed} {number}"), box) for number in range(first, first + count)]
+    numbers = part(range(first, first + count), *which)
+    return [_draw(Random(f"{seed} {number}"), box) for number in numbers]
 
 
 def _draw(random: Random, box: Mapping[str, Any]) -> dict[str, float]:
@@ -159,7 +168,7 @@ def _value(random: Random, rule: Mapping[str, Any], share: float) -> float:
     return float(f"{value:.6g}")
 
 
-def part(lanes: Sequence[Mapping[str, float]], number: int, parts: int) -> Sequence[Any]:
+def part(lanes: Sequence[Any], number: int, parts: int) -> Sequence[Any]:
     """Return one of several parts of equal weight: every `parts`-th lane, from `number` on.
 
     Neighbours cost alike, so parts of neighbours would not.

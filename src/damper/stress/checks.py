@@ -348,13 +348,13 @@ def _sample_flight(model, row, duration, worst, end):
     depth = _more(0.0, max(-gap, gap - width) / (1.0 + abs(x) + size))
     if not math.isfinite(gap + rate + x):
         worst[_NOT_FINITE] += 1.0
-    elif not _stays_between(model, row, start, duration):
+    elif not stays_between(model, row, start, duration):
         depth = _more(depth, _deepest(model, row, start, duration, worst))
     worst[_PENETRATION] = _more(worst[_PENETRATION], depth)
 
 
 @compiled
-def _stays_between(model, row, start, duration):
+def stays_between(model: tuple, row: np.ndarray, start: tuple[float, ...], duration: float) -> bool:
     """Whether a flight whose ends lie between the walls must do so all along.
 
     The gap's second derivative stays within J T of what it is at the start of a flight of length T.

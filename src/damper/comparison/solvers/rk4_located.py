@@ -23,23 +23,19 @@ States inside a step come from a shorter Runge-Kutta step, of local order five.
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from damper.comparison.fixed_step import (
     CAP,
     DONE,
     FAILURE,
     STALL,
-    constants,
     count_of,
+    fill,
     impact_loss,
-    limit_of,
     note,
     push,
+    records,
     rk4,
-    solution_of,
-    start_of,
-    step_of,
+    solve_by,
 )
 from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
@@ -74,16 +70,7 @@ def solve(
     ValueError
         For a setting that is not a positive number.
     """
-    result = _run(
-        *constants(scene),
-        *start_of(scene),
-        step_of(scene, setting),
-        limit_of(scene),
-        np.asarray(times, dtype=float),
-        bool(balance),
-        int(max_evaluations),
-    )
-    return solution_of(scene, times, balance, *result)
+    return solve_by(_run, scene, setting, times, balance, max_evaluations)
 
 
 @compiled
@@ -106,15 +93,9 @@ def _run(
     balance,
     max_evaluations,
 ):
-    notes = np.empty((64, 4))
-    events = 0
-    states = np.full((len(times), 4), math.nan)
-    taken = 0
-    work = 0.0
-    dissipated = 0.0
-    lost = 0.0
-    penetration = 0.0
-    evaluations = 0
+    notes, states = records(len(times))
+    events = taken = evaluations = 0
+    work = dissipated = lost = penetration = 0.0
     code = DONE
     shortest = step * step * max(1.0, omega)
 
@@ -253,12 +234,7 @@ def _run(
     y = x + side * (d - gap)
     u = v - side * rate
     if code == DONE:
-        while taken < len(times) and times[taken] <= time:
-            states[taken, 0] = x
-            states[taken, 1] = v
-            states[taken, 2] = y
-            states[taken, 3] = u
-            taken += 1
+        fill(states, taken, times, time, x, v, y, u)
     totals = (work, dissipated, lost)
     return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
 

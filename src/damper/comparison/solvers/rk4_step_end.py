@@ -26,22 +26,18 @@ further components of the state, and what an impact takes is that of its own spe
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from damper.comparison.fixed_step import (
     CAP,
     DONE,
     FAILURE,
-    constants,
     count_of,
+    fill,
     impact_loss,
-    limit_of,
     note,
     push,
+    records,
     rk4,
-    solution_of,
-    start_of,
-    step_of,
+    solve_by,
 )
 from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
@@ -72,20 +68,15 @@ def solve(
     ValueError
         For a setting that is not a positive number.
     """
-    step = step_of(scene, setting)
-    wanted = np.asarray(times, dtype=float)
-    rest = (step, limit_of(scene), wanted, bool(balance), int(max_evaluations))
+    loop, wall = _rigid, ()
     if scene.model == "compliant":
         p = scene.parameters
         k = p.contact_stiffness_ratio
         reduced = p.mass_ratio / (1.0 + p.mass_ratio)
         c = 2.0 * contact_damping(p.restitution, bool(p.contact_tension)) * math.sqrt(k * reduced)
         lasting = 2.0 * math.pi * math.sqrt(reduced / k)
-        wall = (k, c, bool(p.contact_tension), lasting)
-        result = _compliant(*constants(scene), *wall, *start_of(scene), *rest)
-    else:
-        result = _rigid(*constants(scene), *start_of(scene), *rest)
-    return solution_of(scene, times, balance, *result)
+        loop, wall = _compliant, (k, c, bool(p.contact_tension), lasting)
+    return solve_by(loop, scene, setting, times, balance, max_evaluations, wall)
 
 
 @compiled
@@ -108,15 +99,9 @@ def _rigid(
     balance,
     max_evaluations,
 ):
-    notes = np.empty((64, 4))
-    events = 0
-    states = np.full((len(times), 4), math.nan)
-    taken = 0
-    work = 0.0
-    dissipated = 0.0
-    lost = 0.0
-    penetration = 0.0
-    evaluations = 0
+    notes, states = records(len(times))
+    events = taken = evaluations = 0
+    work = dissipated = lost = penetration = 0.0
     code = DONE
     side = 0.0
     stuck = False
@@ -202,12 +187,7 @@ def _rigid(
             code = FAILURE
             break
     if code == DONE:
-        while taken < len(times) and times[taken] <= time:
-            states[taken, 0] = x
-            states[taken, 1] = v
-            states[taken, 2] = y
-            states[taken, 3] = u
-            taken += 1
+        fill(states, taken, times, time, x, v, y, u)
     totals = (work, dissipated, lost)
     return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
 
@@ -291,15 +271,9 @@ def _compliant(
     balance,
     max_evaluations,
 ):
-    notes = np.empty((64, 4))
-    events = 0
-    states = np.full((len(times), 4), math.nan)
-    taken = 0
-    work = 0.0
-    dissipated = 0.0
-    lost = 0.0
-    penetration = 0.0
-    evaluations = 0
+    notes, states = records(len(times))
+    events = taken = evaluations = 0
+    work = dissipated = lost = penetration = 0.0
     code = DONE
     speed = 0.0
     wall = 0.0  # below whose surface the free mass is
@@ -365,11 +339,6 @@ def _compliant(
             code = FAILURE
             break
     if code == DONE:
-        while taken < len(times) and times[taken] <= time:
-            states[taken, 0] = x
-            states[taken, 1] = v
-            states[taken, 2] = y
-            states[taken, 3] = u
-            taken += 1
+        fill(states, taken, times, time, x, v, y, u)
     totals = (work, dissipated, lost)
     return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
