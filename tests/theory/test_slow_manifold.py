@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -74,6 +74,7 @@ def test_branches_invert_the_amplitude(restitution: float, theta: float) -> None
         assert lower == pytest.approx(theta, abs=1e-7)
 
 
+@example(0.99999, 0.0)
 @given(RESTITUTION, st.floats(0.0, 5.0))
 def test_fold_is_the_least_amplitude(restitution: float, theta: float) -> None:
     low = fold(restitution)

@@ -90,8 +90,11 @@ def branches(xi: ArrayLike, restitution: float) -> tuple[np.ndarray, np.ndarray]
         When an argument is out of range.
     """
     xi = _not_negative("xi", xi)
-    square = 1.0 + slope(restitution) ** 2
-    rest = xi * xi * square - (square - 1.0)
+    rho = slope(restitution)
+    square = 1.0 + rho * rho
+    # xi^2 (1 + rho^2) - rho^2 as a product, which keeps the digits next to the fold.
+    scaled = xi * math.sqrt(square)
+    rest = (scaled - rho) * (scaled + rho)
     spread = np.sqrt(np.where(rest >= 0.0, rest, np.nan))
     upper = (1.0 + spread) / square
     # The product of both is (1 - xi^2) / (1 + rho^2): their difference would cancel.
