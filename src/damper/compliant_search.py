@@ -2,7 +2,7 @@
 
 The watched quantity q is linear in the state of `damper.compliant_flow`: the depth -g, or the
 force. A step is kept only if the motion at its two ends proves that q stays positive in between, by
-either of two bounds.
+one of three bounds.
 
 **Energy.** Every derivative of the motion obeys the same equations with the derivative of the
 force, so the root of its energy grows by at most omega^n times the step: a bound on q'''', on the
@@ -18,6 +18,9 @@ exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays bel
 bound R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation: a
 contact that lasts costs a few steps, whether the ring has died or is only too weak to matter.
 
+**Age.** Where neither is enough after some steps, the bound of `damper.compliant_smoothing`: steps
+may grow with the time that fast motion has had to die.
+
 The split is that of Chang (SIAM J. Appl. Math. 1972, 22, 151) with the forcing among the slow
 variables. Derivations: docs/models.md.
 """
@@ -29,7 +32,9 @@ import numpy as np
 
 from damper.compiled import compiled
 from damper.compliant_flow import Pair, Touch, advance, derivative, energy_size
+from damper.compliant_smoothing import fill_later, later_bound4
 from damper.contact import (
+    HORIZON,
     MAX_STEPS,
     ROUNDING,
     SPAN,
@@ -46,6 +51,8 @@ _ITERATIONS = 60
 _CONVERGED = 1e-15
 #: Rate times time below which a root is corrected by two terms of the Taylor series.
 _SMALL = 1e-5
+#: Steps after which a search turns to the bound by age.
+PATIENCE = 24
 #: What a search found.
 NOT_YET, FOUND, LOST = 0.0, 1.0, 2.0
 
@@ -89,6 +96,9 @@ class Watch(NamedTuple):
     """Amplitude of what drives the slow part."""
     rate: float
     """Fastest rate of the slow part."""
+    later: np.ndarray
+    """(levels + 1, 2) of `damper.compliant_smoothing`, empty for a flight, not a number at first: it
+    is filled when first needed."""
 
 
 def split_of(touch: Touch) -> Split:
@@ -110,12 +120,14 @@ def watch_of(touch: Touch, split: Split, row: np.ndarray) -> Watch:
     slow = np.zeros((5, 6))
     ring = np.zeros((2, 6))
     numbers = _watch(touch, split, row, slow, ring)
-    return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers)
+    later = np.full((touch.levels + 1, 2), np.nan)
+    return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers, later)
 
 
 def loose_watch(gap: float, gap_rate: float) -> Watch:
     """Watch a quantity of a free flight, where there is no ring."""
-    return Watch(0.0, gap, gap_rate, np.zeros((5, 6)), np.zeros((2, 6)), 0.0, 0.0, 0.0, 0.0, 0.0)
+    slow, ring, later = np.zeros((5, 6)), np.zeros((2, 6)), np.zeros((0, 2))
+    return Watch(0.0, gap, gap_rate, slow, ring, 0.0, 0.0, 0.0, 0.0, 0.0, later)
 
 
 @compiled
@@ -344,7 +356,17 @@ def find_switch(
     q = q1 = q2 = q3 = q4 = 0.0
     f = f1 = f2 = f3 = f4 = 0.0
     size3 = size4 = slow_norm = ring_norm = rounding = 0.0
+    # Two earlier times, and the energy norm of the state's derivative then.
+    by_age = False
+    early = late = size_early = size_late = 0.0
+    tau_before = q1_before = 0.0
     for steps in range(MAX_STEPS):
+        if steps == PATIENCE and not flies:
+            by_age = True
+            if math.isnan(watch.later[0, 0]):
+                row = np.array([0.0, 0.0, watch.gap, watch.gap_rate, 0.0, 0.0])
+                fill_later(touch, table, row, watch.later)
+            size_early = size_late = energy_size(touch, derivative(touch, start))
         if fresh:
             z1 = derivative(touch, z)
             z2 = derivative(touch, z1)
@@ -403,6 +425,21 @@ def find_switch(
                             root, longest_slow, watch.rate, f - level, f1, f2, f3, f4, 0.0
                         ),
                     )
+            if by_age and not sure:
+                if tau - late >= late - early:
+                    early = late
+                    size_early = size_late
+                    late = tau
+                    size_late = energy_size(touch, z1)
+                # The difference of slopes, for rounding of q'' grows with the fastest rate.
+                bend = (q1 - q1_before) / (tau - tau_before) if tau > tau_before else q2
+                aim = 0.9 * first_root(q, q1, bend)
+                bound4 = later_bound4(touch, watch.later, early, size_early, tau, tau - early)
+                if bound4 < math.inf:
+                    aim = min(aim, math.sqrt(math.sqrt(72.0 * q / bound4)), HORIZON)
+                    step = max(step, aim)
+            tau_before = tau
+            q1_before = q1
             bold = step > short
         end = tau + step
         if end == tau:
@@ -433,6 +470,17 @@ def find_switch(
                     math.inf,
                     span,
                     slow_norm + watch.force * growth3 * span,
+                    rounding,
+                )
+            if not fresh and by_age:
+                fresh = stays_between(
+                    q,
+                    q1,
+                    watch.gap * new[2] + watch.gap_rate * new[3],
+                    watch.gap * slope[2] + watch.gap_rate * slope[3],
+                    math.inf,
+                    span,
+                    later_bound4(touch, watch.later, early, size_early, tau, span),
                     rounding,
                 )
         if fresh:

@@ -31,7 +31,15 @@ from damper.compliant_search import (
     split_of,
     watch_of,
 )
-from damper.contact import GAVE_UP, HORIZON, ROUNDING, find_impact, stays
+from damper.contact import (
+    GAVE_UP,
+    HORIZON,
+    LONG_SEARCH,
+    ROUNDING,
+    find_impact,
+    search_budget,
+    stays,
+)
 from damper.contact_law import contact_damping
 from damper.flow import (
     Oscillator,
@@ -274,6 +282,8 @@ def run(
     first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
+    hundreds = int(counts[2])
+    most_hundreds = search_budget(max_events)
     rows = 0
     code = FINISHED
     while True:
@@ -359,6 +369,8 @@ def run(
                 end_gap = 0.0
                 end_rate = max(end_rate, 0.0)
         evaluations += steps
+        if steps >= LONG_SEARCH:
+            hundreds += steps // LONG_SEARCH
 
         over = duration > remaining
         if keep:
@@ -381,7 +393,7 @@ def run(
         if lost:
             code = SEARCH_FAILED
             break
-        if is_event and events >= max_events:
+        if (is_event and events >= max_events) or hundreds > most_hundreds:
             code = TOO_MANY_EVENTS
             break
 
@@ -412,6 +424,9 @@ def run(
             elif model.clearance == 0.0:
                 side = -side
                 mode = CONTACT
+            if not is_event and events >= max_events:
+                code = TOO_MANY_EVENTS
+                break
             is_event = True
         if is_event:
             events += 1
@@ -428,4 +443,5 @@ def run(
     state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
+    counts[2] = hundreds
     return code, rows
