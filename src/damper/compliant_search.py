@@ -360,6 +360,7 @@ def find_switch(
     by_age = False
     early = late = size_early = size_late = 0.0
     tau_before = q1_before = 0.0
+    slope_rounding = drift = 0.0
     for steps in range(MAX_STEPS):
         if steps == PATIENCE and not flies:
             by_age = True
@@ -378,8 +379,14 @@ def find_switch(
             q3 = watch.gap * z3[2] + watch.gap_rate * z3[3]
             q4 = watch.gap * z4[2] + watch.gap_rate * z4[3]
             rounding = _rounding(touch, watch, z, tau, flies, stiffness)
-            if q <= rounding and (q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)):
-                return tau, FOUND, z, steps
+            grows = False
+            if q <= rounding:
+                slope_rounding = _slope_rounding(touch, watch, z)
+                if abs(q1) <= slope_rounding:
+                    drift = _drift(touch, watch, z)
+                    grows = drift > 0.0
+                if not grows and (q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)):
+                    return tau, FOUND, z, steps
             if tau >= limit:
                 return tau, NOT_YET, z, steps
             size3 = swing * energy_size(touch, z3)
@@ -392,9 +399,14 @@ def find_switch(
                 watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, longest
             )
             sure = q <= rounding and q1 == 0.0 and q2 == 0.0
-            if sure and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
+            if sure and not grows and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
                 return tau, FOUND, z, steps
-            if sure:
+            if grows:
+                # Until the slope is more than rounding, unless the drift changes before.
+                sure = True
+                step = min(4.0 * slope_rounding / drift, 0.1 / (1.0 + omega + touch.drag))
+                short = step
+            elif sure:
                 # Third order, as a lift-off: while q'' grows nothing else can happen.
                 step = min(longest, q3 / bound4) if bound4 > 0.0 else longest
                 step = max(step, 1e-3 / touch.rate)
@@ -543,10 +555,33 @@ def _rounding(touch, watch, z, tau, flies, stiffness):
     weight = abs(watch.gap)
     scale = weight * abs(z[2]) + abs(watch.gap_rate * z[3])
     reach = 0.5 * tau * tau
+    passing = tau
     if not flies:
         reach = min(reach, 1.0 / stiffness)
-    scale += (weight * reach + abs(watch.gap_rate) * min(tau, math.sqrt(2.0 * reach))) * forces
+        passing = min(math.sqrt(2.0 * reach), 1.0 / max(touch.relative_damping, 1e-300))
+    scale += (weight * reach + abs(watch.gap_rate) * passing) * forces
     return ROUNDING * scale
+
+
+@compiled
+def _slope_rounding(touch, watch, z):
+    """Rounding of the slope of a force that vanishes: that of what pushes the primary."""
+    forces = abs(z[4]) + abs(z[0]) + touch.drag * (abs(z[1]) + touch.reduced * abs(z[3]))
+    return ROUNDING * (abs(watch.gap * z[3]) + abs(watch.gap_rate) * forces)
+
+
+@compiled
+def _drift(touch, watch, z):
+    """Second derivative of a force that vanishes with its slope, as these make it; 0 of a depth.
+
+    Then p = -(k / c) g', which as a difference of forces may be no more than their rounding.
+    """
+    if watch.gap_rate == 0.0:
+        return 0.0
+    push = -watch.gap / watch.gap_rate * z[3]
+    velocity = z[1] + touch.reduced * z[3]
+    jerk = touch.omega * z[5] - touch.drag * push - velocity
+    return watch.gap * push + watch.gap_rate * jerk
 
 
 @compiled

@@ -244,9 +244,22 @@ def _touches(model, time, side, x, v, gap, rate):
     if gap > 0.0 or rate != 0.0:
         return False
     sin, cos, _ = sine_cosine(model.free[3] * time + model.phase)
-    a, j = acceleration(model.free, x, v, sin, cos)
+    a, j = _acceleration_at_wall(model.free, x, v, sin, cos)
     snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
     return stays(side, a, j, snap, crackle)
+
+
+@compiled
+def _acceleration_at_wall(free, x, v, sin, cos):
+    """x'' and x''', where an x'' of no more than its rounding counts as zero.
+
+    A push that vanishes ends a contact; what rounding leaves of it must not begin the next one.
+    """
+    a, j = acceleration(free, x, v, sin, cos)
+    if abs(a) <= ROUNDING * (abs(sin) + 2.0 * free[0] * abs(v) + abs(x)):
+        a = 0.0
+        j = free[2] * free[3] * cos - free[1] * v
+    return a, j
 
 
 @compiled
@@ -303,7 +316,10 @@ def run(
         lost = False
         is_event = False
         if mode == FLIGHT and gap >= 0.0:
-            a, j = acceleration(free, x, v, sin, cos)
+            if gap == 0.0:
+                a, j = _acceleration_at_wall(free, x, v, sin, cos)
+            else:
+                a, j = acceleration(free, x, v, sin, cos)
             duration, hit, dx, end_v, end_rate, steps = find_impact(
                 free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
             )
