@@ -97,7 +97,7 @@ class Watch(NamedTuple):
     rate: float
     """Fastest rate of the slow part."""
     later: np.ndarray
-    """(levels + 1, 2) of `damper.compliant_smoothing`, empty for a flight, not a number at first: it
+    """(levels + 1, 4) of `damper.compliant_smoothing`, empty for a flight, not a number at first: it
     is filled when first needed."""
 
 
@@ -120,13 +120,13 @@ def watch_of(touch: Touch, split: Split, row: np.ndarray) -> Watch:
     slow = np.zeros((5, 6))
     ring = np.zeros((2, 6))
     numbers = _watch(touch, split, row, slow, ring)
-    later = np.full((touch.levels + 1, 2), np.nan)
+    later = np.full((touch.levels + 1, 4), np.nan)
     return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers, later)
 
 
 def loose_watch(gap: float, gap_rate: float) -> Watch:
     """Watch a quantity of a free flight, where there is no ring."""
-    slow, ring, later = np.zeros((5, 6)), np.zeros((2, 6)), np.zeros((0, 2))
+    slow, ring, later = np.zeros((5, 6)), np.zeros((2, 6)), np.zeros((0, 4))
     return Watch(0.0, gap, gap_rate, slow, ring, 0.0, 0.0, 0.0, 0.0, 0.0, later)
 
 
@@ -356,18 +356,20 @@ def find_switch(
     q = q1 = q2 = q3 = q4 = 0.0
     f = f1 = f2 = f3 = f4 = 0.0
     size3 = size4 = slow_norm = ring_norm = rounding = 0.0
-    # Two earlier times, and the energy norm of the state's derivative then.
+    # Two earlier times, and the energy norms of the state's derivatives then.
     by_age = False
-    early = late = size_early = size_late = 0.0
+    early = late = 0.0
+    sizes_early = sizes_late = (0.0, 0.0)
     tau_before = q1_before = 0.0
-    slope_rounding = drift = 0.0
     for steps in range(MAX_STEPS):
         if steps == PATIENCE and not flies:
             by_age = True
             if math.isnan(watch.later[0, 0]):
                 row = np.array([0.0, 0.0, watch.gap, watch.gap_rate, 0.0, 0.0])
                 fill_later(touch, table, row, watch.later)
-            size_early = size_late = energy_size(touch, derivative(touch, start))
+            z1 = derivative(touch, start)
+            size = energy_size(touch, z1)
+            sizes_early = sizes_late = (size, energy_size(touch, derivative(touch, z1)))
         if fresh:
             z1 = derivative(touch, z)
             z2 = derivative(touch, z1)
@@ -378,14 +380,15 @@ def find_switch(
             q2 = watch.gap * z2[2] + watch.gap_rate * z2[3]
             q3 = watch.gap * z3[2] + watch.gap_rate * z3[3]
             q4 = watch.gap * z4[2] + watch.gap_rate * z4[3]
-            rounding = _rounding(touch, watch, z, tau, flies, stiffness)
-            grows = False
+            rounding, slope_rounding = _roundings(touch, watch, z, tau, flies, stiffness)
+            escape = 0.0
             if q <= rounding:
-                slope_rounding = _slope_rounding(touch, watch, z)
+                falls = q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)
                 if abs(q1) <= slope_rounding:
-                    drift = _drift(touch, watch, z)
-                    grows = drift > 0.0
-                if not grows and (q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)):
+                    drift, escape = _drift(touch, watch, z, slope_rounding)
+                    if drift != 0.0:
+                        falls = drift < 0.0
+                if falls:
                     return tau, FOUND, z, steps
             if tau >= limit:
                 return tau, NOT_YET, z, steps
@@ -399,12 +402,12 @@ def find_switch(
                 watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, longest
             )
             sure = q <= rounding and q1 == 0.0 and q2 == 0.0
-            if sure and not grows and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
+            if sure and escape == 0.0 and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
                 return tau, FOUND, z, steps
-            if grows:
+            if escape > 0.0:
                 # Until the slope is more than rounding, unless the drift changes before.
                 sure = True
-                step = min(4.0 * slope_rounding / drift, 0.1 / (1.0 + omega + touch.drag))
+                step = min(escape, 0.1 / (1.0 + omega + touch.drag))
                 short = step
             elif sure:
                 # Third order, as a lift-off: while q'' grows nothing else can happen.
@@ -438,23 +441,23 @@ def find_switch(
                         ),
                     )
             if by_age and not sure:
-                if tau - late >= late - early:
+                if tau - late >= 2.0 * (late - early):
                     early = late
-                    size_early = size_late
+                    sizes_early = sizes_late
                     late = tau
-                    size_late = energy_size(touch, z1)
+                    sizes_late = (energy_size(touch, z1), energy_size(touch, z2))
                 # The difference of slopes, for rounding of q'' grows with the fastest rate.
                 bend = (q1 - q1_before) / (tau - tau_before) if tau > tau_before else q2
                 aim = 0.9 * first_root(q, q1, bend)
-                bound4 = later_bound4(touch, watch.later, early, size_early, tau, tau - early)
+                bound4 = later_bound4(touch, watch.later, early, sizes_early, tau, tau - early)
                 if bound4 < math.inf:
-                    aim = min(aim, math.sqrt(math.sqrt(72.0 * q / bound4)), HORIZON)
+                    aim = min(aim, math.sqrt(math.sqrt(72.0 * max(q, rounding) / bound4)), HORIZON)
                     step = max(step, aim)
             tau_before = tau
             q1_before = q1
             bold = step > short
         end = tau + step
-        if end == tau:
+        if tau + 0.25 * step == tau:
             # Nearer than time can resolve.
             return tau, FOUND, z, steps
         end = min(end, limit)
@@ -492,7 +495,7 @@ def find_switch(
                     watch.gap * slope[2] + watch.gap_rate * slope[3],
                     math.inf,
                     span,
-                    later_bound4(touch, watch.later, early, size_early, tau, span),
+                    later_bound4(touch, watch.later, early, sizes_early, tau, span),
                     rounding,
                 )
         if fresh:
@@ -549,39 +552,51 @@ def _bound4(watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, sp
 
 
 @compiled
-def _rounding(touch, watch, z, tau, flies, stiffness):
-    """Rounding of the watched quantity."""
+def _roundings(touch, watch, z, tau, flies, stiffness):
+    """Rounding of the watched quantity and of its slope: that of what pushes, while it lasts."""
     forces = abs(z[4]) + abs(z[5]) + abs(z[0]) + touch.drag * abs(z[1])
     weight = abs(watch.gap)
-    scale = weight * abs(z[2]) + abs(watch.gap_rate * z[3])
+    damping = abs(watch.gap_rate)
     reach = 0.5 * tau * tau
     passing = tau
     if not flies:
         reach = min(reach, 1.0 / stiffness)
         passing = min(math.sqrt(2.0 * reach), 1.0 / max(touch.relative_damping, 1e-300))
-    scale += (weight * reach + abs(watch.gap_rate) * passing) * forces
-    return ROUNDING * scale
+    value = weight * abs(z[2]) + damping * abs(z[3]) + (weight * reach + damping * passing) * forces
+    slope = weight * abs(z[3]) + (weight * passing + damping) * forces
+    return ROUNDING * value, ROUNDING * slope
 
 
 @compiled
-def _slope_rounding(touch, watch, z):
-    """Rounding of the slope of a force that vanishes: that of what pushes the primary."""
-    forces = abs(z[4]) + abs(z[0]) + touch.drag * (abs(z[1]) + touch.reduced * abs(z[3]))
-    return ROUNDING * (abs(watch.gap * z[3]) + abs(watch.gap_rate) * forces)
+def _drift(touch, watch, z, slope_rounding):
+    """How a quantity moves on that vanishes with its slope, and when that is more than rounding.
 
+    A depth moves with the push p, and where that is rounding, with its derivative. A force that
+    vanishes with its slope says that p = -(k / c) g', which is sharper than p itself.
 
-@compiled
-def _drift(touch, watch, z):
-    """Second derivative of a force that vanishes with its slope, as these make it; 0 of a depth.
-
-    Then p = -(k / c) g', which as a difference of forces may be no more than their rounding.
+    Returns
+    -------
+    drift, escape : float
+        The sign of the motion to come, 0 if nothing moves; after the time `escape` the slope is
+        four times its rounding.
     """
-    if watch.gap_rate == 0.0:
-        return 0.0
-    push = -watch.gap / watch.gap_rate * z[3]
     velocity = z[1] + touch.reduced * z[3]
-    jerk = touch.omega * z[5] - touch.drag * push - velocity
-    return watch.gap * push + watch.gap_rate * jerk
+    jerk = touch.omega * z[5] - velocity
+    if watch.gap_rate != 0.0:
+        push = -watch.gap / watch.gap_rate * z[3]
+        drift = watch.gap * push + watch.gap_rate * (jerk - touch.drag * push)
+    else:
+        x = z[0] + touch.reduced * z[2]
+        push = z[4] - touch.drag * velocity - x
+        if abs(push) <= ROUNDING * (abs(z[4]) + touch.drag * abs(velocity) + abs(x)):
+            drift = watch.gap * jerk
+            if drift == 0.0:
+                return 0.0, 0.0
+            return drift, math.sqrt(8.0 * slope_rounding / abs(drift))
+        drift = watch.gap * push
+    if drift == 0.0:
+        return 0.0, 0.0
+    return drift, 4.0 * slope_rounding / abs(drift)
 
 
 @compiled

@@ -4,12 +4,13 @@ A motion z' = A z with widely different rates is smooth on the scale of its age:
 died. Derivatives taken from a state do not show it, for each one multiplies rounding by the fastest
 rate R. With the watched quantity q = r z, and a state a time h before,
 
-    q''''(t) = (r A^3 exp(A h)) z'(t - h),
+    q''''(t) = (r A^3 exp(A h)) z'(t - h) = (r A^2 exp(A h)) z''(t - h),
 
-and the row in brackets is of the size r / h^3 where all rates are high but damped. With the energy
-norm of z', which dashpots only lessen and the force raises by at most omega times time, a bound on
-q'''' for all times after h follows. The row is made with a part of exp(A h) between any two factors
-A, so that rounding is never multiplied twice by R.
+and the rows in brackets are of the sizes r / h^3 and r / h^2 where all rates are high but damped.
+The energy norm E of a derivative is only lessened by the dashpots; the same derivative of the
+force, at most F, raises it by F t at most, and E^2 by F^2 t / (4 zeta). So both give a bound on
+q'''' for all times after h. The rows are made with a part of exp(A h) between any two factors A, so
+that rounding is never multiplied twice by R.
 """
 
 import math
@@ -32,27 +33,28 @@ def fill_later(touch: Touch, table: np.ndarray, row: np.ndarray, later: np.ndarr
         Its propagators.
     row : ndarray (6,)
         The quantity's coefficients on a state.
-    later : ndarray (levels + 1, 2)
-        Written: for the age `touch.shortest * 2**level`, the factor of the energy norm of z' and
-        that of the force's rate of change.
+    later : ndarray (levels + 1, 4)
+        Written: for the age `touch.shortest * 2**level`, the factors of the energy norm of z' and
+        of its force, and the same of z''.
     """
-    beta = touch.reduced
     for level in range(touch.levels + 1):
-        # Four equal parts of the age; those of the two youngest are not in the table.
-        r = (float(row[0]), float(row[1]), float(row[2]), float(row[3]), 0.0, 0.0)
-        for part in range(4):
-            if level >= 2:
-                r = _row_leap(touch, table[level - 2], r)
-            if part < 3:
-                r = _row_times_rates(touch, r)
-        if level < 2:
-            r = _row_leap(touch, table[level], r)
-        u, w, g, h, s, c = r
-        g -= beta * u
-        later[level, 0] = math.sqrt(
-            u * u + touch.share * w * w + g * g / touch.stiffness + h * h / beta
-        )
-        later[level, 1] = math.hypot(s, c)
+        for order in (1, 2):
+            factors = 4 - order
+            # As many equal parts of the age as a power of 2 has room for; the youngest have one.
+            r = (float(row[0]), float(row[1]), float(row[2]), float(row[3]), 0.0, 0.0)
+            for part in range(4):
+                if level >= 2:
+                    r = _row_leap(touch, table[level - 2], r)
+                if part < factors:
+                    r = _row_times_rates(touch, r)
+            if level < 2:
+                r = _row_leap(touch, table[level], r)
+            u, w, g, h, s, c = r
+            g -= touch.reduced * u
+            later[level, 2 * order - 2] = math.sqrt(
+                u * u + touch.share * w * w + g * g / touch.stiffness + h * h / touch.reduced
+            )
+            later[level, 2 * order - 1] = math.hypot(s, c)
 
 
 @compiled
@@ -96,14 +98,21 @@ def _row_leap(touch, e, r):
 
 @compiled
 def later_bound4(
-    touch: Touch, later: np.ndarray, since: float, size: float, tau: float, span: float
+    touch: Touch,
+    later: np.ndarray,
+    since: float,
+    sizes: tuple[float, float],
+    tau: float,
+    span: float,
 ) -> float:
     """Bound on the watched quantity's fourth derivative from `tau` on, over a span.
 
     Parameters
     ----------
-    since, size : float
-        An earlier time, and the energy norm of the state's derivative then.
+    since : float
+        An earlier time.
+    sizes : tuple of float
+        Energy norms of the state's first and second derivative then.
     tau, span : float
 
     Returns
@@ -119,5 +128,21 @@ def later_bound4(
     while level < touch.levels and 2.0 * length <= age:
         length *= 2.0
         level += 1
-    grown = size + touch.omega * (age - length + span)
-    return float(later[level, 0]) * grown + float(later[level, 1]) * touch.omega
+    row = later[level]
+    time = age - length + span
+    omega = touch.omega
+    first = float(row[0]) * _grown(touch, sizes[0], omega, time) + float(row[1]) * omega
+    square = omega * omega
+    return min(
+        first, float(row[2]) * _grown(touch, sizes[1], square, time) + float(row[3]) * square
+    )
+
+
+@compiled
+def _grown(touch, size, force, time):
+    """Bound on an energy norm after a time in which a force works."""
+    grown = size + force * time
+    if touch.drag > 0.0:
+        # The work F x' less what the dashpot takes, 2 zeta x'^2, is F^2 / (8 zeta) at most.
+        grown = min(grown, math.sqrt(size * size + 0.5 * force * force * time / touch.drag))
+    return grown
