@@ -360,7 +360,7 @@ def find_switch(
     by_age = False
     early = late = 0.0
     sizes_early = sizes_late = (0.0, 0.0)
-    tau_before = q1_before = 0.0
+    tau_before = q1_before = escape = 0.0
     for steps in range(MAX_STEPS):
         if steps == PATIENCE and not flies:
             by_age = True
@@ -381,13 +381,16 @@ def find_switch(
             q3 = watch.gap * z3[2] + watch.gap_rate * z3[3]
             q4 = watch.gap * z4[2] + watch.gap_rate * z4[3]
             rounding, slope_rounding = _roundings(touch, watch, z, tau, flies, stiffness)
+            before = escape
             escape = 0.0
             if q <= rounding:
                 falls = q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)
                 if abs(q1) <= slope_rounding:
-                    drift, escape = _drift(touch, watch, z, slope_rounding)
+                    drift, escape, lasts = _drift(touch, watch, z, slope_rounding)
                     if drift != 0.0:
                         falls = drift < 0.0
+                    # Where damping leaves it within rounding, twice as far each time.
+                    escape = min(max(escape, 2.0 * before), lasts)
                 if falls:
                     return tau, FOUND, z, steps
             if tau >= limit:
@@ -405,9 +408,8 @@ def find_switch(
             if sure and escape == 0.0 and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
                 return tau, FOUND, z, steps
             if escape > 0.0:
-                # Until the slope is more than rounding, unless the drift changes before.
                 sure = True
-                step = min(escape, 0.1 / (1.0 + omega + touch.drag))
+                step = escape
                 short = step
             elif sure:
                 # Third order, as a lift-off: while q'' grows nothing else can happen.
@@ -576,27 +578,36 @@ def _drift(touch, watch, z, slope_rounding):
 
     Returns
     -------
-    drift, escape : float
-        The sign of the motion to come, 0 if nothing moves; after the time `escape` the slope is
-        four times its rounding.
+    drift, escape, lasts : float
+        The sign of the motion to come, 0 if nothing moves; the time after which the slope should be
+        four times its rounding; a time over which the sign surely stays.
     """
     velocity = z[1] + touch.reduced * z[3]
     jerk = touch.omega * z[5] - velocity
     if watch.gap_rate != 0.0:
         push = -watch.gap / watch.gap_rate * z[3]
-        drift = watch.gap * push + watch.gap_rate * (jerk - touch.drag * push)
+        by_push = watch.gap * push
+        by_jerk = watch.gap_rate * jerk
+        drift = by_push + watch.gap_rate * (jerk - touch.drag * push)
     else:
         x = z[0] + touch.reduced * z[2]
         push = z[4] - touch.drag * velocity - x
         if abs(push) <= ROUNDING * (abs(z[4]) + touch.drag * abs(velocity) + abs(x)):
-            drift = watch.gap * jerk
-            if drift == 0.0:
-                return 0.0, 0.0
-            return drift, math.sqrt(8.0 * slope_rounding / abs(drift))
-        drift = watch.gap * push
+            push = 0.0
+        by_push = watch.gap * push
+        by_jerk = watch.gap * jerk
+        drift = by_push if push != 0.0 else by_jerk
     if drift == 0.0:
-        return 0.0, 0.0
-    return drift, 4.0 * slope_rounding / abs(drift)
+        return 0.0, 0.0, 0.0
+    escape = 4.0 * slope_rounding / abs(drift)
+    if watch.gap_rate == 0.0 and push == 0.0:
+        escape = math.sqrt(2.0 * escape)
+    # The push relaxes towards jerk / drag, and the jerk's rate is -omega^2 sin - p.
+    if by_jerk * drift > 0.0 and by_push * drift >= 0.0:
+        lasts = 0.5 * abs(jerk) / (touch.omega * touch.omega + abs(push))
+    else:
+        lasts = 0.5 * abs(push) / max(abs(jerk) + touch.drag * abs(push), 1e-300)
+    return drift, escape, lasts
 
 
 @compiled
