@@ -554,9 +554,15 @@ def _bound4(watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, sp
 
 
 @compiled
+def pushes(drag: float, x: float, v: float, sin: float, cos: float) -> float:
+    """Size of the terms of what pushes the primary, drag = 2 zeta; in units of F0."""
+    return abs(sin) + abs(cos) + abs(x) + drag * abs(v)
+
+
+@compiled
 def _roundings(touch, watch, z, tau, flies, stiffness):
     """Rounding of the watched quantity and of its slope: that of what pushes, while it lasts."""
-    forces = abs(z[4]) + abs(z[5]) + abs(z[0]) + touch.drag * abs(z[1])
+    forces = pushes(touch.drag, z[0], z[1], z[4], z[5])
     weight = abs(watch.gap)
     damping = abs(watch.gap_rate)
     reach = 0.5 * tau * tau
@@ -592,7 +598,7 @@ def _drift(touch, watch, z, slope_rounding):
     else:
         x = z[0] + touch.reduced * z[2]
         push = z[4] - touch.drag * velocity - x
-        if abs(push) <= ROUNDING * (abs(z[4]) + touch.drag * abs(velocity) + abs(x)):
+        if abs(push) <= ROUNDING * pushes(touch.drag, x, velocity, z[4], z[5]):
             push = 0.0
         by_push = watch.gap * push
         by_jerk = watch.gap * jerk
@@ -604,7 +610,9 @@ def _drift(touch, watch, z, slope_rounding):
         escape = math.sqrt(2.0 * escape)
     # The push relaxes towards jerk / drag, and the jerk's rate is -omega^2 sin - p.
     if by_jerk * drift > 0.0 and by_push * drift >= 0.0:
-        lasts = 0.5 * abs(jerk) / (touch.omega * touch.omega + abs(push))
+        omega = touch.omega
+        slower = (omega * omega * abs(z[4]) + abs(push)) / abs(jerk)
+        lasts = 0.5 / (slower + omega * math.sqrt(omega / abs(jerk)))
     else:
         lasts = 0.5 * abs(push) / max(abs(jerk) + touch.drag * abs(push), 1e-300)
     return drift, escape, lasts

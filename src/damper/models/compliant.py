@@ -28,6 +28,7 @@ from damper.compliant_search import (
     find_switch,
     fly,
     loose_watch,
+    pushes,
     split_of,
     watch_of,
 )
@@ -256,7 +257,7 @@ def _acceleration_at_wall(free, x, v, sin, cos):
     A push that vanishes ends a contact; what rounding leaves of it must not begin the next one.
     """
     a, j = acceleration(free, x, v, sin, cos)
-    if abs(a) <= ROUNDING * (abs(sin) + 2.0 * free[0] * abs(v) + abs(x)):
+    if abs(a) <= ROUNDING * pushes(2.0 * free[0], x, v, sin, cos):
         a = 0.0
         j = free[2] * free[3] * cos - free[1] * v
     return a, j
