@@ -385,7 +385,10 @@ def find_switch(
             escape = 0.0
             if q <= rounding:
                 falls = q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)
-                if abs(q1) <= slope_rounding:
+                if q < -rounding and tau > 0.0:
+                    # A drift of the other sign would not have let it come here.
+                    falls = True
+                elif abs(q1) <= slope_rounding:
                     drift, escape, lasts = _drift(touch, watch, z, slope_rounding)
                     if drift != 0.0:
                         falls = drift < 0.0
@@ -579,8 +582,8 @@ def _roundings(touch, watch, z, tau, flies, stiffness):
 def _drift(touch, watch, z, slope_rounding):
     """How a quantity moves on that vanishes with its slope, and when that is more than rounding.
 
-    A depth moves with the push p, and where that is rounding, with its derivative. A force that
-    vanishes with its slope says that p = -(k / c) g', which is sharper than p itself.
+    A depth moves with the push p, and where that is rounding, with its derivative. So does a force
+    that vanishes with its slope, for p is rounding then.
 
     Returns
     -------
@@ -590,26 +593,21 @@ def _drift(touch, watch, z, slope_rounding):
     """
     velocity = z[1] + touch.reduced * z[3]
     jerk = touch.omega * z[5] - velocity
-    if watch.gap_rate != 0.0:
-        push = -watch.gap / watch.gap_rate * z[3]
-        by_push = watch.gap * push
-        by_jerk = watch.gap_rate * jerk
-        drift = by_push + watch.gap_rate * (jerk - touch.drag * push)
-    else:
+    push = 0.0
+    drift = watch.gap_rate * jerk
+    if watch.gap_rate == 0.0:
         x = z[0] + touch.reduced * z[2]
         push = z[4] - touch.drag * velocity - x
         if abs(push) <= ROUNDING * pushes(touch.drag, x, velocity, z[4], z[5]):
             push = 0.0
-        by_push = watch.gap * push
-        by_jerk = watch.gap * jerk
-        drift = by_push if push != 0.0 else by_jerk
+        drift = watch.gap * (push if push != 0.0 else jerk)
     if drift == 0.0:
         return 0.0, 0.0, 0.0
     escape = 4.0 * slope_rounding / abs(drift)
     if watch.gap_rate == 0.0 and push == 0.0:
         escape = math.sqrt(2.0 * escape)
     # The push relaxes towards jerk / drag, and the jerk's rate is -omega^2 sin - p.
-    if by_jerk * drift > 0.0 and by_push * drift >= 0.0:
+    if push * jerk >= 0.0 and jerk != 0.0:
         omega = touch.omega
         slower = (omega * omega * abs(z[4]) + abs(push)) / abs(jerk)
         lasts = 0.5 / (slower + omega * math.sqrt(omega / abs(jerk)))
