@@ -97,7 +97,7 @@ class Watch(NamedTuple):
     rate: float
     """Fastest rate of the slow part."""
     later: np.ndarray
-    """(levels + 1, 4) of `damper.compliant_smoothing`, empty for a flight, not a number at first: it
+    """(levels + 1, 4) of `damper.compliant_smoothing`, empty for a flight, not a number until it
     is filled when first needed."""
 
 
