@@ -2,7 +2,7 @@
 
 The watched quantity q is linear in the state of `damper.compliant_flow`: the depth -g, or the
 force. A step is kept only if the motion at its two ends proves that q stays positive in between, by
-either of two bounds.
+one of three bounds.
 
 **Energy.** Every derivative of the motion obeys the same equations with the derivative of the
 force, so the root of its energy grows by at most omega^n times the step: a bound on q'''', on the
@@ -18,6 +18,9 @@ exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays bel
 bound R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation: a
 contact that lasts costs a few steps, whether the ring has died or is only too weak to matter.
 
+**Age.** Where neither is enough after some steps, the bound of `damper.compliant_smoothing`: steps
+may grow with the time that fast motion has had to die.
+
 The split is that of Chang (SIAM J. Appl. Math. 1972, 22, 151) with the forcing among the slow
 variables. Derivations: docs/models.md.
 """
@@ -29,7 +32,9 @@ import numpy as np
 
 from damper.compiled import compiled
 from damper.compliant_flow import Pair, Touch, advance, derivative, energy_size
+from damper.compliant_smoothing import fill_later, later_bound4
 from damper.contact import (
+    HORIZON,
     MAX_STEPS,
     ROUNDING,
     SPAN,
@@ -46,6 +51,8 @@ _ITERATIONS = 60
 _CONVERGED = 1e-15
 #: Rate times time below which a root is corrected by two terms of the Taylor series.
 _SMALL = 1e-5
+#: Steps after which a search turns to the bound by age.
+PATIENCE = 24
 #: What a search found.
 NOT_YET, FOUND, LOST = 0.0, 1.0, 2.0
 
@@ -89,6 +96,9 @@ class Watch(NamedTuple):
     """Amplitude of what drives the slow part."""
     rate: float
     """Fastest rate of the slow part."""
+    later: np.ndarray
+    """(levels + 1, 4) of `damper.compliant_smoothing`, empty for a flight, not a number until it
+    is filled when first needed."""
 
 
 def split_of(touch: Touch) -> Split:
@@ -110,12 +120,14 @@ def watch_of(touch: Touch, split: Split, row: np.ndarray) -> Watch:
     slow = np.zeros((5, 6))
     ring = np.zeros((2, 6))
     numbers = _watch(touch, split, row, slow, ring)
-    return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers)
+    later = np.full((touch.levels + 1, 4), np.nan)
+    return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers, later)
 
 
 def loose_watch(gap: float, gap_rate: float) -> Watch:
     """Watch a quantity of a free flight, where there is no ring."""
-    return Watch(0.0, gap, gap_rate, np.zeros((5, 6)), np.zeros((2, 6)), 0.0, 0.0, 0.0, 0.0, 0.0)
+    slow, ring, later = np.zeros((5, 6)), np.zeros((2, 6)), np.zeros((0, 4))
+    return Watch(0.0, gap, gap_rate, slow, ring, 0.0, 0.0, 0.0, 0.0, 0.0, later)
 
 
 @compiled
@@ -344,7 +356,20 @@ def find_switch(
     q = q1 = q2 = q3 = q4 = 0.0
     f = f1 = f2 = f3 = f4 = 0.0
     size3 = size4 = slow_norm = ring_norm = rounding = 0.0
+    # Two earlier times, and the energy norms of the state's derivatives then.
+    by_age = False
+    early = late = 0.0
+    sizes_early = sizes_late = (0.0, 0.0)
+    tau_before = q1_before = escape = 0.0
     for steps in range(MAX_STEPS):
+        if steps == PATIENCE and not flies:
+            by_age = True
+            if math.isnan(watch.later[0, 0]):
+                row = np.array([0.0, 0.0, watch.gap, watch.gap_rate, 0.0, 0.0])
+                fill_later(touch, table, row, watch.later)
+            z1 = derivative(touch, start)
+            size = energy_size(touch, z1)
+            sizes_early = sizes_late = (size, energy_size(touch, derivative(touch, z1)))
         if fresh:
             z1 = derivative(touch, z)
             z2 = derivative(touch, z1)
@@ -355,9 +380,22 @@ def find_switch(
             q2 = watch.gap * z2[2] + watch.gap_rate * z2[3]
             q3 = watch.gap * z3[2] + watch.gap_rate * z3[3]
             q4 = watch.gap * z4[2] + watch.gap_rate * z4[3]
-            rounding = _rounding(touch, watch, z, tau, flies, stiffness)
-            if q <= rounding and (q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)):
-                return tau, FOUND, z, steps
+            rounding, slope_rounding = _roundings(touch, watch, z, tau, flies, stiffness)
+            before = escape
+            escape = 0.0
+            if q <= rounding:
+                falls = q1 < 0.0 or (q1 == 0.0 and q2 < 0.0)
+                if q < -rounding and tau > 0.0:
+                    # A drift of the other sign would not have let it come here.
+                    falls = True
+                elif abs(q1) <= slope_rounding:
+                    drift, escape, lasts = _drift(touch, watch, z, slope_rounding)
+                    if drift != 0.0:
+                        falls = drift < 0.0
+                    # Where damping leaves it within rounding, twice as far each time.
+                    escape = min(max(escape, 2.0 * before), lasts)
+                if falls:
+                    return tau, FOUND, z, steps
             if tau >= limit:
                 return tau, NOT_YET, z, steps
             size3 = swing * energy_size(touch, z3)
@@ -370,9 +408,13 @@ def find_switch(
                 watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, longest
             )
             sure = q <= rounding and q1 == 0.0 and q2 == 0.0
-            if sure and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
+            if sure and escape == 0.0 and (q3 < 0.0 or (q3 == 0.0 and q4 < 0.0)):
                 return tau, FOUND, z, steps
-            if sure:
+            if escape > 0.0:
+                sure = True
+                step = escape
+                short = step
+            elif sure:
                 # Third order, as a lift-off: while q'' grows nothing else can happen.
                 step = min(longest, q3 / bound4) if bound4 > 0.0 else longest
                 step = max(step, 1e-3 / touch.rate)
@@ -403,9 +445,24 @@ def find_switch(
                             root, longest_slow, watch.rate, f - level, f1, f2, f3, f4, 0.0
                         ),
                     )
+            if by_age and not sure:
+                if tau - late >= 2.0 * (late - early):
+                    early = late
+                    sizes_early = sizes_late
+                    late = tau
+                    sizes_late = (energy_size(touch, z1), energy_size(touch, z2))
+                # The difference of slopes, for rounding of q'' grows with the fastest rate.
+                bend = (q1 - q1_before) / (tau - tau_before) if tau > tau_before else q2
+                aim = 0.9 * first_root(q, q1, bend)
+                bound4 = later_bound4(touch, watch.later, early, sizes_early, tau, tau - early)
+                if bound4 < math.inf:
+                    aim = min(aim, math.sqrt(math.sqrt(72.0 * max(q, rounding) / bound4)), HORIZON)
+                    step = max(step, aim)
+            tau_before = tau
+            q1_before = q1
             bold = step > short
         end = tau + step
-        if end == tau:
+        if tau + 0.25 * step == tau:
             # Nearer than time can resolve.
             return tau, FOUND, z, steps
         end = min(end, limit)
@@ -433,6 +490,17 @@ def find_switch(
                     math.inf,
                     span,
                     slow_norm + watch.force * growth3 * span,
+                    rounding,
+                )
+            if not fresh and by_age:
+                fresh = stays_between(
+                    q,
+                    q1,
+                    watch.gap * new[2] + watch.gap_rate * new[3],
+                    watch.gap * slope[2] + watch.gap_rate * slope[3],
+                    math.inf,
+                    span,
+                    later_bound4(touch, watch.later, early, sizes_early, tau, span),
                     rounding,
                 )
         if fresh:
@@ -489,16 +557,63 @@ def _bound4(watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, sp
 
 
 @compiled
-def _rounding(touch, watch, z, tau, flies, stiffness):
-    """Rounding of the watched quantity."""
-    forces = abs(z[4]) + abs(z[5]) + abs(z[0]) + touch.drag * abs(z[1])
+def pushes(drag: float, x: float, v: float, sin: float, cos: float) -> float:
+    """Size of the terms of what pushes the primary, drag = 2 zeta; in units of F0."""
+    return abs(sin) + abs(cos) + abs(x) + drag * abs(v)
+
+
+@compiled
+def _roundings(touch, watch, z, tau, flies, stiffness):
+    """Rounding of the watched quantity and of its slope: that of what pushes, while it lasts."""
+    forces = pushes(touch.drag, z[0], z[1], z[4], z[5])
     weight = abs(watch.gap)
-    scale = weight * abs(z[2]) + abs(watch.gap_rate * z[3])
+    damping = abs(watch.gap_rate)
     reach = 0.5 * tau * tau
+    passing = tau
     if not flies:
         reach = min(reach, 1.0 / stiffness)
-    scale += (weight * reach + abs(watch.gap_rate) * min(tau, math.sqrt(2.0 * reach))) * forces
-    return ROUNDING * scale
+        passing = min(math.sqrt(2.0 * reach), 1.0 / max(touch.relative_damping, 1e-300))
+    value = weight * abs(z[2]) + damping * abs(z[3]) + (weight * reach + damping * passing) * forces
+    slope = weight * abs(z[3]) + (weight * passing + damping) * forces
+    return ROUNDING * value, ROUNDING * slope
+
+
+@compiled
+def _drift(touch, watch, z, slope_rounding):
+    """How a quantity moves on that vanishes with its slope, and when that is more than rounding.
+
+    A depth moves with the push p, and where that is rounding, with its derivative. So does a force
+    that vanishes with its slope, for p is rounding then.
+
+    Returns
+    -------
+    drift, escape, lasts : float
+        The sign of the motion to come, 0 if nothing moves; the time after which the slope should be
+        four times its rounding; a time over which the sign surely stays.
+    """
+    velocity = z[1] + touch.reduced * z[3]
+    jerk = touch.omega * z[5] - velocity
+    push = 0.0
+    drift = watch.gap_rate * jerk
+    if watch.gap_rate == 0.0:
+        x = z[0] + touch.reduced * z[2]
+        push = z[4] - touch.drag * velocity - x
+        if abs(push) <= ROUNDING * pushes(touch.drag, x, velocity, z[4], z[5]):
+            push = 0.0
+        drift = watch.gap * (push if push != 0.0 else jerk)
+    if drift == 0.0:
+        return 0.0, 0.0, 0.0
+    escape = 4.0 * slope_rounding / abs(drift)
+    if watch.gap_rate == 0.0 and push == 0.0:
+        escape = math.sqrt(2.0 * escape)
+    # The push relaxes towards jerk / drag, and the jerk's rate is -omega^2 sin - p.
+    if push * jerk >= 0.0 and jerk != 0.0:
+        omega = touch.omega
+        slower = (omega * omega * abs(z[4]) + abs(push)) / abs(jerk)
+        lasts = 0.5 / (slower + omega * math.sqrt(omega / abs(jerk)))
+    else:
+        lasts = 0.5 * abs(push) / max(abs(jerk) + touch.drag * abs(push), 1e-300)
+    return drift, escape, lasts
 
 
 @compiled

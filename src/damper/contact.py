@@ -38,10 +38,22 @@ NEAR_BEND = 0.2
 HORIZON = 25.293586195180865
 #: Certified steps in one segment before the search gives up and says so.
 MAX_STEPS = 100_000
+#: Evaluations from which on a search is long; so many of them count as an event of the budget.
+LONG_SEARCH = 100
 #: Wall code of a search that ran out of steps.
 GAVE_UP = 2.0
 #: Rounding of a gap or an acceleration, relative to the sizes of its terms.
 ROUNDING = 4.0 * 2.220446049250313e-16
+
+
+@compiled
+def search_budget(max_events: int) -> int:
+    """How many times `LONG_SEARCH` evaluations a run's long searches may take.
+
+    As many as events, and one whole search more. Searches that are not long are not counted: they
+    are as many as events and time ask for.
+    """
+    return max_events + MAX_STEPS // LONG_SEARCH
 
 
 @compiled

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from damper.compiled import compiled
-from damper.contact import GAVE_UP, ROUNDING, impact
+from damper.contact import GAVE_UP, LONG_SEARCH, ROUNDING, impact, search_budget
 from damper.flow import acceleration, sine_cosine
 from damper.models import (
     Model,
@@ -74,12 +74,13 @@ class Trajectory:
         Largest error of an accumulation time, in units of sqrt(M/K) (of 1/omega where that is
         shorter). Everything else is exact to rounding.
     max_events : int, default 1_000_000
-        Events after which the run stops and says so in `status`.
+        Budget after which the run stops and says so in `status`: events, or hundreds of evaluations
+        in searches that take more than a hundred of them (and 1000 hundreds more: one search).
 
     Attributes
     ----------
     status : int
-        0 finished so far, 1 max_events reached, 2 a search ran out of steps.
+        0 finished so far, 1 max_events used up, 2 a search ran out of steps.
     events, evaluations : int
         Events so far, and evaluations of the flow that finding them took.
 
@@ -105,7 +106,7 @@ class Trajectory:
         self.period = p.period
         self.start = self.whole_periods(state.time)
         self._state = np.empty(COLUMNS)
-        self._counts = np.zeros(2, dtype=np.int64)
+        self._counts = np.zeros(3, dtype=np.int64)
         self._max_events = int(max_events)
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
@@ -296,11 +297,11 @@ def run(
     until_periods, until_time : float
         Where to stop, whole periods plus local time; an event at exactly that time still counts.
     max_events : int
-        Events after which to stop.
+        Events, or hundreds of evaluations in long searches (`search_budget`), after which to stop.
     log : float64 array (rows, COLUMNS)
         One row per segment; with no rows nothing is kept.
-    counts : int64 array (2,)
-        Events and evaluations, added to.
+    counts : int64 array (3,)
+        Events, evaluations, and hundreds of evaluations in long searches, added to.
 
     Returns
     -------
@@ -326,6 +327,8 @@ def run(
     first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
+    hundreds = int(counts[2])
+    most_hundreds = search_budget(max_events)
     rows = 0
     code = FINISHED
     known = False  # whether phase and acceleration at the segment's start are at hand
@@ -356,6 +359,8 @@ def run(
             dx, end_v = settle(model, periods, time, side, x, v, rate, sin0, cos0, duration)
             steps = 1
         evaluations += steps
+        if steps >= LONG_SEARCH:
+            hundreds += steps // LONG_SEARCH
 
         over = duration > remaining
         if keep:
@@ -379,7 +384,7 @@ def run(
             code = SEARCH_FAILED
             break
         is_event = mode == TAIL or hit != 0.0
-        if is_event and events >= max_events:
+        if (is_event and events >= max_events) or hundreds > most_hundreds:
             code = TOO_MANY_EVENTS
             break
 
@@ -452,4 +457,5 @@ def run(
     state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
+    counts[2] = hundreds
     return code, rows

@@ -28,10 +28,19 @@ from damper.compliant_search import (
     find_switch,
     fly,
     loose_watch,
+    pushes,
     split_of,
     watch_of,
 )
-from damper.contact import GAVE_UP, HORIZON, ROUNDING, find_impact, stays
+from damper.contact import (
+    GAVE_UP,
+    HORIZON,
+    LONG_SEARCH,
+    ROUNDING,
+    find_impact,
+    search_budget,
+    stays,
+)
 from damper.contact_law import contact_damping
 from damper.flow import (
     Oscillator,
@@ -236,9 +245,22 @@ def _touches(model, time, side, x, v, gap, rate):
     if gap > 0.0 or rate != 0.0:
         return False
     sin, cos, _ = sine_cosine(model.free[3] * time + model.phase)
-    a, j = acceleration(model.free, x, v, sin, cos)
+    a, j = _acceleration_at_wall(model.free, x, v, sin, cos)
     snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
     return stays(side, a, j, snap, crackle)
+
+
+@compiled
+def _acceleration_at_wall(free, x, v, sin, cos):
+    """x'' and x''', where an x'' of no more than its rounding counts as zero.
+
+    A push that vanishes ends a contact; what rounding leaves of it must not begin the next one.
+    """
+    a, j = acceleration(free, x, v, sin, cos)
+    if abs(a) <= ROUNDING * pushes(2.0 * free[0], x, v, sin, cos):
+        a = 0.0
+        j = free[2] * free[3] * cos - free[1] * v
+    return a, j
 
 
 @compiled
@@ -274,6 +296,8 @@ def run(
     first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
+    hundreds = int(counts[2])
+    most_hundreds = search_budget(max_events)
     rows = 0
     code = FINISHED
     while True:
@@ -293,7 +317,10 @@ def run(
         lost = False
         is_event = False
         if mode == FLIGHT and gap >= 0.0:
-            a, j = acceleration(free, x, v, sin, cos)
+            if gap == 0.0:
+                a, j = _acceleration_at_wall(free, x, v, sin, cos)
+            else:
+                a, j = acceleration(free, x, v, sin, cos)
             duration, hit, dx, end_v, end_rate, steps = find_impact(
                 free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
             )
@@ -359,6 +386,8 @@ def run(
                 end_gap = 0.0
                 end_rate = max(end_rate, 0.0)
         evaluations += steps
+        if steps >= LONG_SEARCH:
+            hundreds += steps // LONG_SEARCH
 
         over = duration > remaining
         if keep:
@@ -381,7 +410,7 @@ def run(
         if lost:
             code = SEARCH_FAILED
             break
-        if is_event and events >= max_events:
+        if (is_event and events >= max_events) or hundreds > most_hundreds:
             code = TOO_MANY_EVENTS
             break
 
@@ -412,6 +441,9 @@ def run(
             elif model.clearance == 0.0:
                 side = -side
                 mode = CONTACT
+            if not is_event and events >= max_events:
+                code = TOO_MANY_EVENTS
+                break
             is_event = True
         if is_event:
             events += 1
@@ -428,4 +460,5 @@ def run(
     state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
+    counts[2] = hundreds
     return code, rows

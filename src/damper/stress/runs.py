@@ -116,7 +116,7 @@ def noisy_run(
     row = np.empty(COLUMNS)
     begin(model, row, 0.0, state.time, float(x), float(v), float(x + room), float(v + relative))
     log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
-    counts = np.zeros(2, dtype=np.int64)
+    counts = np.zeros(3, dtype=np.int64)
     factors = _factors((events, 4), size, random)
     shifts = size * model.period * random.uniform(-1.0, 1.0, events)
     latest = model.period * (1.0 - size)
