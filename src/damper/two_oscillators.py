@@ -22,19 +22,24 @@ from damper.contact import (
     stays_between,
 )
 from damper.flow import (
+    NEARLY_CRITICAL,
     OVERDAMPED,
     RESONANT,
+    TAYLOR_RANGE,
     Oscillator,
     acceleration,
     energy_norm,
     higher_derivatives,
     increments,
+    sine_cosine,
 )
 
 #: Rate, over the faster of 1 and omega, from which an oscillator's own motion is set apart.
 FAST = 8.0
 #: Part of the way to where fast motions can reach a wall that one step over them takes.
 LEAP = 0.9
+#: Own rate of the second oscillator times time, above which its motion is formed as a turn.
+TURNED = 3.0
 
 # What `_look` returns.
 _A, _J, _SNAP, _CRACKLE, _BOUND4, _BOUND5, _BOUND6, _GROWTH = range(8)
@@ -98,6 +103,8 @@ def first_contact(
     shortest = SPAN / max(1.0, one[3])
     longest = shortest
     rounding = ROUNDING * gap0
+    # A velocity may be off by the rounding of the gap over this time, or that of the flight.
+    brief = math.inf if two[4] == OVERDAMPED else 1.0 / math.sqrt(two[1])
     facing = 1.0
     aimed = False
     if lifting:
@@ -114,15 +121,11 @@ def first_contact(
             if distance <= 2.0 * (rounding + ROUNDING * abs(rate) * tau):
                 return tau, facing, dx, v, rate, steps
             break
-        dx1, dv1, sin1, cos1 = increments(one, x0, v0, a0, j0, sin0, cos0, end)
-        dy1, du1, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, end)
-        gap1 = gap0 + rate0 * end + side * (dx1 - dy1)
-        rate1 = rate0 + side * (dv1 - du1)
-        rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1) + abs(dy1))
-        dx1 += v0 * end
-        v1 = v0 + dv1
-        y1 = y0 + (u0 * end + dy1)
-        u1 = u0 + du1
+        gap1, rate1, dx1, v1, dy1, u1, sin1, cos1, rounding = move_apart(
+            one, x0, v0, a0, j0, sin0, cos0, two, y0, u0, b0, k0, side, gap0, rate0, end
+        )
+        rounding *= ROUNDING
+        y1 = y0 + dy1
         # At a lift-off the gap surely grows throughout the step.
         bound4 = p[_BOUND4] + q[_BOUND4] + (p[_GROWTH] + q[_GROWTH]) * step
         sure = (lifting and gap1 < width) or stays_between(
@@ -196,7 +199,7 @@ def first_contact(
                 if distance <= rounding or (
                     falls_through(distance, slope, second, abs(third) + bound4 * ahead, ahead)
                     and abs(distance + step * (slope + bend)) <= 0.25 * rounding
-                    and bound5 * square * square * tau <= 24.0 * rounding
+                    and bound5 * square * square * min(tau, brief) <= 24.0 * rounding
                 ):
                     a = p[_A]
                     j = p[_J]
@@ -218,6 +221,125 @@ def first_contact(
             return tau, 0.0, dx, v, rate, steps
         step, facing, aimed = _aim(one, two, longest, width, gap, rate, side, p, q)
     return tau, GAVE_UP, dx, v, rate, steps
+
+
+@compiled
+def move_apart(
+    one: Oscillator,
+    x0: float,
+    v0: float,
+    a0: float,
+    j0: float,
+    sin0: float,
+    cos0: float,
+    two: Oscillator,
+    y0: float,
+    u0: float,
+    b0: float,
+    k0: float,
+    side: float,
+    gap0: float,
+    rate0: float,
+    tau: float,
+) -> tuple[float, ...]:
+    """Motion of both oscillators and of the gap between them over a time `tau`.
+
+    A short one as increments: a bounce keeps its digits however small it gets. After a swing of the
+    second oscillator they would round in units of rate0 tau, which is many swings: its displacement
+    and velocity are turned by one angle, then, so that rounding is a delay and takes no energy.
+
+    Parameters
+    ----------
+    one, x0, v0, a0, j0, sin0, cos0, two, y0, u0, b0, k0, side, gap0, rate0
+        As `first_contact`.
+    tau : float
+        Time, >= 0.
+
+    Returns
+    -------
+    gap, rate, dx, v, dy, u, sin, cos, size : float
+        Gap and its rate; of each oscillator the change of the displacement and the velocity; sine
+        and cosine of the force's phase; size of the gap's terms.
+    """
+    dx, dv, sin, cos = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
+    v = v0 + dv
+    reach = two[11] * tau
+    if reach <= TURNED:
+        if two[4] == OVERDAMPED and reach > TAYLOR_RANGE:
+            dy, du = _relax(two, y0, u0, b0, tau)
+        else:
+            dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
+        return (
+            gap0 + rate0 * tau + side * (dx - dy),
+            rate0 + side * (dv - du),
+            dx + v0 * tau,
+            v,
+            dy + u0 * tau,
+            u0 + du,
+            sin,
+            cos,
+            gap0 + abs(rate0) * tau + abs(dx) + abs(dy),
+        )
+    dy, u, size = _turn(two, y0, u0, tau)
+    size += gap0 + abs(v0) * tau + abs(dx)
+    dx += v0 * tau
+    return gap0 + side * (dx - dy), side * (v - u), dx, v, dy, u, sin, cos, size
+
+
+@compiled
+def _relax(osc, y, u, b, tau):
+    """Increments of a heavily overdamped free oscillator from its acceleration.
+
+    That is a difference of forces that may be 1e12 times as large, and its own rounding is all that
+    this form has: it stays the same during a search, and the contact is where it says.
+    """
+    slow = osc[6]
+    fast = osc[7]
+    own = (b - slow * u) / (fast * (fast - slow))
+    z = slow * tau
+    bend = math.expm1(z) - z
+    if z > -0.01:
+        bend = z * z * (0.5 + z * (1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z / 720.0))))
+    grow_fast = math.expm1(fast * tau)
+    rest = y - own
+    return (
+        own * (grow_fast - fast * tau) + rest * bend,
+        own * fast * grow_fast + rest * slow * math.expm1(z),
+    )
+
+
+@compiled
+def _turn(osc, y, u, tau):
+    """Change of the displacement of a free oscillator, its velocity, and the size of the former."""
+    beta, kappa, _, _, regime, split, slow, fast, _, _, _, _ = osc
+    if regime == OVERDAMPED:
+        width = fast - slow
+        grow_fast = math.expm1(fast * tau)
+        grow_slow = math.expm1(slow * tau)
+        s = (grow_fast - grow_slow) / width
+        c_less_1 = (fast * grow_slow - slow * grow_fast) / width
+        s_dot = (fast * math.exp(fast * tau) - slow * math.exp(slow * tau)) / width
+    elif regime == NEARLY_CRITICAL:
+        decay = math.exp(slow * tau)
+        drop = math.expm1(-2.0 * split * tau)
+        c = decay * (1.0 + 0.5 * drop)
+        s = decay * (-0.5 * drop / split if split > 0.0 else tau)
+        c_less_1 = c + beta * s - 1.0
+        s_dot = c - beta * s
+    else:
+        # The cosine less one: a whole swing later its digits are those of the gap.
+        sine, cosine, c_less_1 = sine_cosine(split * tau)
+        s = sine / split
+        s_dot = cosine
+        if beta > 0.0:
+            drop = math.expm1(-beta * tau)
+            decay = 1.0 + drop
+            s *= decay
+            c_less_1 = decay * c_less_1 + drop + beta * s
+            s_dot = decay * cosine - beta * s
+    own = y * c_less_1
+    carried = u * s
+    return own + carried, u * s_dot - kappa * s * y, abs(own) + abs(carried)
 
 
 @compiled

@@ -2,17 +2,17 @@
 
 import math
 
-from damper.flow import acceleration, increments, sine_cosine
+from damper.flow import acceleration, sine_cosine
 from damper.models import motion
 from damper.models.grounded import Grounded, both_motions
 from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
 from damper.stress.checks import flight_gap, support_speed, support_stiffness, thrust
+from damper.two_oscillators import move_apart
 
 
 @flight_gap.of(Grounded)
 def _flight_gap(model, row, tau):
     free = model.free
-    support = model.support
     x = float(row[X])
     v = float(row[V])
     gap = float(row[GAP])
@@ -22,11 +22,11 @@ def _flight_gap(model, row, tau):
     a, j = acceleration(free, x, v, sin, cos)
     released = row[CAUSE] == RELEASE
     a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-    dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
-    dy, du, _, _ = increments(support, y, u, b, k, 0.0, 0.0, tau)
-    gap += rate * tau + side * (dx - dy)
-    size = float(row[GAP]) + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
-    return gap, rate + side * (dv - du), x + (v * tau + dx), size
+    size = gap + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
+    gap, rate, dx, _, _, _, _, _, _ = move_apart(
+        free, x, v, a, j, sin, cos, model.support, y, u, b, k, side, gap, rate, tau
+    )
+    return gap, rate, x + dx, size
 
 
 @thrust.of(Grounded)
