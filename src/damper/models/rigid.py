@@ -82,9 +82,7 @@ def _prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution,
 @flight.of(Rigid)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if cause == RELEASE:
-        # By definition. Rounding of x'' times heavy damping would drown the third derivative.
-        a = 0.0
-        j = model.free[2] * model.free[3] * cos - model.free[1] * v
+        a, j = flight_start(model.free, cause, x, v, sin, cos)
     duration, hit, dx, end_v, end_rate, steps = find_impact(
         model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
     )
@@ -92,6 +90,22 @@ def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
         # As increments x and v would keep a rounding of the velocity that the damping has eaten.
         dx, end_v = relax(model.free, x, v, sin, cos, duration)
     return duration, hit, dx, end_v, end_rate, steps
+
+
+@compiled
+def flight_start(
+    free: Oscillator, cause: float, x: float, v: float, sin: float, cos: float
+) -> tuple[float, ...]:
+    """Second and third derivative of the primary at the start of a flight that `cause` began.
+
+    At a release x'' = 0 by definition. As it rounds, heavy damping would drown the third derivative
+    in it, and a velocity of 1e14, to which a varying mass can drive, what the flight begins with.
+    """
+    a, j = acceleration(free, x, v, sin, cos)
+    if cause == RELEASE:
+        a = 0.0
+        j = free[2] * free[3] * cos - free[1] * v
+    return a, j
 
 
 @cut_flight.of(Rigid)

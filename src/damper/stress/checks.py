@@ -23,6 +23,7 @@ from damper.engine import (
 )
 from damper.flow import acceleration, increments, sine_cosine
 from damper.models import mass_ratio_at, motion
+from damper.models.rigid import flight_start
 from damper.observers.base import Observer, Window
 from damper.observers.response import (
     LOSS,
@@ -165,7 +166,7 @@ def flight_gap(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
     rate = float(row[RATE])
     side = float(row[SIDE])
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, x, v, sin, cos)
+    a, j = flight_start(free, float(row[CAUSE]), x, v, sin, cos)
     dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
     return (
         gap + rate * tau + side * dx,
