@@ -244,9 +244,10 @@ def move_apart(
 ) -> tuple[float, ...]:
     """Motion of both oscillators and of the gap between them over a time `tau`.
 
-    A short one as increments: a bounce keeps its digits however small it gets. After a swing of the
-    second oscillator they would round in units of rate0 tau, which is many swings: its displacement
-    and velocity are turned by one angle, then, so that rounding is a delay and takes no energy.
+    A short one as increments: a bounce keeps its digits however small it gets. After many swings of
+    the second oscillator they would round in units of rate0 tau, the way back and forth. Its
+    displacement and velocity are turned by one angle, then: rounding of that is a delay, and takes
+    no energy.
 
     Parameters
     ----------
@@ -264,8 +265,9 @@ def move_apart(
     dx, dv, sin, cos = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
     v = v0 + dv
     reach = two[11] * tau
-    if reach <= TURNED:
-        if two[4] == OVERDAMPED and reach > TAYLOR_RANGE:
+    heavy = two[4] == OVERDAMPED
+    if heavy or reach <= TURNED:
+        if heavy and reach > TAYLOR_RANGE:
             dy, du = _relax(two, y0, u0, b0, tau)
         else:
             dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
@@ -288,10 +290,10 @@ def move_apart(
 
 @compiled
 def _relax(osc, y, u, b, tau):
-    """Increments of a heavily overdamped free oscillator from its acceleration.
+    """Increments of a heavily overdamped free oscillator by its modes, from its acceleration.
 
-    That is a difference of forces that may be 1e12 times as large, and its own rounding is all that
-    this form has: it stays the same during a search, and the contact is where it says.
+    That is a difference of forces that may be 1e12 times as large. Formed anew for each time, it
+    would round to another gap in each look at a small bounce; so it stays what it was at the start.
     """
     slow = osc[6]
     fast = osc[7]
@@ -311,15 +313,8 @@ def _relax(osc, y, u, b, tau):
 @compiled
 def _turn(osc, y, u, tau):
     """Change of the displacement of a free oscillator, its velocity, and the size of the former."""
-    beta, kappa, _, _, regime, split, slow, fast, _, _, _, _ = osc
-    if regime == OVERDAMPED:
-        width = fast - slow
-        grow_fast = math.expm1(fast * tau)
-        grow_slow = math.expm1(slow * tau)
-        s = (grow_fast - grow_slow) / width
-        c_less_1 = (fast * grow_slow - slow * grow_fast) / width
-        s_dot = (fast * math.exp(fast * tau) - slow * math.exp(slow * tau)) / width
-    elif regime == NEARLY_CRITICAL:
+    beta, kappa, _, _, regime, split, slow, _, _, _, _, _ = osc
+    if regime == NEARLY_CRITICAL:
         decay = math.exp(slow * tau)
         drop = math.expm1(-2.0 * split * tau)
         c = decay * (1.0 + 0.5 * drop)
