@@ -141,6 +141,19 @@ def test_increments_against_120_digits(zeta: float, mass_ratio: float) -> None:
                 assert max(found) <= 40, (omega, tau, state, found)
 
 
+@pytest.mark.parametrize("gain", [1.0, 2.0, 3.9, 4.1, 10.0, 31.0, 100.0, 1e6])
+def test_no_digits_are_lost_on_the_way_to_resonance(gain: float) -> None:
+    """Steady and free part cancel by the gain there. Largest error measured: 4 units."""
+    for detuning in (-1.0 / gain, 1.0 / gain):
+        for zeta in (0.0, 0.5 / gain):
+            omega = math.sqrt(1.0 + detuning) if detuning > -1.0 else 0.1
+            osc = oscillator(zeta, 1.0, 1.0, omega)
+            for tau in (0.6, 1.0, 2.0, 3.0, 5.0, 10.0, 25.0):
+                for state in STATES:
+                    found = errors(osc, start(osc, *state), tau)
+                    assert max(found) <= 8, (omega, zeta, tau, state, found)
+
+
 @pytest.mark.parametrize("zeta", ZETAS)
 @pytest.mark.parametrize("omega", OMEGAS)
 def test_increments_keep_relative_accuracy_as_time_shrinks(zeta: float, omega: float) -> None:

@@ -283,7 +283,13 @@ def find_impact(
                     and abs(left) <= 0.25 * rounding
                     and _resolves(osc, j, snap, step, tau, rounding)
                 ):
-                    dv = step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
+                    # One term more than the gap needs: it is what is left of the velocity's error.
+                    crackle = fifth_derivative(osc, j, snap, cos1)
+                    dv = step * (
+                        a
+                        + step
+                        * (0.5 * j + step * (snap * (1.0 / 6.0) + step * crackle * (1.0 / 24.0)))
+                    )
                     dx += step * (
                         v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
                     )

@@ -27,7 +27,7 @@ TAYLOR_RANGE = 0.5
 # The series stops where its remainder is below this part of its scale.
 TAYLOR_REMAINDER = 1e-18
 # Steady amplitude over the static one, above which homogeneous + steady part would cancel.
-RESONANT_GAIN = 32.0
+RESONANT_GAIN = 4.0
 
 QUARTERS_PER_RADIAN = 2.0 / math.pi
 # pi / 2 in two parts: the first one has 33 bits, so that its product with a count is exact.
@@ -443,9 +443,9 @@ def _resonant(beta, split, omega, c_less_1, s, tau):
     Q = (E - S) / (i omega - conj(lambda)) and Q' = E + conj(lambda) Q.
     """
     shift = omega - split
-    growth = math.expm1(beta * tau)
-    half = math.sin(0.5 * shift * tau)
-    turn = math.sin(shift * tau)
+    growth = math.expm1(beta * tau) if beta > 0.0 else 0.0
+    half, half_cosine, _ = sine_cosine(0.5 * shift * tau)
+    turn = 2.0 * half * half_cosine
     # exp((beta + i shift) tau) - 1
     re = growth * (1.0 - 2.0 * half * half) - 2.0 * half * half
     im = (1.0 + growth) * turn

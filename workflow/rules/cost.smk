@@ -2,10 +2,12 @@
 
 import os
 
+from damper.comparison.solvers import SOLVERS
 from damper.study.settings import OBSERVERS
 
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
+EVERY_SOLVER = [f"damper.comparison.solvers.{name}" for name in SOLVERS]
 SCRIPT = "workflow/scripts/{}.py".format
 # Kind of job -> its script, and the modules that it loads by name.
 STARTS = {
@@ -16,6 +18,14 @@ STARTS = {
     "figure: schematic": ("figure", ["damper.figures.schematic"]),
     "table: intervals": ("table", ["damper.study.interval_table", "netCDF4"]),
     "table: performance": ("table", ["damper.study.performance_table", "netCDF4"]),
+    "reference": ("reference", []),
+    "errors": ("errors", EVERY_SOLVER),
+    "timings": ("timings", ["netCDF4", *EVERY_SOLVER]),
+    "comparison": ("comparison", ["netCDF4", *EVERY_SOLVER]),
+    "checks": ("checks", EVERY_MODEL),
+    "twins": ("twins", EVERY_MODEL),
+    "stress": ("stress", ["netCDF4"]),
+    "cost": ("cost", []),
     "claims": ("claims", ["damper.study.claims.paper_a", "damper.study.claims.paper_b", "netCDF4"]),
     "report": ("report", ["jinja2", "docutils.core"]),
 }

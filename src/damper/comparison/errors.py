@@ -29,11 +29,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.comparison.scene import Scene
 from damper.comparison.solution import FAILED, FINISHED, Solution
 
-if TYPE_CHECKING:  # brings mpmath along
+if TYPE_CHECKING:  # these bring mpmath and the engine along
     from damper.comparison.reference import Reference
+    from damper.comparison.scene import Scene
 
 #: Part of a complete burst's first approach speed below which its impacts do not count.
 FLOOR = 1e-2

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.comparison.errors import MEASURES, VERDICTS, counted_impacts, measure, verdict
-from damper.comparison.scene import Scene
 from damper.comparison.solution import OUTCOMES
 from damper.comparison.solvers import SOLVERS, load
 
-if TYPE_CHECKING:  # brings mpmath along
+if TYPE_CHECKING:  # these bring mpmath and the engine along
     from damper.comparison.reference import Reference
+    from damper.comparison.scene import Scene
 
 #: Code in place of that of an outcome: the solver has no such model, or no such level.
 NOT_APPLICABLE = -1

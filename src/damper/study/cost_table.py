@@ -154,10 +154,11 @@ def _scaling(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], R
 
 
 def _startup(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], Rows, Rows, str]:
-    times = timings.get("times", {})
+    # Kinds of job that share a rule share its time, which stands beside the first of them.
+    times = dict(timings.get("times", {}))
     exact, shown = [], []
     for name, job in timings["startup"].items():
-        wall = times.get(name.split(":")[0], {})
+        wall = times.pop(name.split(":")[0], {})
         loaded = ", ".join(job["loaded"])
         numbers = (job["interpreter"], job["seconds"])
         jobs, median, total = (wall.get(key) for key in ("jobs", "median", "total"))
@@ -182,7 +183,7 @@ def _startup(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], R
     ]
     remark = (
         "Imports of each kind of job in fresh interpreters, medians; on the right the wall time of "
-        "the jobs of that rule that have run."
+        "the jobs that have run, beside the first of those that share a rule."
     )
     return (heads, columns), exact, shown, remark
 
@@ -191,10 +192,10 @@ def _jobs(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], Rows
     jobs = timings["jobs"]
     rules = list(dict.fromkeys(rule for counts in jobs.values() for rule in counts))
     exact = [
-        [name, *(str(counts.get(rule, 0)) for rule in rules), str(sum(counts.values()))]
-        for name, counts in jobs.items()
+        *([rule, *(str(counts.get(rule, 0)) for counts in jobs.values())] for rule in rules),
+        ["total", *(str(sum(counts.values())) for counts in jobs.values())],
     ]
-    heads = ["asked for", *rules, "total"]
+    heads = ["rule", *jobs]
     remark = "Jobs that Snakemake runs for a target when nothing is there yet."
     return (heads, heads), exact, exact, remark
 
