@@ -265,12 +265,11 @@ def move_apart(
     dx, dv, sin, cos = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
     v = v0 + dv
     reach = two[11] * tau
-    heavy = two[4] == OVERDAMPED
-    if heavy or reach <= TURNED:
-        if heavy and reach > TAYLOR_RANGE:
-            dy, du = _relax(two, y0, u0, b0, tau)
-        else:
-            dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
+    if two[4] == OVERDAMPED and reach > TAYLOR_RANGE:
+        gap, rate, dy, u, size = _ease(two, y0, u0, b0, v0, dx, dv, side, rate0, tau)
+        return gap0 + gap, rate, dx + v0 * tau, v, dy, u, sin, cos, gap0 + size
+    if reach <= TURNED:
+        dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
         return (
             gap0 + rate0 * tau + side * (dx - dy),
             rate0 + side * (dv - du),
@@ -289,24 +288,37 @@ def move_apart(
 
 
 @compiled
-def _relax(osc, y, u, b, tau):
-    """Increments of a heavily overdamped free oscillator by its modes, from its acceleration.
+def _ease(osc, y, u, b, v, dx, dv, side, rate, tau):
+    """Change of the gap, its rate, dy, u and the size where the second oscillator is overdamped.
 
-    That is a difference of forces that may be 1e12 times as large. Formed anew for each time, it
-    would round to another gap in each look at a small bounce; so it stays what it was at the start.
+    By its modes, from its acceleration. That is a difference of forces that may be 1e12 times as
+    large: formed anew for each time, it would round to another gap in each look at a small bounce.
     """
     slow = osc[6]
     fast = osc[7]
     own = (b - slow * u) / (fast * (fast - slow))
+    rest = y - own
     z = slow * tau
-    bend = math.expm1(z) - z
+    grow_slow = math.expm1(z)
+    grow_fast = math.expm1(fast * tau)
+    leap = own * grow_fast
+    dy = leap + rest * grow_slow
+    u = own * fast * (1.0 + grow_fast) + rest * slow * (1.0 + grow_slow)
+    if z < -1.0:
+        # Both modes have moved as far as they do: nothing small is left that these would hide.
+        size = abs(v) * tau + abs(dx) + abs(leap) + abs(rest * grow_slow)
+        return side * (v * tau + dx - dy), side * (v + dv - u), dy, u, size
+    bend = grow_slow - z
     if z > -0.01:
         bend = z * z * (0.5 + z * (1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z / 720.0))))
-    grow_fast = math.expm1(fast * tau)
-    rest = y - own
+    # What is left of the gap rate once the fast mode has died, by the smaller terms.
+    drift = rate + side * own * fast if abs(rate) <= abs(v) else side * (v - rest * slow)
     return (
-        own * (grow_fast - fast * tau) + rest * bend,
-        own * fast * grow_fast + rest * slow * math.expm1(z),
+        drift * tau + side * (dx - leap - rest * bend),
+        drift + side * (dv - own * fast * (1.0 + grow_fast) - rest * slow * grow_slow),
+        dy,
+        u,
+        abs(drift) * tau + abs(dx) + abs(leap) + abs(rest * bend),
     )
 
 
