@@ -105,6 +105,7 @@ def first_contact(
     rounding = ROUNDING * gap0
     # A velocity may be off by the rounding of the gap over this time, or that of the flight.
     brief = math.inf if two[4] == OVERDAMPED else 1.0 / math.sqrt(two[1])
+    short = _short(two)
     facing = 1.0
     aimed = False
     if lifting:
@@ -121,11 +122,21 @@ def first_contact(
             if distance <= 2.0 * (rounding + ROUNDING * abs(rate) * tau):
                 return tau, facing, dx, v, rate, steps
             break
-        gap1, rate1, dx1, v1, dy1, u1, sin1, cos1, rounding = move_apart(
-            one, x0, v0, a0, j0, sin0, cos0, two, y0, u0, b0, k0, side, gap0, rate0, end
-        )
-        rounding *= ROUNDING
-        y1 = y0 + dy1
+        dx1, dv1, sin1, cos1 = increments(one, x0, v0, a0, j0, sin0, cos0, end)
+        if end <= short:
+            dy1, du1, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, end)
+            gap1 = gap0 + rate0 * end + side * (dx1 - dy1)
+            rate1 = rate0 + side * (dv1 - du1)
+            rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1) + abs(dy1))
+            y1 = y0 + (u0 * end + dy1)
+            u1 = u0 + du1
+        else:
+            gap1, rate1, y1, u1, rounding = _move_far(
+                two, y0, u0, b0, v0, dx1, dv1, side, gap0, rate0, end
+            )
+            rounding *= ROUNDING
+        dx1 += v0 * end
+        v1 = v0 + dv1
         # At a lift-off the gap surely grows throughout the step.
         bound4 = p[_BOUND4] + q[_BOUND4] + (p[_GROWTH] + q[_GROWTH]) * step
         sure = (lifting and gap1 < width) or stays_between(
@@ -242,7 +253,7 @@ def move_apart(
     rate0: float,
     tau: float,
 ) -> tuple[float, ...]:
-    """Motion of both oscillators and of the gap between them over a time `tau`.
+    """Gap between the two and motion of the first one over a time `tau`.
 
     A short one as increments: a bounce keeps its digits however small it gets. After many swings of
     the second oscillator they would round in units of rate0 tau, the way back and forth. Its
@@ -258,41 +269,41 @@ def move_apart(
 
     Returns
     -------
-    gap, rate, dx, v, dy, u, sin, cos, size : float
-        Gap and its rate; of each oscillator the change of the displacement and the velocity; sine
-        and cosine of the force's phase; size of the gap's terms.
+    gap, rate, dx, v : float
+        Gap and its rate; of the first oscillator the change of the displacement and the velocity.
     """
-    dx, dv, sin, cos = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
-    v = v0 + dv
-    reach = two[11] * tau
-    if two[4] == OVERDAMPED and reach > TAYLOR_RANGE:
-        gap, rate, dy, u, size = _ease(two, y0, u0, b0, v0, dx, dv, side, rate0, tau)
-        return gap0 + gap, rate, dx + v0 * tau, v, dy, u, sin, cos, gap0 + size
-    if reach <= TURNED:
+    dx, dv, _, _ = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
+    if tau <= _short(two):
         dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
-        return (
-            gap0 + rate0 * tau + side * (dx - dy),
-            rate0 + side * (dv - du),
-            dx + v0 * tau,
-            v,
-            dy + u0 * tau,
-            u0 + du,
-            sin,
-            cos,
-            gap0 + abs(rate0) * tau + abs(dx) + abs(dy),
-        )
-    dy, u, size = _turn(two, y0, u0, tau)
-    size += gap0 + abs(v0) * tau + abs(dx)
-    dx += v0 * tau
-    return gap0 + side * (dx - dy), side * (v - u), dx, v, dy, u, sin, cos, size
+        gap = gap0 + rate0 * tau + side * (dx - dy)
+        rate = rate0 + side * (dv - du)
+    else:
+        gap, rate, _, _, _ = _move_far(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau)
+    return gap, rate, v0 * tau + dx, v0 + dv
 
 
 @compiled
-def _ease(osc, y, u, b, v, dx, dv, side, rate, tau):
-    """Change of the gap, its rate, dy, u and the size where the second oscillator is overdamped.
+def _short(two):
+    """Time up to which the second oscillator moves by increments."""
+    return (TAYLOR_RANGE if two[4] == OVERDAMPED else TURNED) / two[11]
 
-    By its modes, from its acceleration. That is a difference of forces that may be 1e12 times as
-    large: formed anew for each time, it would round to another gap in each look at a small bounce.
+
+@compiled
+def _move_far(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau):
+    """Gap, its rate, the second oscillator's state, and the size of the gap's terms; not short."""
+    if two[4] == OVERDAMPED:
+        return _ease(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau)
+    dy, u, size = _turn(two, y0, u0, tau)
+    gap = gap0 + side * ((v0 * tau + dx) - dy)
+    return gap, side * (v0 + dv - u), y0 + dy, u, size + gap0 + abs(v0) * tau + abs(dx)
+
+
+@compiled
+def _ease(osc, y, u, b, v, dx, dv, side, gap, rate, tau):
+    """As `_move_far`, of an overdamped oscillator by its modes, from its acceleration.
+
+    That is a difference of forces that may be 1e12 times as large: formed anew for each time, it
+    would round to another gap in each look at a small bounce.
     """
     slow = osc[6]
     fast = osc[7]
@@ -303,22 +314,22 @@ def _ease(osc, y, u, b, v, dx, dv, side, rate, tau):
     grow_fast = math.expm1(fast * tau)
     leap = own * grow_fast
     dy = leap + rest * grow_slow
-    u = own * fast * (1.0 + grow_fast) + rest * slow * (1.0 + grow_slow)
+    u1 = own * fast * (1.0 + grow_fast) + rest * slow * (1.0 + grow_slow)
     if z < -1.0:
         # Both modes have moved as far as they do: nothing small is left that these would hide.
-        size = abs(v) * tau + abs(dx) + abs(leap) + abs(rest * grow_slow)
-        return side * (v * tau + dx - dy), side * (v + dv - u), dy, u, size
+        size = gap + abs(v) * tau + abs(dx) + abs(leap) + abs(rest * grow_slow)
+        return gap + side * (v * tau + dx - dy), side * (v + dv - u1), y + dy, u1, size
     bend = grow_slow - z
     if z > -0.01:
         bend = z * z * (0.5 + z * (1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z / 720.0))))
     # What is left of the gap rate once the fast mode has died, by the smaller terms.
     drift = rate + side * own * fast if abs(rate) <= abs(v) else side * (v - rest * slow)
     return (
-        drift * tau + side * (dx - leap - rest * bend),
+        gap + drift * tau + side * (dx - leap - rest * bend),
         drift + side * (dv - own * fast * (1.0 + grow_fast) - rest * slow * grow_slow),
-        dy,
-        u,
-        abs(drift) * tau + abs(dx) + abs(leap) + abs(rest * bend),
+        y + dy,
+        u1,
+        gap + abs(drift) * tau + abs(dx) + abs(leap) + abs(rest * bend),
     )
 
 

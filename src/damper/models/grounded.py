@@ -321,7 +321,7 @@ def _motion(model, row, tau):
     if float(row[MODE]) == FLIGHT:
         released = row[CAUSE] == RELEASE
         a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-        gap, rate, dx, v, _, _, _, _, _ = move_apart(
+        gap, rate, dx, v = move_apart(
             free, x, v, a, j, sin, cos, model.support, y, u, b, k, side, gap, rate, tau
         )
         return x + dx, v, min(max(gap, 0.0), 2.0 * model.clearance), rate

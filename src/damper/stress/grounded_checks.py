@@ -21,7 +21,7 @@ def _flight_gap(model, row, tau):
     released = row[CAUSE] == RELEASE
     a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
     size = gap + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
-    gap, rate, dx, _, _, _, _, _, _ = move_apart(
+    gap, rate, dx, _ = move_apart(
         free, x, v, a, j, sin, cos, model.support, y, u, b, k, side, gap, rate, tau
     )
     return gap, rate, x + dx, size
