@@ -47,6 +47,7 @@ from damper.segment import (
     GAP,
     IMPACT,
     MODE,
+    NOTHING,
     PERIOD,
     RATE,
     SIDE,
@@ -142,6 +143,12 @@ _MODULES = {
 
 
 @by_model
+def has_rigid_walls(model: tuple) -> bool:
+    """Whether x'' = 0 at a release, by definition: a wall that gives has its own end of contact."""
+    return True
+
+
+@by_model
 def flight_gap(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
     """Gap and its rate in flight, as they are: `damper.models.motion` never gives less than zero.
 
@@ -166,7 +173,8 @@ def flight_gap(model: tuple, row: np.ndarray, tau: float) -> tuple[float, ...]:
     rate = float(row[RATE])
     side = float(row[SIDE])
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = flight_start(free, float(row[CAUSE]), x, v, sin, cos)
+    cause = float(row[CAUSE]) if has_rigid_walls(model) else NOTHING
+    a, j = flight_start(free, cause, x, v, sin, cos)
     dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
     return (
         gap + rate * tau + side * dx,

@@ -5,7 +5,12 @@ import math
 from damper.models import motion
 from damper.models.compliant import Compliant
 from damper.segment import GAP, RATE, V, X
-from damper.stress.checks import thrust
+from damper.stress.checks import has_rigid_walls, thrust
+
+
+@has_rigid_walls.of(Compliant)
+def _has_rigid_walls(model):
+    return False
 
 
 @thrust.of(Compliant)
