@@ -77,6 +77,7 @@ LAYERS = {
     "contact_law": 3,
     "compliant_flow": 3,
     "compliant_search": 3,
+    "compliant_smoothing": 3,
     "segment": 3,
     "varying_mass": 3,
     "models": 4,

@@ -53,6 +53,8 @@ _CONVERGED = 1e-15
 _SMALL = 1e-5
 #: Steps after which a search turns to the bound by age.
 PATIENCE = 24
+#: Change of the slope on the way to it, as a part of the slope, below which that is to rounding.
+_STRAIGHT = 1e-4
 #: What a search found.
 NOT_YET, FOUND, LOST = 0.0, 1.0, 2.0
 
@@ -629,10 +631,10 @@ def _polish(touch, table, free, watch, start, tau, root, limit, flies, steps):
         q1 = watch.gap * slope[2] + watch.gap_rate * slope[3]
         late = q / -q1 if q1 < 0.0 else 0.0
         late = min(max(late, tau - end), tau + 2.0 * root - end)
-        if touch.rate * abs(late) <= _SMALL:
-            bend = derivative(touch, slope)
+        bend = derivative(touch, slope)
+        q2 = watch.gap * bend[2] + watch.gap_rate * bend[3]
+        if touch.rate * abs(late) <= _SMALL and abs(q2 * late) <= _STRAIGHT * abs(q1):
             if q1 < 0.0:
-                q2 = watch.gap * bend[2] + watch.gap_rate * bend[3]
                 late -= 0.5 * q2 / q1 * late * late
             half = 0.5 * late
             z = (

@@ -22,19 +22,24 @@ from damper.contact import (
     stays_between,
 )
 from damper.flow import (
+    NEARLY_CRITICAL,
     OVERDAMPED,
     RESONANT,
+    TAYLOR_RANGE,
     Oscillator,
     acceleration,
     energy_norm,
     higher_derivatives,
     increments,
+    sine_cosine,
 )
 
 #: Rate, over the faster of 1 and omega, from which an oscillator's own motion is set apart.
 FAST = 8.0
 #: Part of the way to where fast motions can reach a wall that one step over them takes.
 LEAP = 0.9
+#: Own rate of the second oscillator times time, above which its motion is formed as a turn.
+TURNED = 3.0
 
 # What `_look` returns.
 _A, _J, _SNAP, _CRACKLE, _BOUND4, _BOUND5, _BOUND6, _GROWTH = range(8)
@@ -98,6 +103,9 @@ def first_contact(
     shortest = SPAN / max(1.0, one[3])
     longest = shortest
     rounding = ROUNDING * gap0
+    # A velocity may be off by the rounding of the gap over this time, or that of the flight.
+    brief = math.inf if two[4] == OVERDAMPED else 1.0 / math.sqrt(two[1])
+    short = _short(two)
     facing = 1.0
     aimed = False
     if lifting:
@@ -115,14 +123,20 @@ def first_contact(
                 return tau, facing, dx, v, rate, steps
             break
         dx1, dv1, sin1, cos1 = increments(one, x0, v0, a0, j0, sin0, cos0, end)
-        dy1, du1, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, end)
-        gap1 = gap0 + rate0 * end + side * (dx1 - dy1)
-        rate1 = rate0 + side * (dv1 - du1)
-        rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1) + abs(dy1))
+        if end <= short:
+            dy1, du1, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, end)
+            gap1 = gap0 + rate0 * end + side * (dx1 - dy1)
+            rate1 = rate0 + side * (dv1 - du1)
+            rounding = ROUNDING * (gap0 + abs(rate0) * end + abs(dx1) + abs(dy1))
+            y1 = y0 + (u0 * end + dy1)
+            u1 = u0 + du1
+        else:
+            gap1, rate1, y1, u1, rounding = _move_far(
+                two, y0, u0, b0, v0, dx1, dv1, side, gap0, rate0, end
+            )
+            rounding *= ROUNDING
         dx1 += v0 * end
         v1 = v0 + dv1
-        y1 = y0 + (u0 * end + dy1)
-        u1 = u0 + du1
         # At a lift-off the gap surely grows throughout the step.
         bound4 = p[_BOUND4] + q[_BOUND4] + (p[_GROWTH] + q[_GROWTH]) * step
         sure = (lifting and gap1 < width) or stays_between(
@@ -196,7 +210,7 @@ def first_contact(
                 if distance <= rounding or (
                     falls_through(distance, slope, second, abs(third) + bound4 * ahead, ahead)
                     and abs(distance + step * (slope + bend)) <= 0.25 * rounding
-                    and bound5 * square * square * tau <= 24.0 * rounding
+                    and bound5 * square * square * min(tau, brief) <= 24.0 * rounding
                 ):
                     a = p[_A]
                     j = p[_J]
@@ -218,6 +232,132 @@ def first_contact(
             return tau, 0.0, dx, v, rate, steps
         step, facing, aimed = _aim(one, two, longest, width, gap, rate, side, p, q)
     return tau, GAVE_UP, dx, v, rate, steps
+
+
+@compiled
+def move_apart(
+    one: Oscillator,
+    x0: float,
+    v0: float,
+    a0: float,
+    j0: float,
+    sin0: float,
+    cos0: float,
+    two: Oscillator,
+    y0: float,
+    u0: float,
+    b0: float,
+    k0: float,
+    side: float,
+    gap0: float,
+    rate0: float,
+    tau: float,
+) -> tuple[float, ...]:
+    """Gap between the two and motion of the first one over a time `tau`.
+
+    A short one as increments: a bounce keeps its digits however small it gets. After many swings of
+    the second oscillator they would round in units of rate0 tau, the way back and forth. Its
+    displacement and velocity are turned by one angle, then: rounding of that is a delay, and takes
+    no energy.
+
+    Parameters
+    ----------
+    one, x0, v0, a0, j0, sin0, cos0, two, y0, u0, b0, k0, side, gap0, rate0
+        As `first_contact`.
+    tau : float
+        Time, >= 0.
+
+    Returns
+    -------
+    gap, rate, dx, v : float
+        Gap and its rate; of the first oscillator the change of the displacement and the velocity.
+    """
+    dx, dv, _, _ = increments(one, x0, v0, a0, j0, sin0, cos0, tau)
+    if tau <= _short(two):
+        dy, du, _, _ = increments(two, y0, u0, b0, k0, 0.0, 0.0, tau)
+        gap = gap0 + rate0 * tau + side * (dx - dy)
+        rate = rate0 + side * (dv - du)
+    else:
+        gap, rate, _, _, _ = _move_far(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau)
+    return gap, rate, v0 * tau + dx, v0 + dv
+
+
+@compiled
+def _short(two):
+    """Time up to which the second oscillator moves by increments."""
+    return (TAYLOR_RANGE if two[4] == OVERDAMPED else TURNED) / two[11]
+
+
+@compiled
+def _move_far(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau):
+    """Gap, its rate, the second oscillator's state, and the size of the gap's terms; not short."""
+    if two[4] == OVERDAMPED:
+        return _ease(two, y0, u0, b0, v0, dx, dv, side, gap0, rate0, tau)
+    dy, u, size = _turn(two, y0, u0, tau)
+    gap = gap0 + side * ((v0 * tau + dx) - dy)
+    return gap, side * (v0 + dv - u), y0 + dy, u, size + gap0 + abs(v0) * tau + abs(dx)
+
+
+@compiled
+def _ease(osc, y, u, b, v, dx, dv, side, gap, rate, tau):
+    """As `_move_far`, of an overdamped oscillator by its modes, from its acceleration.
+
+    That is a difference of forces that may be 1e12 times as large: formed anew for each time, it
+    would round to another gap in each look at a small bounce.
+    """
+    slow = osc[6]
+    fast = osc[7]
+    own = (b - slow * u) / (fast * (fast - slow))
+    rest = y - own
+    z = slow * tau
+    grow_slow = math.expm1(z)
+    grow_fast = math.expm1(fast * tau)
+    leap = own * grow_fast
+    dy = leap + rest * grow_slow
+    u1 = own * fast * (1.0 + grow_fast) + rest * slow * (1.0 + grow_slow)
+    if z < -1.0:
+        # Both modes have moved as far as they do: nothing small is left that these would hide.
+        size = gap + abs(v) * tau + abs(dx) + abs(leap) + abs(rest * grow_slow)
+        return gap + side * (v * tau + dx - dy), side * (v + dv - u1), y + dy, u1, size
+    bend = grow_slow - z
+    if z > -0.01:
+        bend = z * z * (0.5 + z * (1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z / 720.0))))
+    # What is left of the gap rate once the fast mode has died, by the smaller terms.
+    drift = rate + side * own * fast if abs(rate) <= abs(v) else side * (v - rest * slow)
+    return (
+        gap + drift * tau + side * (dx - leap - rest * bend),
+        drift + side * (dv - own * fast * (1.0 + grow_fast) - rest * slow * grow_slow),
+        y + dy,
+        u1,
+        gap + abs(drift) * tau + abs(dx) + abs(leap) + abs(rest * bend),
+    )
+
+
+@compiled
+def _turn(osc, y, u, tau):
+    """Change of the displacement of a free oscillator, its velocity, and the size of the former."""
+    beta, kappa, _, _, regime, split, slow, _, _, _, _, _ = osc
+    if regime == NEARLY_CRITICAL:
+        decay = math.exp(slow * tau)
+        drop = math.expm1(-2.0 * split * tau)
+        c = decay * (1.0 + 0.5 * drop)
+        s = decay * (-0.5 * drop / split if split > 0.0 else tau)
+        c_less_1 = c + beta * s - 1.0
+        s_dot = c - beta * s
+    else:
+        # The cosine less one: a whole swing later its digits are those of the gap.
+        sine, cosine, c_less_1 = sine_cosine(split * tau)
+        s = sine / split
+        s_dot = cosine
+        if beta > 0.0:
+            drop = math.expm1(-beta * tau)
+            decay = 1.0 + drop
+            s *= decay
+            c_less_1 = decay * c_less_1 + drop + beta * s
+            s_dot = decay * cosine - beta * s
+    own = y * c_less_1
+    carried = u * s
+    return own + carried, u * s_dot - kappa * s * y, abs(own) + abs(carried)
 
 
 @compiled

@@ -433,3 +433,17 @@ def test_bursts_and_trajectory() -> None:
     assert found["burst_complete"][:2].max() == 1.0
     lasting = rows[rows[:, MODE] == STICKING][:, DURATION].sum()
     assert found["sticking_fraction"] == pytest.approx(lasting / compliant(QUIET, 1, 0).period)
+
+
+def test_a_flight_out_of_the_wall_ends_at_its_surface() -> None:
+    """The root was corrected once too few where the rate changes on the way: off by 1e-6 of it."""
+    p = Parameters(0.3, 0.0, 1.0, 1e-3, 0.5, contact_stiffness_ratio=1e6)
+    run = Trajectory(p, State(0.0, 0.0, 0.0, 0.0))
+    rows = np.concatenate([piece.copy() for piece in run.segments(8.0, 0.0)])
+    ends = 0
+    for row, end in pairwise(rows):
+        if row[MODE] == FLIGHT and row[GAP] < 0.0 and end[MODE] == FLIGHT:
+            _, _, gap, _ = motion(run.model, row, float(row[DURATION]))
+            assert abs(gap) < 1e-16
+            ends += 1
+    assert ends > 20

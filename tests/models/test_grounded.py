@@ -3,9 +3,11 @@
 import importlib.util
 import math
 import random
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from new_process import in_new_process
 from reference import grounded as reference
 from scipy.integrate import solve_ivp
@@ -23,6 +25,7 @@ from damper.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    IMPACT,
     MODE,
     PERIOD,
     RATE,
@@ -749,3 +752,125 @@ def test_a_long_flight_after_a_release_keeps_its_digits_under_heavy_damping():
         _, _, gap, rate = motion(run.model, log[row], log[row, DURATION])
         assert gap == pytest.approx(log[row + 1, GAP], abs=1e-14)
         assert rate == pytest.approx(log[row + 1, RATE], abs=1e-14)
+
+
+#: Heavily damped primary that hardly moves; the free mass swings 290 times per unit of time.
+SWINGING = (0.3, 1000.0, 0.01, 1.0, 0.5, 0.0, 1e6, 0.0)
+
+
+def flights_of(scene, state, periods, max_events=100_000):
+    """Model and log of a run."""
+    run = Trajectory(parameters(scene), state, max_events=max_events)
+    return run, np.concatenate([piece.copy() for piece in run.segments(periods, 0.0)])
+
+
+def test_rounding_of_many_swings_takes_no_energy():
+    """Undamped, the free mass keeps its energy from a flight's start to just before its end.
+
+    Gap and velocity once rounded apart, the one in units of speed times time: 2e-11 of it at a hit.
+    """
+    run, log = flights_of(SWINGING, State(0.0, 0.0, 1.0, 1.0), 3.0)
+    model = run.model
+    r, mu, stiffness = model.restitution, model.mass_ratio, model.support[1]
+
+    def energy(y, u):
+        return stiffness * y * y + u * u
+
+    hits = cuts = 0
+    for row, end in pairwise(log):
+        if row[MODE] != FLIGHT or math.sqrt(stiffness) * row[DURATION] < 1e4:
+            continue
+        side = row[SIDE]
+        before = energy(row[X] + side * (1.0 - row[GAP]), row[V] - side * row[RATE])
+        x, v, gap, rate = motion(model, row, row[DURATION])
+        found = energy(x + side * (1.0 - gap), v - side * rate)
+        assert found == pytest.approx(before, rel=1e-14)
+        side = end[SIDE]
+        speed = 0.0
+        if end[CAUSE] == IMPACT:
+            hits += 1
+            v = end[V] - side * mu * (1.0 + r) / (1.0 + mu) * end[SPEED]
+            speed = end[SPEED]
+        else:
+            cuts += 1
+            v, speed = end[V], -end[RATE]
+        after = energy(end[X] + side * (1.0 - end[GAP]), v + side * speed)
+        assert after == pytest.approx(before, rel=1e-14)
+    assert hits > 2
+    assert cuts > 20
+
+
+def test_a_contact_after_many_swings_is_that_of_fifty_digits():
+    """Time to its own rounding, and the speed of approach, which was off by 1e-8 of the swing's."""
+    run, log = flights_of((*SWINGING[:4], 0.0, *SWINGING[5:]), State(0.0, 0.0, 1.0, 1.0), 3.0)
+    free, support = run.model.free, run.model.support
+    ends = [
+        row
+        for row in range(len(log) - 1)
+        if log[row, MODE] == FLIGHT and log[row + 1, CAUSE] == IMPACT
+    ]
+    ends.sort(key=lambda row: -log[row, DURATION])
+    with mp.workdps(50):
+        for row in ends[:8]:
+            start, end = log[row], log[row + 1]
+            assert math.sqrt(support[1]) * start[DURATION] > 1e3
+            x, v, gap, rate, side = (mpf(float(start[k])) for k in (X, V, GAP, RATE, SIDE))
+            angle = mpf(free[3]) * mpf(float(start[TIME])) + mpf(run.model.phase)
+            primary = exact_motion(free, angle, x, v)
+            mass = exact_motion(support, angle, x + side * (1 - gap), v - side * rate)
+            wall = mpf(float(end[SIDE]))
+            moment = duration = mpf(float(start[DURATION]))
+            for _ in range(8):
+                (x1, v1), (y1, u1) = primary(moment), mass(moment)
+                moment += (1 - wall * (y1 - x1)) / (wall * (u1 - v1))
+            (x1, v1), (y1, u1) = primary(moment), mass(moment)
+            assert abs(moment / duration - 1) < 1e-14
+            assert abs(wall * (u1 - v1) - mpf(float(end[SPEED]))) < 1e-11 * math.sqrt(support[1])
+            assert abs(x1 - mpf(float(end[X]))) < 1e-15
+
+
+def exact_motion(osc, angle, x, v):
+    """Motion of a linear oscillator in many digits, as a function of time."""
+    beta, kappa, force, omega = (mpf(value) for value in osc[:4])
+    steady = force / mp.mpc(kappa - omega * omega, 2 * beta * omega) * mp.expj(angle)
+    root = mp.sqrt(mp.mpc(beta * beta - kappa))
+    one, two = -beta + root, -beta - root
+    x, v = x - steady.imag, v - (1j * omega * steady).imag
+    a = (v - two * x) / (one - two)
+    b = (v - one * x) / (two - one)
+
+    def state(tau):
+        p, q, s = a * mp.exp(one * tau), b * mp.exp(two * tau), steady * mp.expj(omega * tau)
+        return (p + q).real + s.imag, (one * p + two * q).real + (1j * omega * s).imag
+
+    return state
+
+
+@pytest.mark.parametrize("damping_ratio", [0.0, 1000.0])
+@pytest.mark.parametrize(
+    ("frequency_ratio", "restitution"), [(0.01, 0.5), (1.0, 1.0), (100.0, 0.0)]
+)
+def test_a_swing_back_to_the_wall_is_seen_to_less_than_its_own_rounding(
+    damping_ratio, frequency_ratio, restitution
+):
+    """Hits by 0.3 at the turning point of a swing of 3e7: its depth is 1e-17; once status 2."""
+    scene = (1e-9, damping_ratio, frequency_ratio, 1.0, restitution, 0.0, 1e6, 0.0)
+    run, log = flights_of(scene, State(0.0, 0.0, 1.0, 1.0), 1.0, max_events=300)
+    assert (run.status, run.events) == (1, 300)
+    assert (np.diff(log[:, TIME]) >= 0.0).all()
+    assert log[:, SPEED].max() < 1e4
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 1e6])
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_support_whose_forces_cancel_to_rounding_does_not_stop_a_run(stiffness, restitution):
+    """Bounces of 1e-22 and less on a mass of 1e-9 that creeps as the wall does; once status 2."""
+    frequency_ratio = 0.01 if stiffness == 1.0 else 1.0
+    scene = (1e-9, 0.0, frequency_ratio, 1.0, restitution, 0.0, stiffness, 1e6)
+    run, log = flights_of(scene, State(0.0, 0.0, 1.0, 1.0), 15.0)
+    assert run.status == 0
+    for row, end in pairwise(log):
+        if row[MODE] == FLIGHT and end[CAUSE] != IMPACT:
+            _, _, gap, rate = motion(run.model, row, row[DURATION])
+            assert gap == pytest.approx(end[GAP], abs=1e-14)
+            assert rate == pytest.approx(end[RATE], abs=1e-14)

@@ -406,3 +406,20 @@ def test_every_law_holds_under_heavy_damping(lane):
     assert found["status"][0] in (0, 1)
     for name in LAW_NAMES:
         assert not found[name][0] > 1e-13, name
+
+
+def test_a_release_from_a_wall_that_gives_is_read_with_the_acceleration_it_has():
+    """Only at that from a rigid wall is x'' zero."""
+    lane = {
+        "mass_ratio": 0.3,
+        "damping_ratio": 0.0,
+        "frequency_ratio": 1.0,
+        "clearance": 1e-3,
+        "restitution": 0.5,
+        "contact_stiffness_ratio": 1e3,
+        "contact_tension": 1.0,
+    }
+    found = run_checks([lane, lane | {"contact_tension": 0.0}], 4)
+    assert found["status"].max() == 0
+    assert found["continuity"].max() < 1e-13
+    assert found["penetration"].max() < 1e-13

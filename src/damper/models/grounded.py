@@ -14,7 +14,6 @@ from damper.flow import (
     advance,
     arrive,
     higher_derivatives,
-    increments,
     oscillator,
     sine_cosine,
 )
@@ -29,7 +28,7 @@ from damper.models import (
 )
 from damper.parameters import Parameters
 from damper.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
-from damper.two_oscillators import first_contact
+from damper.two_oscillators import first_contact, move_apart
 
 #: Initial slope of the thrust times the time to a release, over the sizes of the thrust's terms,
 #: above which that time is found anew from half of it on.
@@ -322,11 +321,10 @@ def _motion(model, row, tau):
     if float(row[MODE]) == FLIGHT:
         released = row[CAUSE] == RELEASE
         a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-        dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
-        dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
-        gap = max(gap + rate * tau + side * (dx - dy), 0.0)
-        gap = min(gap, 2.0 * model.clearance)
-        return x + (v * tau + dx), v + dv, gap, rate + side * (dv - du)
+        gap, rate, dx, v = move_apart(
+            free, x, v, a, j, sin, cos, model.support, y, u, b, k, side, gap, rate, tau
+        )
+        return x + dx, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
     gap = 0.0
     bounce = 0.0
     share = model.mass_ratio / (1.0 + model.mass_ratio) * side

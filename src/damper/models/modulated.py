@@ -28,7 +28,7 @@ from damper.models import (
     time_to_sticking,
 )
 from damper.parameters import Parameters
-from damper.segment import FLIGHT, GAP, MODE, PERIOD, RATE, SIDE, TAIL, TIME, V, X
+from damper.segment import CAUSE, FLIGHT, GAP, MODE, PERIOD, RATE, SIDE, TAIL, TIME, V, X
 from damper.varying_mass import MassLaw, advance_together, mass_law, modulation, step_together
 
 
@@ -121,7 +121,7 @@ def _motion(model, row, tau):
     time = float(row[TIME])
     sin0, cos0, _ = sine_cosine(free[3] * time + model.phase)
     if float(row[MODE]) == FLIGHT:
-        a, j = acceleration(free, x, v, sin0, cos0)
+        a, j = rigid.flight_start(free, float(row[CAUSE]), x, v, sin0, cos0)
         dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)
         gap = max(gap + rate * tau + side * dx, 0.0)
         gap = min(gap, 2.0 * model.clearance)

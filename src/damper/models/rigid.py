@@ -27,7 +27,7 @@ from damper.models import (
     time_to_sticking,
 )
 from damper.parameters import Parameters
-from damper.segment import FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
+from damper.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
 
 
 class Rigid(NamedTuple):
@@ -82,16 +82,30 @@ def _prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution,
 @flight.of(Rigid)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if cause == RELEASE:
-        # By definition. Rounding of x'' times heavy damping would drown the third derivative.
-        a = 0.0
-        j = model.free[2] * model.free[3] * cos - model.free[1] * v
+        a, j = flight_start(model.free, cause, x, v, sin, cos)
     duration, hit, dx, end_v, end_rate, steps = find_impact(
         model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
     )
-    if model.free[4] == OVERDAMPED and hit != 0.0:
+    if model.free[4] == OVERDAMPED and hit != 0.0 and -model.free[7] * duration > 1.0:
         # As increments x and v would keep a rounding of the velocity that the damping has eaten.
         dx, end_v = relax(model.free, x, v, sin, cos, duration)
     return duration, hit, dx, end_v, end_rate, steps
+
+
+@compiled
+def flight_start(
+    free: Oscillator, cause: float, x: float, v: float, sin: float, cos: float
+) -> tuple[float, ...]:
+    """Second and third derivative of the primary at the start of a flight that `cause` began.
+
+    At a release x'' = 0 by definition. As it rounds, heavy damping would drown the third derivative
+    in it, and a velocity of 1e14, to which a varying mass can drive, what the flight begins with.
+    """
+    a, j = acceleration(free, x, v, sin, cos)
+    if cause == RELEASE:
+        a = 0.0
+        j = free[2] * free[3] * cos - free[1] * v
+    return a, j
 
 
 @cut_flight.of(Rigid)
@@ -140,7 +154,7 @@ def _motion(model, row, tau):
     side = float(row[SIDE])
     sin0, cos0, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
     if float(row[MODE]) == FLIGHT:
-        a, j = acceleration(free, x, v, sin0, cos0)
+        a, j = flight_start(free, float(row[CAUSE]), x, v, sin0, cos0)
         dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)
         gap = max(gap + rate * tau + side * dx, 0.0)
         gap = min(gap, 2.0 * model.clearance)

@@ -22,7 +22,7 @@ from damper.engine import (
     check_engine_settings,
 )
 from damper.flow import acceleration, increments, sine_cosine
-from damper.models import mass_ratio_at, motion
+from damper.models import mass_ratio_at, motion, rigid
 from damper.observers.base import Observer, Window
 from damper.observers.response import (
     LOSS,
@@ -160,22 +160,11 @@ def flight_start(model: tuple, row: np.ndarray) -> tuple[float, ...]:
         The free mass's position and first three derivatives there, where it does not fly straight.
     """
     free = model.free
+    x = float(row[X])
+    v = float(row[V])
     sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
+    a, j = rigid.flight_start(free, float(row[CAUSE]), x, v, sin, cos)
     return a, j, sin, cos, 0.0, 0.0, 0.0, 0.0
-
-
-@by_model
-def own_motion(model: tuple, start: tuple, tau: float) -> tuple[float, ...]:
-    """What the free mass does in a flight beside going straight on.
-
-    Returns
-    -------
-    dy, du, size : float
-        Its displacement less that of its initial velocity, its change of velocity, and the sizes of
-        their terms.
-    """
-    return 0.0, 0.0, 0.0
 
 
 @by_model
@@ -184,7 +173,7 @@ def own_jerk(model: tuple, start: tuple, duration: float) -> float:
     return 0.0
 
 
-@compiled
+@by_model
 def flight_at(
     model: tuple, row: np.ndarray, start: tuple[float, ...], tau: float
 ) -> tuple[float, ...]:
@@ -212,14 +201,12 @@ def flight_at(
     rate = float(row[RATE])
     side = float(row[SIDE])
     dx, dv, _, _ = increments(model.free, x, v, start[0], start[1], start[2], start[3], tau)
-    dy, du, size = own_motion(model, start, tau)
-    size += gap + (abs(rate) + abs(v)) * tau
     return (
         x + (v * tau + dx),
         v + dv,
-        gap + rate * tau + side * (dx - dy),
-        rate + side * (dv - du),
-        size,
+        gap + rate * tau + side * dx,
+        rate + side * dv,
+        gap + (abs(rate) + abs(v)) * tau,
     )
 
 

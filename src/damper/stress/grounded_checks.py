@@ -2,17 +2,18 @@
 
 import math
 
-from damper.flow import acceleration, increments, sine_cosine
+from damper.flow import acceleration, sine_cosine
 from damper.models.grounded import Grounded, both_motions
 from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
 from damper.stress.checks import (
+    flight_at,
     flight_start,
     own_jerk,
-    own_motion,
     support_speed,
     support_stiffness,
     thrust,
 )
+from damper.two_oscillators import move_apart
 
 
 @flight_start.of(Grounded)
@@ -37,11 +38,33 @@ def _flight_start(model, row):
     return a, j, sin, cos, y, u, b, k
 
 
-@own_motion.of(Grounded)
-def _own_motion(model, start, tau):
-    _, _, _, _, y, u, b, k = start
-    dy, du, _, _ = increments(model.support, y, u, b, k, 0.0, 0.0, tau)
-    return dy, du, abs(y) + abs(u) * tau
+@flight_at.of(Grounded)
+def _flight_at(model, row, start, tau):
+    x = float(row[X])
+    v = float(row[V])
+    gap = float(row[GAP])
+    rate = float(row[RATE])
+    a, j, sin, cos, y, u, b, k = start
+    size = gap + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
+    gap, rate, dx, v = move_apart(
+        model.free,
+        x,
+        v,
+        a,
+        j,
+        sin,
+        cos,
+        model.support,
+        y,
+        u,
+        b,
+        k,
+        float(row[SIDE]),
+        gap,
+        rate,
+        tau,
+    )
+    return x + dx, v, gap, rate, size
 
 
 @own_jerk.of(Grounded)
@@ -77,5 +100,7 @@ def _support_stiffness(model):
 def _support_speed(model, x, v, duration):
     drag = 2.0 * model.support[0]
     stiffness = model.support[1]
-    swing = stiffness * min(duration, 1.0 / max(math.sqrt(stiffness), drag))
-    return swing * (x + model.clearance) + v * min(drag * duration, 1.0)
+    # What the spring gives and takes back, all swings added up until the dashpot has eaten them:
+    # the end of a flight is a double, and many swings magnify its rounding.
+    swings = stiffness * (duration if drag * duration < 1.0 else 1.0 / drag)
+    return swings * (x + model.clearance) + v * min(drag * duration, 1.0)
