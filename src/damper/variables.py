@@ -33,7 +33,7 @@ STATUS = Variable(
     "why the run ended",
     "1",
     dtype="i1",
-    comment="0 finished; 1 max_events reached; 2 a search for an event gave up",
+    comment="0 finished; 1 budget of max_events used up; 2 a search for an event gave up",
 )
 
 #: Dimensions beside the axes: long name and units.

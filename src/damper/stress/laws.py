@@ -69,7 +69,8 @@ RUN = (
         "why the run ended",
         "1",
         dtype="i1",
-        comment="0 finished; 1 max_events reached; 2 a search for an event gave up; 3 refused",
+        comment="0 finished; 1 budget of max_events used up; 2 a search for an event gave up; "
+        "3 refused",
     ),
     Variable("events", "events of the run", "1", dtype="i8"),
     Variable("evaluations", "evaluations of the flow that finding them took", "1", dtype="i8"),

@@ -273,7 +273,10 @@ class Engine(Strict):
     max_events: Annotated[
         int,
         Number(ge=1, whole=True),
-        Field(description="Events after which a run stops; `status` in the cube says so."),
+        Field(
+            description="Budget of a run, after which it stops and `status` in the cube says so: events, or "
+            "hundreds of evaluations in searches of more than one hundred."
+        ),
     ] = 1_000_000
 
 

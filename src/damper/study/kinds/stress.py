@@ -268,7 +268,10 @@ class Stress(Verification):
     max_events: Annotated[
         int,
         Number(ge=1, whole=True),
-        Field(description="Events after which a run stops, and says so."),
+        Field(
+            description="Budget of a run, after which it stops and says so: events, or hundreds of "
+            "evaluations in searches of more than one hundred."
+        ),
     ] = 100_000
     longest: Annotated[
         float | None,
