@@ -75,7 +75,7 @@ class Trajectory:
         shorter). Everything else is exact to rounding.
     max_events : int, default 1_000_000
         Budget after which the run stops and says so in `status`: events, or hundreds of evaluations
-        in searches that take more than a hundred of them (and 1000 such hundreds: one whole search).
+        in searches of more than one hundred (and 1000 such hundreds, one whole search, besides).
 
     Attributes
     ----------
