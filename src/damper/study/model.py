@@ -274,8 +274,8 @@ class Engine(Strict):
         int,
         Number(ge=1, whole=True),
         Field(
-            description="Budget of a run, after which it stops and `status` in the cube says so: events, "
-            "or hundreds of evaluations in searches of more than one hundred."
+            description="Budget of a run, after which it stops and `status` in the cube says so: "
+            "events, or hundreds of evaluations in searches of more than one hundred."
         ),
     ] = 1_000_000
 
