@@ -296,7 +296,10 @@ def find_impact(
                     and _resolves(osc, j, snap, step, tau, rounding)
                 ):
                     # One term more than the gap needs: it is what is left of the velocity's error.
-                    crackle = fifth_derivative(osc, j, snap, cos1)
+                    # Over more than a time constant damping would multiply rounding into it.
+                    crackle = 0.0
+                    if osc[10] * abs(step) < 1.0:
+                        crackle = fifth_derivative(osc, j, snap, cos1)
                     dv = step * (
                         a
                         + step
