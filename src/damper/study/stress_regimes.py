@@ -108,7 +108,7 @@ _UNTIED = (
         "restitution >= 0.999",
         lambda cube: cube.restitution >= 0.999,
         "energy stays in the free mass: impacts are many, a burst may outlast any budget, and each "
-        "impact adds the same rounding of the mass and restitution factors",
+        "flight rounds velocities, the same way while the motion repeats itself",
     ),
     Regime(
         "plastic",
@@ -162,7 +162,8 @@ REGIMES = (
             & (_support_damping(cube) == 0.0)
             & (cube.support_stiffness_ratio >= 1e8 * cube.mass_ratio)
         ),
-        "the swing's phase rounds in units of eps rate tau, and a search may give up and says so",
+        "the swing's phase rounds in units of eps rate tau; swings that all but touch use up the "
+        "budget by their evaluations",
     ),
     Regime(
         "heavily damped support",
@@ -171,8 +172,7 @@ REGIMES = (
             (models(cube) == "grounded") & (_support_damping(cube) >= 1e4 * cube.mass_ratio)
         ),
         "what is left of a decayed fast motion rounds in units of eps times its first rate and "
-        "the time since: the thrust that a release waits for; a search may give up and "
-        "says so",
+        "the time since: the thrust that a release waits for",
     ),
     Regime(
         "time-variant",
@@ -185,8 +185,8 @@ REGIMES = (
         "walls that give",
         model_is("compliant"),
         "a contact has its own, faster rates; restitution 0 without tension asks for an infinite "
-        "damping and is refused; with damping ratio 1e6 the energy balance loses digits; with slow "
-        "forcing and a tiny mass a search may give up and says so",
+        "damping and is refused; with damping ratio 1e6 the energy balance loses digits, and "
+        "with slow forcing bounces of the size of rounding may use up the budget",
     ),
     Regime(
         "stiff contact",
