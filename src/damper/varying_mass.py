@@ -231,7 +231,8 @@ def expand(
     while fast * step > STIFF:
         count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
         slow_v = _slow_terms(zeta, omega, inertia, x, sin, cos, step, weights, count, terms)
-        if abs(slow_v - v) > DEAD * (abs(v) + (abs(sin) + abs(x)) / (2.0 * zeta)):
+        # The force rounds as its phase does, however small it is.
+        if abs(slow_v - v) > DEAD * (abs(v) + (1.0 + abs(x)) / (2.0 * zeta)):
             break
         largest, left = _sizes(terms)
         if left <= REMAINDER * largest:

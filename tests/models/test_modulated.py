@@ -345,6 +345,30 @@ def test_step_count_does_not_grow_with_the_damping() -> None:
     assert max(counts.values()) < 400
 
 
+def test_steps_stay_long_where_the_force_vanishes() -> None:
+    """Its rounding is that of its phase: 1e-15 where the force is 1e-2, once taken for a fast mode.
+
+    Sticking then went on by steps of 1e-6 for a forcing period of 6e4, without an event to stop it.
+    """
+    values = {
+        "mass_ratio": 5.88103e-06,
+        "damping_ratio": 1e6,
+        "frequency_ratio": 1e-4,
+        "clearance": 2.28855e-05,
+        "restitution": 0.0757902,
+        "phase": -2.68128,
+        "modulation_depth": 0.000134177,
+        "modulation_order": 3.0,
+        "modulation_phase": -1.37166,
+    }
+    run = Trajectory(Parameters(**values), State(0.0, -2.9001, 2.28855e-05, -5.54904))
+    rows = 0
+    for piece in run.segments(1.0):
+        rows += len(piece)
+        assert rows < 5000
+    assert run.status == 0
+
+
 # --- the release
 
 
