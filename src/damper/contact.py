@@ -40,6 +40,9 @@ HORIZON = 25.293586195180865
 MAX_STEPS = 100_000
 #: Evaluations from which on a search is long; so many of them count as an event of the budget.
 LONG_SEARCH = 100
+#: Length of a segment without an event below which it gets nowhere, in units of the faster of 1 and
+#: 1/omega. Its evaluations count as those of long searches do.
+BRIEF = 1e-3
 #: Wall code of a search that ran out of steps.
 GAVE_UP = 2.0
 #: Rounding of a gap or an acceleration, relative to the sizes of its terms.
@@ -47,13 +50,13 @@ ROUNDING = 4.0 * 2.220446049250313e-16
 
 
 @compiled
-def search_budget(max_events: int) -> int:
-    """How many times `LONG_SEARCH` evaluations a run's long searches may take.
+def search_budget(max_events: int) -> float:
+    """Evaluations that a run's long searches and brief segments may take.
 
-    As many as events, and one whole search more. Searches that are not long are not counted: they
-    are as many as events and time ask for.
+    A hundred for each event, and one whole search more. Others are not counted: they are as many as
+    events and time ask for.
     """
-    return max_events + MAX_STEPS // LONG_SEARCH
+    return float(LONG_SEARCH) * max_events + MAX_STEPS
 
 
 @compiled

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from damper.compiled import compiled
-from damper.contact import GAVE_UP, LONG_SEARCH, ROUNDING, impact, search_budget
+from damper.contact import BRIEF, GAVE_UP, LONG_SEARCH, ROUNDING, impact, search_budget
 from damper.flow import acceleration, sine_cosine
 from damper.models import (
     Model,
@@ -75,7 +75,8 @@ class Trajectory:
         shorter). Everything else is exact to rounding.
     max_events : int, default 1_000_000
         Budget after which the run stops and says so in `status`: events, or hundreds of evaluations
-        in searches of more than one hundred (and 1000 such hundreds, one whole search, besides).
+        in searches that take more than a hundred, or in segments without an event shorter than
+        0.001 units of time (and one whole search, 100 000, besides).
 
     Attributes
     ----------
@@ -297,11 +298,11 @@ def run(
     until_periods, until_time : float
         Where to stop, whole periods plus local time; an event at exactly that time still counts.
     max_events : int
-        Events, or hundreds of evaluations in long searches (`search_budget`), after which to stop.
+        Events after which to stop; `search_budget` bounds evaluations that find none.
     log : float64 array (rows, COLUMNS)
         One row per segment; with no rows nothing is kept.
     counts : int64 array (3,)
-        Events, evaluations, and hundreds of evaluations in long searches, added to.
+        Events, evaluations, and those in long searches and brief segments, added to.
 
     Returns
     -------
@@ -327,8 +328,9 @@ def run(
     first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
-    hundreds = int(counts[2])
-    most_hundreds = search_budget(max_events)
+    searched = int(counts[2])
+    most_searched = search_budget(max_events)
+    brief = BRIEF / max(1.0, omega)
     rows = 0
     code = FINISHED
     known = False  # whether phase and acceleration at the segment's start are at hand
@@ -359,8 +361,6 @@ def run(
             dx, end_v = settle(model, periods, time, side, x, v, rate, sin0, cos0, duration)
             steps = 1
         evaluations += steps
-        if steps >= LONG_SEARCH:
-            hundreds += steps // LONG_SEARCH
 
         over = duration > remaining
         if keep:
@@ -384,7 +384,9 @@ def run(
             code = SEARCH_FAILED
             break
         is_event = mode == TAIL or hit != 0.0
-        if (is_event and events >= max_events) or hundreds > most_hundreds:
+        if steps >= LONG_SEARCH or (not is_event and duration < brief):
+            searched += steps
+        if (is_event and events >= max_events) or searched > most_searched:
             code = TOO_MANY_EVENTS
             break
 
@@ -457,5 +459,5 @@ def run(
     state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
-    counts[2] = hundreds
+    counts[2] = searched
     return code, rows

@@ -103,8 +103,8 @@ def simulate(
     accuracy : float, default 1e-12
         Largest error of an accumulation time, in units of sqrt(M/K).
     max_events : int, default 1_000_000
-        Budget of one run, after which it stops and `status` says so: events, or hundreds of
-        evaluations in searches of more than one hundred.
+        Budget of one run, after which it stops and `status` says so: events, and hundreds of
+        evaluations that find none (`damper.engine.Trajectory`).
 
     Returns
     -------

@@ -369,6 +369,22 @@ def test_steps_stay_long_where_the_force_vanishes() -> None:
     assert run.status == 0
 
 
+def test_steps_that_get_nowhere_use_up_the_budget() -> None:
+    """With a fast mode that never dies, sticking has no event to count."""
+    code = """
+import damper.engine
+import damper.varying_mass
+from damper import Parameters, State
+damper.varying_mass.DEAD = -1.0
+damper.engine.search_budget = lambda events: 300.0
+p = Parameters(0.1, 1e6, 0.5, 0.0, 0.5, modulation_depth=0.5)
+run = damper.engine.Trajectory(p, State(0.5, 0.0, 0.5, 0.0))
+run.skip(1.0)
+print(run.status * 1000 + run.evaluations)
+"""
+    assert 1300 <= in_new_process(code, DAMPER_COMPILE="0") <= 1310
+
+
 # --- the release
 
 

@@ -33,6 +33,7 @@ from damper.compliant_search import (
     watch_of,
 )
 from damper.contact import (
+    BRIEF,
     GAVE_UP,
     HORIZON,
     LONG_SEARCH,
@@ -296,8 +297,9 @@ def run(
     first = float(state[FIRST])
     events = int(counts[0])
     evaluations = int(counts[1])
-    hundreds = int(counts[2])
-    most_hundreds = search_budget(max_events)
+    searched = int(counts[2])
+    most_searched = search_budget(max_events)
+    brief = BRIEF / max(1.0, omega)
     rows = 0
     code = FINISHED
     while True:
@@ -386,8 +388,6 @@ def run(
                 end_gap = 0.0
                 end_rate = max(end_rate, 0.0)
         evaluations += steps
-        if steps >= LONG_SEARCH:
-            hundreds += steps // LONG_SEARCH
 
         over = duration > remaining
         if keep:
@@ -410,7 +410,9 @@ def run(
         if lost:
             code = SEARCH_FAILED
             break
-        if (is_event and events >= max_events) or hundreds > most_hundreds:
+        if steps >= LONG_SEARCH or (not is_event and duration < brief):
+            searched += steps
+        if (is_event and events >= max_events) or searched > most_searched:
             code = TOO_MANY_EVENTS
             break
 
@@ -460,5 +462,5 @@ def run(
     state[FIRST] = first
     counts[0] = events
     counts[1] = evaluations
-    counts[2] = hundreds
+    counts[2] = searched
     return code, rows

@@ -275,7 +275,7 @@ class Engine(Strict):
         Number(ge=1, whole=True),
         Field(
             description="Budget of a run, after which it stops and `status` in the cube says so: "
-            "events, or hundreds of evaluations in searches of more than one hundred."
+            "events, and hundreds of evaluations that find none."
         ),
     ] = 1_000_000
 

@@ -269,8 +269,8 @@ class Stress(Verification):
         int,
         Number(ge=1, whole=True),
         Field(
-            description="Budget of a run, after which it stops and says so: events, or hundreds of "
-            "evaluations in searches of more than one hundred."
+            description="Budget of a run, after which it stops and says so: events, and hundreds "
+            "of evaluations that find none."
         ),
     ] = 100_000
     longest: Annotated[
