@@ -43,11 +43,8 @@ def test_every_kind_of_damping_and_forcing_is_sound(zeta, omega):
 @pytest.mark.parametrize("zeta", [2.0, 29.0, 279.0, 1e4, 1e6])
 @pytest.mark.parametrize("omega", [1e-4, 0.0117, 0.0909])
 def test_speeds_under_heavy_damping_are_sound(zeta, omega):
-    """Speeds at an impact round in their own units, whatever the damping leaves of the motion.
-
-    Taken from the last step of the search they were off by 35 units, and by 70 with one term of
-    its series more, which the damping multiplies.
-    """
+    """They are as exact as the gap (35 units); a term of its series more, which damping multiplies,
+    took them to 70 and, in other scenes, to 5000."""
     for mass_ratio, clearance, restitution in (
         (5e-6, 71.0, 0.44),
         (1e-9, 2.1, 0.54),
@@ -56,7 +53,7 @@ def test_speeds_under_heavy_damping_are_sound(zeta, omega):
         p = Parameters(mass_ratio, zeta, omega, clearance, restitution, phase=0.75)
         start = State(1.9, -2.0, 1.9 - 0.24 * clearance, -3.5)
         found = backward_error(p, log_of(p, start, events=40))
-        assert max(found["contact"], found["law"]) < 12.0
+        assert max(found["contact"], found["law"]) < FEW
 
 
 @needs_long

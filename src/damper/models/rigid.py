@@ -89,9 +89,6 @@ def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if model.free[4] == OVERDAMPED and hit != 0.0 and -model.free[7] * duration > 1.0:
         # As increments x and v would keep a rounding of the velocity that the damping has eaten.
         dx, end_v = relax(model.free, x, v, sin, cos, duration)
-        if abs(v) * duration < gap + abs(rate) * duration:
-            # The search's own one rounds as the gap does; small bounces keep their digits in it.
-            end_rate = rate + side * (end_v - v)
     return duration, hit, dx, end_v, end_rate, steps
 
 
