@@ -473,6 +473,10 @@ def find_switch(
         fresh = sure
         if not fresh:
             slope = derivative(touch, new)
+            bound4 = _bound4(watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, span)
+            if by_age:
+                aged = later_bound4(touch, watch.later, early, sizes_early, tau, span)
+                bound4 = min(bound4, aged)
             fresh = stays_between(
                 q,
                 q1,
@@ -480,7 +484,7 @@ def find_switch(
                 watch.gap * slope[2] + watch.gap_rate * slope[3],
                 math.inf,
                 span,
-                _bound4(watch, swing, growth3, omega, size3, size4, slow_norm, ring_norm, span),
+                bound4,
                 rounding,
             )
             if not fresh and watch.separated != 0.0 and f > level:
@@ -492,17 +496,6 @@ def find_switch(
                     math.inf,
                     span,
                     slow_norm + watch.force * growth3 * span,
-                    rounding,
-                )
-            if not fresh and by_age:
-                fresh = stays_between(
-                    q,
-                    q1,
-                    watch.gap * new[2] + watch.gap_rate * new[3],
-                    watch.gap * slope[2] + watch.gap_rate * slope[3],
-                    math.inf,
-                    span,
-                    later_bound4(touch, watch.later, early, sizes_early, tau, span),
                     rounding,
                 )
         if fresh:
