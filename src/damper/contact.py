@@ -14,6 +14,7 @@ from damper.flow import (
     Oscillator,
     acceleration,
     advance,
+    coasting_jerk,
     derivative_bounds,
     energy_norm,
     fifth_derivative,
@@ -421,7 +422,7 @@ def _lets_go(osc, side, v, sin, cos):
 
     From x'' = 0 and not as it rounded: heavy damping would multiply that into the third derivative.
     """
-    third = osc[2] * osc[3] * cos - osc[1] * v
+    third = coasting_jerk(osc, v, cos)
     snap, crackle = higher_derivatives(osc, 0.0, third, sin, cos)
     return not stays(side, 0.0, third, snap, crackle)
 
@@ -440,7 +441,7 @@ def _pushing_step(osc, side, x, v, a, j, snap, crackle, cos, span):
     # Each derivative multiplies rounding by the damping: the first one alone may reach further.
     hardest, steepest = derivative_bounds(osc, osc[2], x, v, a, j, span)
     # x'' relaxes at the rate 2 beta towards what drives it, so it keeps a sign that they share.
-    drive = -side * (osc[2] * osc[3] * cos - osc[1] * v)
+    drive = -side * coasting_jerk(osc, v, cos)
     return max(step, min(span, max(thrust / steepest, drive / (force2 + osc[1] * hardest))))
 
 

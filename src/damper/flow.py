@@ -241,6 +241,12 @@ def acceleration(osc: Oscillator, x: float, v: float, sin: float, cos: float) ->
 
 
 @compiled
+def coasting_jerk(osc: Oscillator, v: float, cos: float) -> float:
+    """Third derivative where the second one vanishes: exactly, and not as that rounds."""
+    return osc[2] * osc[3] * cos - osc[1] * v
+
+
+@compiled
 def advance(
     osc: Oscillator, x: float, v: float, sin: float, cos: float, tau: float
 ) -> tuple[float, ...]:

@@ -47,6 +47,7 @@ from damper.flow import (
     Oscillator,
     acceleration,
     arrive,
+    coasting_jerk,
     higher_derivatives,
     increments,
     sine_cosine,
@@ -260,7 +261,7 @@ def _acceleration_at_wall(free, x, v, sin, cos):
     a, j = acceleration(free, x, v, sin, cos)
     if abs(a) <= ROUNDING * pushes(2.0 * free[0], x, v, sin, cos):
         a = 0.0
-        j = free[2] * free[3] * cos - free[1] * v
+        j = coasting_jerk(free, v, cos)
     return a, j
 
 

@@ -11,6 +11,7 @@ from damper.flow import (
     acceleration,
     advance,
     arrive,
+    coasting_jerk,
     higher_derivatives,
     increments,
     oscillator,
@@ -82,7 +83,8 @@ def _prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution,
 @flight.of(Rigid)
 def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
     if cause == RELEASE:
-        a, j = flight_start(model.free, cause, x, v, sin, cos)
+        a = 0.0  # by definition, see flight_start
+        j = coasting_jerk(model.free, v, cos)
     duration, hit, dx, end_v, end_rate, steps = find_impact(
         model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
     )
@@ -104,7 +106,7 @@ def flight_start(
     a, j = acceleration(free, x, v, sin, cos)
     if cause == RELEASE:
         a = 0.0
-        j = free[2] * free[3] * cos - free[1] * v
+        j = coasting_jerk(free, v, cos)
     return a, j
 
 
