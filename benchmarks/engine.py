@@ -18,10 +18,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import damper
-from damper.compiled import COMPILED
 from damper.cost.machine import core, machine
-from damper.engine import LOG_ROWS, Trajectory
-from damper.segment import COLUMNS
+from damper.engine.compiled import COMPILED
+from damper.engine.segment import COLUMNS
+from damper.engine.trajectory import LOG_ROWS, Trajectory
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))

@@ -24,7 +24,7 @@ from damper.observers import OBSERVERS
 STUDY = ("stroboscopic_section", "impacts", "bursts")
 LOADED = """
 import sys
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 point = dict(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8, clearance=1.0,
              restitution=0.6)
 run_lanes([point], [{name!r}], transient=1, periods=2)

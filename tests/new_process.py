@@ -21,8 +21,8 @@ def in_new_process(code: str, *options: str, **environment: str) -> Any:
 
 _PLAIN_LANES = """
 import json
-from damper.compiled import COMPILED
-from damper.lanes import run_lanes
+from damper.engine.compiled import COMPILED
+from damper.sweep.runs import run_lanes
 arrays, _ = run_lanes({lanes!r}, {observers!r}, **{settings!r})
 assert not COMPILED
 print(json.dumps({{name: array.tolist() for name, array in arrays.items()}}))

@@ -2,23 +2,22 @@
 
 Layers, each importing only those above it:
 
-1. `quantities`: names, ranges, meanings. `parameters`: `Parameters`, `State`, SI units. No
-   numerics.
-2. `flow`: exact linear flow of a forced oscillator, its derivatives and their bounds. `linear`:
-   the primary's steady response without the damper.
-3. `contact`: restitution law, certified search for impacts, burst tail, sticking, release.
-4. `engine`: the event loop of one trajectory; its product is the segment log. `event_list` turns
-   the log into the array that `events` returns.
-   `theory` has closed forms to compare with.
-5. `observers`: one file each, each a pass over the segment log.
-6. `points`, `lanes`: many points of a study through engine and observers.
-7. `comparison`: other solvers on the same scenes, and how far off each one is. `stress`: the
+1. `parameters`: `Parameters`, `State`, SI units; names, ranges, meanings. No numerics.
+2. `engine`: one run. `oscillator`: exact linear flow of a forced oscillator, its derivatives and
+   their bounds. `steady`: the primary's steady response without the damper. `search`: restitution
+   law, certified search for impacts, burst tail, sticking, release. `trajectory`: the event loop;
+   its product is the segment log. `compiled`: numba where it is installed.
+   `models`: one package for each model of the damper, what the event loop asks of it.
+3. `observers`: one file each, each a pass over the segment log; a model's `response` is beside it.
+   `theory`: closed forms to compare with.
+4. `sweep`: many points through engine and observers: runs, slices, cubes, `events`, `simulate`.
+   xarray is imported by its cubes.
+5. `comparison`: other solvers on the same scenes, and how far off each one is. `stress`: the
    engine on extreme parameters. `cost`: what each part costs. Only their studies load them.
-8. `study`: YAML -> slices -> cubes -> tables; xarray is imported here (and by `simulate`).
-9. `figures`: cubes -> plots; matplotlib is imported here only.
+6. `study`: YAML -> slices -> cubes -> tables.
+7. `figures`: cubes -> plots; matplotlib is imported here only.
 
-`compiled` (numba where it is installed) stands beside them. Importing damper loads none of
-these: a name loads what it needs when it is first used.
+Importing damper loads none of these: a name loads what it needs when it is first used.
 """
 
 from importlib import import_module
@@ -31,8 +30,8 @@ HOME = {
     "Parameters": "damper.parameters",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
-    "events": "damper.event_list",
-    "simulate": "damper.simulation",
+    "events": "damper.sweep.events",
+    "simulate": "damper.sweep.simulation",
 }
 
 __all__ = ["Parameters", "SIParameters", "State", "__version__", "events", "simulate"]

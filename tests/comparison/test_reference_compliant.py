@@ -6,7 +6,7 @@ from reference import compliant
 
 from damper.comparison import reference_compliant, reference_rigid
 from damper.comparison.reference_compliant import damping_of, run
-from damper.contact_law import contact_damping, restitution_of
+from damper.models.compliant.restitution import contact_damping, restitution_of
 from damper.parameters import Parameters
 
 REST = (0, 0, 0, 0)

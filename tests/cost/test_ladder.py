@@ -6,9 +6,9 @@ import pytest
 from damper.cost import ladder, without
 from damper.cost.ladder import bare, climb, memory_of, observed, read_rungs
 from damper.cost.without import run_as, unused
-from damper.engine import LOG_ROWS
+from damper.engine.segment import COLUMNS
+from damper.engine.trajectory import LOG_ROWS
 from damper.models.rigid import Rigid
-from damper.segment import COLUMNS
 
 BASE = {
     "mass_ratio": 0.1,

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from damper.figures import draw
 from damper.figures.style import save, style
-from damper.study.cube import dataset
-from damper.variables import ENERGY, LENGTH, Variable
+from damper.parameters.variables import ENERGY, LENGTH, Variable
+from damper.sweep.cube import dataset
 
 VARIABLES = {
     variable.name: variable

@@ -19,8 +19,8 @@ from matplotlib.patches import Rectangle
 from damper import simulate
 from damper.figures import draw
 from damper.figures.style import BLACK, BLUE, ORANGE, VERMILION, save, style
-from damper.study.cube import dataset
-from damper.variables import LENGTH, SPEED, Variable
+from damper.parameters.variables import LENGTH, SPEED, Variable
+from damper.sweep.cube import dataset
 
 FIXED = {"damping_ratio": 0.02, "clearance": 0.05, "phase": 0.0}
 GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]

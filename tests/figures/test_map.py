@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from damper import simulate
 from damper.figures.style import BLUE, MISSING, ORANGE, PALE
-from damper.study.cube import write_cube
+from damper.sweep.cube import write_cube
 
 X = [0.8, 0.9, 1.0, 1.1]
 Y = [0.5, 1.0, 1.5]

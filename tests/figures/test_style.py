@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from damper.figures import FIGURES, draw
 from damper.figures import style as module
 from damper.figures.style import LONG_NAMES, SYMBOLS, axis_label, label, save, style, value_text
-from damper.quantities import ALL
-from damper.variables import SI_UNITS
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import SI_UNITS
 
 
 def figure() -> Figure:
@@ -127,7 +127,7 @@ def test_drawing_needs_no_display_and_no_engine() -> None:
         "import sys; "
         "import damper.figures.bifurcation, damper.figures.map, damper.figures.curves, "
         "damper.figures.trajectory; "
-        "print([m for m in ('matplotlib.pyplot', 'numba', 'damper.engine', 'tkinter') "
+        "print([m for m in ('matplotlib.pyplot', 'numba', 'damper.engine.trajectory', 'tkinter') "
         "if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

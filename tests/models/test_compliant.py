@@ -11,11 +11,7 @@ from new_process import in_new_process
 from reference.compliant import Scene, exact_events, integrated_events
 
 from damper import Parameters, State, events
-from damper.contact_law import contact_damping
-from damper.engine import Trajectory
-from damper.lanes import run_lanes
-from damper.models import motion
-from damper.segment import (
+from damper.engine.segment import (
     CAUSE,
     CONTACT,
     DURATION,
@@ -37,6 +33,10 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import Trajectory
+from damper.models import motion
+from damper.models.compliant.restitution import contact_damping
+from damper.sweep.runs import run_lanes
 
 GENERIC = (0.1, 0.05, 0.2, 0.25, 0.6)
 QUIET = (0.1, 0.05, 0.2, 0.25, 0.3)

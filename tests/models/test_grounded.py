@@ -13,14 +13,9 @@ from reference import grounded as reference
 from scipy.integrate import solve_ivp
 
 from damper import Parameters, SIParameters, State, events, simulate
-from damper.contact import impact
-from damper.engine import Trajectory
-from damper.flow import acceleration, increments
-from damper.lanes import run_lanes
-from damper.models import model_of, motion, settle, time_to_sticking
-from damper.observers.base import Window
-from damper.observers.response import Response
-from damper.segment import (
+from damper.engine.oscillator import acceleration, increments
+from damper.engine.search import impact
+from damper.engine.segment import (
     CAUSE,
     DURATION,
     FLIGHT,
@@ -38,6 +33,11 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import Trajectory
+from damper.models import model_of, motion, settle, time_to_sticking
+from damper.observers.base import Window
+from damper.observers.response import Response
+from damper.sweep.runs import run_lanes
 
 KINDS = ("impact", "stick", "release")
 
@@ -180,7 +180,7 @@ p = Parameters(0.1, 0.05, 0.2, 0.25, 0.6, support_stiffness_ratio=0.0, support_d
 q = Parameters(0.1, 0.0, 0.2, 0.25, 0.6, support_damping_factor=3.0)
 def same(one, other):
     return damper.events(one, until=100).tobytes() == damper.events(other, until=100).tobytes()
-unused = not [name for name in sys.modules if "grounded" in name or "two_oscillators" in name]
+unused = not [name for name in sys.modules if "grounded" in name]
 print(json.dumps([same(p, Parameters(0.1, 0.05, 0.2, 0.25, 0.6)),
                   same(q, Parameters(0.1, 0.0, 0.2, 0.25, 0.6)), unused]))
 """
@@ -190,7 +190,7 @@ print(json.dumps([same(p, Parameters(0.1, 0.05, 0.2, 0.25, 0.6)),
 RUNS = """
 import json, os
 from damper import Parameters, State, events
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 runs = [
     ((0.1, 0.05, 0.2, 0.25, 0.6, 0.0), 0.05, 0.02, None, 60.0),
     ((0.1, 0.0, 1.0, 2.0, 0.9, 0.5), 0.1, 0.0, State(0.1, 0.2, 0.3, -0.4), 60.0),
@@ -672,14 +672,15 @@ def test_energy_balance_closes_where_a_window_cuts_the_bounces_of_a_closed_burst
 
 BOLD = """
 import json, math, random
-from damper import Parameters, State, two_oscillators
-from damper.engine import Trajectory
-from damper.segment import SPEED
+from damper import Parameters, State
+from damper.engine.trajectory import Trajectory
+from damper.engine.segment import SPEED
+from damper.models.grounded import search
 
 def bold(one, two, longest, width, gap, rate, side, p, q):
     return longest, 1.0 if gap <= width - gap else -1.0, True
 
-careful = two_oscillators._aim
+careful = search._aim
 worst = hits = 0
 rng = random.Random(4)
 for _ in range(150):
@@ -688,7 +689,7 @@ for _ in range(150):
     state = State(0.2 * d, 0.1, rng.uniform(-0.7, 0.7) * d, rng.uniform(-0.7, 0.7) * d * rate)
     found = []
     for steer in (careful, bold):
-        two_oscillators._aim = steer
+        search._aim = steer
         trajectory = Trajectory(p, state, max_events=1)
         (log,) = trajectory.segments(1.0)
         found.append([float(row[0] * trajectory.period + row[1]) for row in log if row[SPEED] > 0])

@@ -14,10 +14,10 @@ from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
 
 from damper import Parameters, simulate
 from damper.comparison import reference_rigid as mp_reference
-from damper.engine import Trajectory
-from damper.lanes import run_lanes
+from damper.engine.trajectory import Trajectory
 from damper.observers import make_observers
 from damper.observers.base import Window
+from damper.sweep.runs import run_lanes
 from damper.theory.accumulation import predict
 
 PREDICTED = (
@@ -262,7 +262,7 @@ def test_another_model_is_refused() -> None:
 
 CODE = f"""
 import json
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 arrays, _ = run_lanes([{PAPER_A!r}, {SLOW!r}], ["accumulation"], transient=0, periods=2)
 print(json.dumps({{name: array.tolist() for name, array in arrays.items()}}))
 """

@@ -11,7 +11,7 @@ from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
 
 from damper import State
 from damper.comparison import reference_rigid as mp_reference
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 
 SUMMARY = (
     "visible_impacts",

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from plain_bursts import Burst, Scene, all_bursts
 
 from damper import Parameters
-from damper.engine import Trajectory
-from damper.lanes import run_lanes
+from damper.engine.segment import COLUMNS
+from damper.engine.trajectory import Trajectory
 from damper.observers import make_observers
 from damper.observers.base import Window
-from damper.segment import COLUMNS
-from damper.study.slices import simulate_slice
+from damper.sweep.runs import run_lanes
+from damper.sweep.slices import simulate_slice
 
 #: Model section 8, A3: complete bursts in every half period after a transient.
 PAPER_A = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plain_bursts import Scene
 
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 
 STUDY = {
     "mass_ratio": 0.1,

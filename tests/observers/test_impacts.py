@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from plain_bursts import Scene, all_bursts, impact_summary
 
 from damper import State
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 
 STUDY = {
     "mass_ratio": 0.1,

@@ -16,13 +16,8 @@ from reference import two_impacts
 from scipy.integrate import IntegrationWarning, quad, solve_ivp
 
 from damper import Parameters, State
-from damper.engine import LOG_ROWS, Trajectory
-from damper.flow import acceleration, oscillator
-from damper.lanes import run_lanes
-from damper.models import motion
-from damper.observers import response
-from damper.observers.base import Window
-from damper.segment import (
+from damper.engine.oscillator import acceleration, oscillator
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -36,6 +31,11 @@ from damper.segment import (
     TIME,
     V,
 )
+from damper.engine.trajectory import LOG_ROWS, Trajectory
+from damper.models import motion
+from damper.observers import response
+from damper.observers.base import Window
+from damper.sweep.runs import run_lanes
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 VARIABLES = [variable.name for variable in response.Response.variables]

@@ -8,7 +8,7 @@ from plain_bursts import Scene
 from scipy.integrate import solve_ivp
 
 from damper import State
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 
 SCENES = {
     "study": (0.1, 0.02, 1.3, 0.05, 0.6),

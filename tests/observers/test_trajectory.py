@@ -10,12 +10,12 @@ from new_process import plain_lanes
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
-from damper.engine import LOG_ROWS, Trajectory
-from damper.lanes import run_lanes
+from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIOD, SIDE, TAIL, TIME
+from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.models import motion
 from damper.observers.base import Window
 from damper.observers.trajectory import SampledTrajectory
-from damper.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIOD, SIDE, TAIL, TIME
+from damper.sweep.runs import run_lanes
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 SCENES = {

@@ -3,8 +3,20 @@
 import numpy as np
 import pytest
 
+from damper.engine.segment import (
+    CAUSE,
+    DURATION,
+    FLIGHT,
+    IMPACT,
+    MODE,
+    RATE,
+    RELEASE,
+    STICK,
+    TAIL,
+    V,
+    X,
+)
 from damper.parameters import Parameters, State
-from damper.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, RATE, RELEASE, STICK, TAIL, V, X
 from damper.stress.backward import CHECKS, LONG, backward_error, residuals
 from damper.stress.runs import short_run
 

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from damper.engine import Trajectory
-from damper.points import read_point
-from damper.segment import CAUSE, GAP, IMPACT, RATE, SPEED
+from damper.engine.segment import CAUSE, GAP, IMPACT, RATE, SPEED
+from damper.engine.trajectory import Trajectory
 from damper.stress.box import STARTS, corners, part, random_lanes, start_of
+from damper.sweep.points import read_point
 
 VALUES = {
     "mass_ratio": [1e-9, 0.3],

@@ -8,9 +8,7 @@ from new_process import in_new_process
 
 import damper.stress.grounded_checks  # noqa: F401 - loaded by name in runs that need it
 from damper import Parameters, State
-from damper.engine import Trajectory
-from damper.observers.base import Window
-from damper.segment import (
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -29,6 +27,8 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import Trajectory
+from damper.observers.base import Window
 from damper.stress.box import corners, random_lanes
 from damper.stress.checks import Laws, flight_at, flight_start, run_checks, stays_between
 from damper.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from damper.engine.segment import CAUSE, MODE, RELEASE, STICKING, TIME, V, X
 from damper.parameters import Parameters, State
-from damper.segment import CAUSE, MODE, RELEASE, STICKING, TIME, V, X
 from damper.stress.condition import (
     BORDER,
     EPS,

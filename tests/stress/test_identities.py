@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from damper.segment import V
+from damper.engine.segment import V
 from damper.stress import identities, runs
 from damper.stress.backward import LONG
 from damper.stress.box import random_lanes

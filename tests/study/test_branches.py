@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from new_process import in_new_process
 
-from damper.study.branches import DIRECTIONS, branches, draws
-from damper.study.grid import product
+from damper.sweep.branches import DIRECTIONS, branches, draws
+from damper.sweep.grid import product
 
 DRAWS: dict[str, Any] = {
     "draws": 3,
@@ -142,7 +142,7 @@ def test_more_draws_begin_with_the_fewer_and_seeds_differ() -> None:
 def test_draws_do_not_depend_on_the_process(hash_seed: str) -> None:
     code = (
         "import json, random; random.seed(99)\n"
-        "from damper.study.branches import draws\n"
+        "from damper.sweep.branches import draws\n"
         f"print(json.dumps(draws({DRAWS!r})))"
     )
     assert in_new_process(code, PYTHONHASHSEED=hash_seed) == draws(DRAWS)

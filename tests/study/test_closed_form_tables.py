@@ -12,10 +12,10 @@ import xarray as xr
 import yaml
 
 import damper
-from damper.lanes import run_lanes
 from damper.study.closed_forms import damper_at, dense, reduced_gap
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.tables import About, make
+from damper.sweep.runs import run_lanes
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 

@@ -14,8 +14,8 @@ from comparison.fake_solvers import SETTINGS, fake_cubes
 from damper.comparison.errors import MEASURES, VERDICTS
 from damper.study.comparison_cube import ERRORS, order_at
 from damper.study.comparison_table import _time_text, errors_table, times_table
-from damper.study.cube import write_cube
 from damper.study.work_precision import best_error, relative_to_base, time_to_reach
+from damper.sweep.cube import write_cube
 
 
 @pytest.fixture(scope="module")

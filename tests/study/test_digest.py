@@ -74,59 +74,66 @@ def test_digest_does_not_depend_on_the_folder(copy: Copy) -> None:
 CONCERNS = {
     "simulate.py": (
         [
-            "study/slices.py",
-            "lanes.py",
-            "engine.py",
-            "contact.py",
-            "flow.py",
-            "parameters.py",
-            "compiled.py",
-            "variables.py",
+            "sweep/slices.py",
+            "sweep/runs.py",
+            "engine/trajectory.py",
+            "engine/search.py",
+            "engine/oscillator.py",
+            "parameters/parameters.py",
+            "engine/compiled.py",
+            "parameters/variables.py",
             "observers/base.py",
             "observers/__init__.py",
         ],
         [
-            "study/cube.py",
+            "sweep/cube.py",
             "study/tables.py",
             "study/interval_table.py",
             "study/config.py",
             "study/digest.py",
             "figures/bifurcation.py",
             "figures/style.py",
-            "event_list.py",
-            "simulation.py",
+            "sweep/events.py",
+            "sweep/simulation.py",
             *(f"observers/{name}.py" for name in OBSERVERS),
         ],
     ),
     "gather.py": (
-        ["study/cube.py", "study/slices.py", "variables.py", "parameters.py"],
-        ["study/tables.py", "study/config.py", "figures/bifurcation.py", "simulation.py"],
+        ["sweep/cube.py", "sweep/slices.py", "parameters/variables.py", "parameters/parameters.py"],
+        ["study/tables.py", "study/config.py", "figures/bifurcation.py", "sweep/simulation.py"],
     ),
     "figure.py": (
-        ["figures/__init__.py", "figures/style.py", "quantities.py"],
-        ["engine.py", "flow.py", "contact.py", "lanes.py", "study/cube.py", "study/tables.py"],
+        ["figures/__init__.py", "figures/style.py", "parameters/quantities.py"],
+        [
+            "engine/trajectory.py",
+            "engine/oscillator.py",
+            "engine/search.py",
+            "sweep/runs.py",
+            "sweep/cube.py",
+            "study/tables.py",
+        ],
     ),
     "table.py": (
         [
             "study/tables.py",
             "study/interval_table.py",
             "study/intervals.py",
-            "lanes.py",
-            "engine.py",
-            "contact.py",
-            "flow.py",
+            "sweep/runs.py",
+            "engine/trajectory.py",
+            "engine/search.py",
+            "engine/oscillator.py",
         ],
         [
             "study/performance_table.py",
-            "study/cube.py",
+            "sweep/cube.py",
             "study/config.py",
             "figures/bifurcation.py",
-            "simulation.py",
+            "sweep/simulation.py",
         ],
     ),
     "compile.py": (
-        ["compiled.py", "study/slices.py", "engine.py", "flow.py"],
-        ["study/cube.py", "study/tables.py", "figures/style.py"],
+        ["engine/compiled.py", "sweep/slices.py", "engine/trajectory.py", "engine/oscillator.py"],
+        ["sweep/cube.py", "study/tables.py", "figures/style.py"],
     ),
 }
 
@@ -192,31 +199,31 @@ def test_newlines_are_normalised(copy: Copy) -> None:
 def test_comment_and_blank_line_count(copy: Copy) -> None:
     """Bytes count, not meaning: simple, and it errs on the safe side."""
     before = copy.digest("simulate.py")
-    assert copy.digest("simulate.py", edit="flow.py", text=b"\n") != before
+    assert copy.digest("simulate.py", edit="engine/oscillator.py", text=b"\n") != before
     assert copy.digest("simulate.py", edit="simulate.py", text=b"\n") != before
 
 
 @pytest.mark.parametrize(
     "line",
     [
-        "import damper.flow",
-        "import damper.flow as f",
-        "import os, damper.flow",
-        "from damper.flow import increments",
-        "from damper.contact import impact",
-        "def f():\n    from damper.engine import run",
-        "from damper.study import slices",
-        "if True:\n    import damper.lanes",
+        "import damper.engine.oscillator",
+        "import damper.engine.oscillator as f",
+        "import os, damper.engine.oscillator",
+        "from damper.engine.oscillator import increments",
+        "from damper.engine.search import impact",
+        "def f():\n    from damper.engine.trajectory import run",
+        "from damper.sweep import slices",
+        "if True:\n    import damper.sweep.runs",
     ],
 )
 def test_every_form_of_import_is_followed(copy: Copy, line: str) -> None:
     before = copy.digest("simulate.py", content=f"{line}\n")
-    assert copy.digest("simulate.py", content=f"{line}\n", edit="flow.py") != before
-    assert copy.digest("simulate.py", content=f"{line}\n", edit="simulation.py") == before
+    assert copy.digest("simulate.py", content=f"{line}\n", edit="engine/oscillator.py") != before
+    assert copy.digest("simulate.py", content=f"{line}\n", edit="sweep/simulation.py") == before
 
 
 @pytest.mark.parametrize(
-    ("name", "path"), [("events", "event_list.py"), ("simulate", "simulation.py")]
+    ("name", "path"), [("events", "sweep/events.py"), ("simulate", "sweep/simulation.py")]
 )
 def test_names_that_the_package_loads_on_first_use_are_followed(
     copy: Copy, name: str, path: str
@@ -224,15 +231,15 @@ def test_names_that_the_package_loads_on_first_use_are_followed(
     line = f"from damper import {name}\n"
     before = copy.digest("simulate.py", content=line)
     assert copy.digest("simulate.py", content=line, edit=path) != before
-    assert copy.digest("simulate.py", content=line, edit="flow.py") != before
+    assert copy.digest("simulate.py", content=line, edit="engine/oscillator.py") != before
 
 
 def test_names_of_other_packages_are_none_of_ours(copy: Copy) -> None:
-    lines = ("import numpy.linalg\n", "from damperfoo.flow import x\n", "flow = 1\n")
+    lines = ("import numpy.linalg\n", "from damperfoo.engine import x\n", "flow = 1\n")
     digests = [copy.digest("simulate.py", content=line) for line in lines]
     assert len(set(digests)) == 3
     for line, before in zip(lines, digests, strict=True):
-        assert copy.digest("simulate.py", content=line, edit="flow.py") == before
+        assert copy.digest("simulate.py", content=line, edit="engine/oscillator.py") == before
 
 
 def test_same_in_every_process() -> None:

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from new_process import in_new_process
 
 from damper import State, simulate
-from damper.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
-from damper.study.branches import draws
+from damper.parameters.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
 from damper.study.config import ConfigError, Study, load_config, load_study
-from damper.study.cube import gather, write_cube
-from damper.study.slices import read_slice, simulate_slice, write_slice
+from damper.sweep.branches import draws
+from damper.sweep.cube import gather, write_cube
+from damper.sweep.slices import read_slice, simulate_slice, write_slice
 
 SCENE: dict[str, Any] = {
     "mass_ratio": 0.1,

@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from damper import simulate
-from damper.lanes import run_lanes
 from damper.study import intervals as intervals_module
 from damper.study.interval_table import (
     chatter_intervals,
@@ -20,6 +19,7 @@ from damper.study.interval_table import (
 )
 from damper.study.intervals import Interval
 from damper.study.tables import About
+from damper.sweep.runs import run_lanes
 
 FIXED = {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "phase": 0.0}
 GRID = [round(0.3 + 0.02 * k, 2) for k in range(31)]

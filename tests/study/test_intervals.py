@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damper.lanes import run_lanes
 from damper.study import intervals as module
 from damper.study.intervals import PREDICATES, ChatterAt, intervals
+from damper.sweep.runs import run_lanes
 
 
 class Steps:

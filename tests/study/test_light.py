@@ -4,7 +4,7 @@ import pytest
 from new_process import in_new_process
 
 LIGHT = [
-    "damper.study.cube",
+    "damper.sweep.cube",
     "damper.study.comparison_cube",
     "damper.study.comparison_table",
     "damper.study.stress_cube",
@@ -18,7 +18,7 @@ LIGHT = [
     "damper.figures.twins",
     "damper.figures.cost",
 ]
-HEAVY = ("numba", "mpmath", "damper.engine", "scipy.integrate")
+HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")
 CODE = f"""
 import json, sys
 from importlib import import_module

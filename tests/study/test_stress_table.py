@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damper.points import read_point
 from damper.stress.box import corners, part
 from damper.stress.laws import ENERGY_PER_SEGMENT, LAWS, LIMIT, RUN
 from damper.stress.parts import lane_of, read_parts, write_part
 from damper.study.stress_cube import gather
 from damper.study.stress_regimes import REGIMES, models
 from damper.study.stress_table import excesses, make, regimes
+from damper.sweep.points import read_point
 
 VALUES = {
     "mass_ratio": [1e-9, 0.3],

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damper.quantities import ALL
+from damper.parameters.quantities import ALL
 from damper.stress.backward import LONG
 from damper.stress.box import random_lanes
 from damper.stress.identities import run_identities
@@ -22,9 +22,9 @@ from damper.stress.verdicts import (
     PASSED_LAWS,
     VERDICTS,
 )
-from damper.study.cube import write_cube
 from damper.study.twins_cube import VARIABLES, gather_twins
 from damper.study.twins_table import HEAVY, failures, make, parameters_of
+from damper.sweep.cube import write_cube
 
 BOX = {
     "share": 0.3,

@@ -14,8 +14,8 @@ from reference.accumulation import accumulation_time, kinematic_accumulation_tim
 
 from damper import Parameters
 from damper.comparison import reference_rigid as mp_reference
-from damper.contact import tail_duration
-from damper.flow import acceleration, oscillator
+from damper.engine.oscillator import acceleration, oscillator
+from damper.engine.search import tail_duration
 from damper.theory.accumulation import completion_times, predict
 
 #: Model section 4: on the right wall at t = 2, x = 2, x' = .1.

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import damper
-from damper.linear import steady_amplitude
+from damper.engine.steady import steady_amplitude
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope, stable
 from damper.theory.two_impacts import orbits
 

@@ -11,8 +11,8 @@ from mpmath import mp, mpf
 from reference.two_impacts import two_impacts
 
 import damper
-from damper.engine import Trajectory
-from damper.lanes import run_lanes
+from damper.engine.trajectory import Trajectory
+from damper.sweep.runs import run_lanes
 from damper.theory.two_impacts import Orbit, largest_clearance, orbits
 
 EXAMPLE = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5)

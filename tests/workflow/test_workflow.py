@@ -352,7 +352,7 @@ def test_edit_in_the_package_reruns_what_depends_on_it(small, tmp_path):
     append("figures/bifurcation.py")
     assert jobs(snakemake(small, "-n", **environment)) == {"figure": 1, "all": 1}
     append("observers/impacts.py")  # also imported by bursts
-    append("contact.py")
+    append("engine/search.py")
     planned = jobs(snakemake(small, "-n", **environment))
     assert planned == {"simulate": 2, "gather": 1, "figure": 1, "all": 1}
 

@@ -9,7 +9,7 @@ from snakemake.exceptions import WorkflowError
 
 try:
     from damper.cost.benchmarks import seconds_by_stage
-    from damper.quantities import MODEL_NAMES
+    from damper.parameters.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
     from damper.study.kinds import Verification

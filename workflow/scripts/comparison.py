@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from damper.study.comparison_cube import gather_errors
-from damper.study.cube import REFERENCES, write_cube
+from damper.sweep.cube import REFERENCES, write_cube
 
 params = snakemake.params
 parts = {}

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from damper.compiled import COMPILED
-from damper.study.slices import simulate_slice
+from damper.engine.compiled import COMPILED
+from damper.sweep.slices import simulate_slice
 
 #: What a short scene needs to be one of each model.
 MODELS = {
     "rigid": {},
     "grounded": {"support_stiffness_ratio": 0.01},
     "compliant": {"contact_stiffness_ratio": 1e4},
-    "modulated": {"modulation_depth": 0.1},
+    "time_varying": {"modulation_depth": 0.1},
 }
 
 # With a model its limit, which runs as a rigid damper.

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from damper.compiled import COMPILED
+from damper.engine.compiled import COMPILED
 from damper.stress.checks import run_checks
 from damper.stress.identities import run_identities
 

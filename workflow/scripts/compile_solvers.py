@@ -4,7 +4,7 @@ from pathlib import Path
 
 from damper.comparison.scene import read_scene
 from damper.comparison.solvers import load
-from damper.compiled import COMPILED
+from damper.engine.compiled import COMPILED
 
 POINT = {
     "mass_ratio": 0.1,

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from damper.study.cube import REFERENCES, gather, write_cube
-from damper.study.slices import read_slice
+from damper.sweep.cube import REFERENCES, gather, write_cube
+from damper.sweep.slices import read_slice
 
 params = snakemake.params
 parts = [read_slice(Path(path)) for path in snakemake.input]

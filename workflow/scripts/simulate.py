@@ -3,8 +3,8 @@
 from math import prod
 from pathlib import Path
 
-from damper.study.branches import DIRECTIONS
-from damper.study.slices import simulate_slice, write_slice
+from damper.sweep.branches import DIRECTIONS
+from damper.sweep.slices import simulate_slice, write_slice
 
 params = snakemake.params
 lanes = prod(len(values) for values in params.axes.values()) * params.initial.get("draws", 1)

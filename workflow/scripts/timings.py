@@ -5,7 +5,7 @@ from pathlib import Path
 from damper.comparison.scene import read_scene
 from damper.comparison.timings import machine, time_solvers
 from damper.study.comparison_cube import gather_timings
-from damper.study.cube import write_cube
+from damper.sweep.cube import write_cube
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}

@@ -11,8 +11,8 @@ import numpy as np
 from damper.comparison.energy import energy_residual
 from damper.comparison.scene import Scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, OUTCOMES, STALLED, Solution
-from damper.compiled import compiled
-from damper.segment import IMPACT, RELEASE, STICK
+from damper.engine.compiled import compiled
+from damper.engine.segment import IMPACT, RELEASE, STICK
 
 #: Outcomes as numbers, for compiled loops: places in `OUTCOMES`.
 DONE = OUTCOMES.index(FINISHED)
@@ -131,7 +131,7 @@ def solution_of(
     balance : bool
         As given to the solver.
     notes : ndarray (events, 4)
-        Time, kind (as in `damper.segment`), side and approach speed.
+        Time, kind (as in `damper.engine.segment`), side and approach speed.
     states : ndarray (times, 4)
     end, totals : tuple of float
         State at the end; work, what the dashpot took, and what impacts took.

@@ -16,7 +16,7 @@ from mpmath import mp, mpf
 
 from damper.comparison import reference_compliant, reference_rigid
 from damper.comparison.scene import Scene
-from damper.contact import ROUNDING
+from damper.engine.search import ROUNDING
 from damper.parameters import Parameters, State
 
 #: Impacts slower than this are not listed (they are computed all the same). A bounce of speed w

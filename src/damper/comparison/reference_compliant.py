@@ -1,7 +1,7 @@
 """Motion of the damper whose walls give, in arbitrary precision.
 
-Everything is relative to the wall s in touch, as in `damper.compliant_flow`: with X = s x, the gap
-g, beta = mu / (1 + mu) = 1 / gamma, and U = X - beta g the centre of mass,
+Everything is relative to the wall s in touch, as in `damper.models.compliant.flow`: with X = s x,
+the gap g, beta = mu / (1 + mu) = 1 / gamma, and U = X - beta g the centre of mass,
 
     U'' = P / (1 + mu),    g'' = P - gamma (k g + c g'),    P = s sin(...) - 2 zeta X' - X.
 
@@ -32,8 +32,8 @@ from damper.comparison.reference_rigid import (
     taylor,
 )
 from damper.comparison.reference_series import first_root, horner, lowest_order, term_count
-from damper.contact import HORIZON
-from damper.contact_law import contact_damping
+from damper.engine.search import HORIZON
+from damper.models.compliant.restitution import contact_damping
 
 #: A panel that most contacts end in: over the fastest rate.
 CONTACT_PANEL = 4
@@ -105,7 +105,7 @@ def run(
 def damping_of(restitution: float, tension: bool) -> mpf:
     """Damping ratio of the contact for a coefficient of restitution, to the precision set.
 
-    The maps of `damper.contact_law`, inverted by the secant rule from its value.
+    The maps of `damper.models.compliant.restitution`, inverted by the secant rule from its value.
     """
     start = mpf(contact_damping(restitution, tension))
     if restitution in (0.0, 1.0):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from damper.parameters import Parameters, State
-from damper.points import read_point
+from damper.sweep.points import read_point
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def read_scene(values: Mapping[str, float], until: float) -> Scene:
     ----------
     values : mapping of str to float
         Dimensionless parameters by name, and what is not zero of the initial quantities; see
-        `damper.quantities`.
+        `damper.parameters.quantities`.
     until : float
         End in units of sqrt(M/K), above 0.
 

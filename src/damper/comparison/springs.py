@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from damper.comparison.scene import Scene
+from damper.engine.segment import CONTACT, DURATION, MODE, SPEED
 from damper.models import Model, motion
-from damper.segment import CONTACT, DURATION, MODE, SPEED
 
 
 def with_springs(scene: Scene, stiffness: float) -> Scene:

@@ -1,9 +1,9 @@
 """A ladder of scenes: time per event and peak memory against the bare engine of the same scene.
 
-A rung is a scene and what is observed in it. Observed runs are those of `damper.lanes`, as in every
-simulation job; the bare engine reads the same points and runs them without observers. The first
-rung is the base: the bare engine of every other scene is compared with that of the first, and the
-bare engine of another model also with a rigid damper of the same numbers.
+A rung is a scene and what is observed in it. Observed runs are those of `damper.sweep.runs`, as in
+every simulation job; the bare engine reads the same points and runs them without observers. The
+first rung is the base: the bare engine of every other scene is compared with that of the first, and
+the bare engine of another model also with a rigid damper of the same numbers.
 """
 
 import gc
@@ -18,11 +18,11 @@ import numpy as np
 
 from damper.cost.paired import spread, take_turns
 from damper.cost.process import fresh, peak_memory
-from damper.engine import LOG_ROWS, Trajectory
-from damper.lanes import run_lanes
-from damper.points import read_point
-from damper.quantities import MODEL_NAMES
-from damper.segment import COLUMNS, FINISHED
+from damper.engine.segment import COLUMNS, FINISHED
+from damper.engine.trajectory import LOG_ROWS, Trajectory
+from damper.parameters.quantities import MODEL_NAMES
+from damper.sweep.points import read_point
+from damper.sweep.runs import run_lanes
 
 Observers = Mapping[str, Mapping[str, Any] | None]
 

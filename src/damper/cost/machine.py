@@ -4,7 +4,7 @@ import os
 import platform
 from pathlib import Path
 
-from damper.compiled import COMPILED
+from damper.engine.compiled import COMPILED
 
 
 def machine() -> str:

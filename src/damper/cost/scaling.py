@@ -15,7 +15,7 @@ import numpy as np
 
 from damper.cost.ladder import NO_BUDGET, SPREAD, Observers, bare
 from damper.cost.process import fresh, peak_memory
-from damper.lanes import run_lanes
+from damper.sweep.runs import run_lanes
 
 #: Seconds that one size may take: it is repeated within them.
 PATIENCE = 0.5

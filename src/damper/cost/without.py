@@ -15,19 +15,19 @@ from damper import models
 from damper.cost.ladder import bare
 from damper.cost.paired import spread, take_turns
 from damper.cost.process import Worker
-from damper.engine import Trajectory
-from damper.flow import Oscillator
-from damper.lanes import run_lanes
+from damper.engine.oscillator import Oscillator
+from damper.engine.trajectory import Trajectory
 from damper.models.rigid import Rigid
 from damper.observers import OBSERVERS
 from damper.parameters import Parameters
-from damper.quantities import ALL, MODEL_NAMES, PARAMETER_NAMES, check_quantity
+from damper.parameters.quantities import ALL, MODEL_NAMES, PARAMETER_NAMES, check_quantity
+from damper.sweep.runs import run_lanes
 
 #: A scene of each model, for a process that has run them all.
 _OTHER_MODELS: Mapping[str, Mapping[str, float]] = {
     "grounded": {"support_stiffness_ratio": 0.01},
     "compliant": {"contact_stiffness_ratio": 1e4},
-    "modulated": {"modulation_depth": 0.1},
+    "time_varying": {"modulation_depth": 0.1},
 }
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from damper.quantities import ALL
-from damper.variables import ENERGY, LENGTH, SPEED, TIME
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import ENERGY, LENGTH, SPEED, TIME
 
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (

@@ -1,12 +1,12 @@
-"""The models of the damper: what the event loop asks of each, one file for each.
+"""The models of the damper: what the event loop asks of each, one package for each.
 
 A model is a NamedTuple of constants that starts with the fields of `damper.models.rigid.Rigid`.
-The functions below are declarations: each model's file implements them for its class
-(`damper.compiled.by_model`). Only the file of the model in use is imported.
+The functions below are declarations: each model's package implements them for its class
+(`damper.engine.compiled.by_model`). Only the package of the model in use is imported.
 
-Side, gap and its rate are relative to the wall of the segment, as in `damper.contact`; `a` and `j`
-are the primary's second and third derivative in flight, `sin` and `cos` those of the forcing phase,
-`periods` and `time` the moment as whole forcing periods and the rest.
+Side, gap and its rate are relative to the wall of the segment, as in `damper.engine.search`; `a`
+and `j` are the primary's second and third derivative in flight, `sin` and `cos` those of the
+forcing phase, `periods` and `time` the moment as whole forcing periods and the rest.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.compiled import by_model
+from damper.engine.compiled import by_model
 from damper.parameters import Parameters
 
 #: Constants of one run, a NamedTuple of floats and of tuples of floats.
@@ -67,7 +67,7 @@ def flight(
     Returns
     -------
     duration, hit, dx, v, rate, steps : float
-        As `damper.contact.find_impact`.
+        As `damper.engine.search.find_impact`.
     """
 
 
@@ -108,7 +108,7 @@ def sticking(
     Returns
     -------
     duration, released, dx, v, steps : float
-        As `damper.contact.find_release`.
+        As `damper.engine.search.find_release`.
     """
 
 
@@ -147,7 +147,7 @@ def time_to_sticking(
     Returns
     -------
     duration, error : float
-        As `damper.contact.tail_duration`.
+        As `damper.engine.search.tail_duration`.
     """
 
 

@@ -8,13 +8,10 @@ error is well above that: each burst says how sharply its end is known.
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.contact import tail_duration
-from damper.engine import Trajectory
-from damper.flow import acceleration, sine_cosine
-from damper.models.rigid import Rigid
-from damper.observers.base import Observer, Window, since
-from damper.segment import (
+from damper.engine.compiled import compiled
+from damper.engine.oscillator import acceleration, sine_cosine
+from damper.engine.search import tail_duration
+from damper.engine.segment import (
     CAUSE,
     FIRST,
     IMPACT,
@@ -28,10 +25,13 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import Trajectory
+from damper.models.rigid import Rigid
+from damper.observers.base import Observer, Window, since
+from damper.parameters.variables import LENGTH, Variable
+from damper.parameters.variables import SPEED as SPEED_UNIT
+from damper.parameters.variables import TIME as TIME_UNIT
 from damper.theory.accumulation import predict_tail
-from damper.variables import LENGTH, Variable
-from damper.variables import SPEED as SPEED_UNIT
-from damper.variables import TIME as TIME_UNIT
 
 _OF_IMPACTS = (
     Variable("rebound_speed", "rate of the gap just after the impact", SPEED_UNIT),

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import Trajectory
-from damper.segment import PERIOD, RATE, TIME
-from damper.variables import Variable
+from damper.engine.compiled import compiled
+from damper.engine.segment import PERIOD, RATE, TIME
+from damper.engine.trajectory import Trajectory
+from damper.parameters.variables import Variable
 
 
 class Window(NamedTuple):

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import Trajectory
+from damper.engine.compiled import compiled
+from damper.engine.trajectory import Trajectory
 from damper.observers.base import Window
 from damper.observers.bursts import CHATTER_IMPACTS, RECORDS, EachBurst, column
-from damper.variables import TIME, Variable
+from damper.parameters.variables import TIME, Variable
 
 _ONSET, _VISIBLE, _COMPLETE, _DURATION, _STICKING = (
     column(name) for name in ("onset", "visible_impacts", "complete", "duration", "sticking_time")

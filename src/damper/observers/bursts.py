@@ -9,17 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import LOG_ROWS, Trajectory
-from damper.observers.base import (
-    Observer,
-    Window,
-    describe,
-    since,
-    visibility,
-    visible_in_tail,
-)
-from damper.segment import (
+from damper.engine.compiled import compiled
+from damper.engine.segment import (
     CAUSE,
     DURATION,
     FIRST,
@@ -35,9 +26,18 @@ from damper.segment import (
     TIME,
     X,
 )
-from damper.variables import CHATTER_IMPACTS, LENGTH, Variable
-from damper.variables import SPEED as SPEED_UNIT
-from damper.variables import TIME as TIME_UNIT
+from damper.engine.trajectory import LOG_ROWS, Trajectory
+from damper.observers.base import (
+    Observer,
+    Window,
+    describe,
+    since,
+    visibility,
+    visible_in_tail,
+)
+from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Variable
+from damper.parameters.variables import SPEED as SPEED_UNIT
+from damper.parameters.variables import TIME as TIME_UNIT
 
 _TOTALS = 13
 # The burst under way, and the lane's totals. A moment is held as its log row holds it, as whole

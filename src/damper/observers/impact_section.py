@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from damper.compiled import compiled
+from damper.engine.compiled import compiled
+from damper.engine.segment import CAUSE, CONTACT, GAP, IMPACT, MODE, RATE, SEPARATION, SIDE, V, X
 from damper.observers.base import since
 from damper.observers.sections import Section, free_state
-from damper.segment import CAUSE, CONTACT, GAP, IMPACT, MODE, RATE, SEPARATION, SIDE, V, X
 
 
 class ImpactSection(Section):

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import Trajectory
+from damper.engine.compiled import compiled
+from damper.engine.segment import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL
+from damper.engine.trajectory import Trajectory
 from damper.observers.base import (
     Observer,
     Window,
@@ -14,9 +15,8 @@ from damper.observers.base import (
     visibility,
     visible_in_tail,
 )
-from damper.segment import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL
-from damper.variables import SPEED as SPEED_UNIT
-from damper.variables import Variable
+from damper.parameters.variables import SPEED as SPEED_UNIT
+from damper.parameters.variables import Variable
 
 _IMPACTS, _VISIBLE, _TAILS, _SUM, _LARGEST = range(5)
 

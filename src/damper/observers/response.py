@@ -22,7 +22,7 @@ max(|x0|, |x1|) + B h^2 / 8 with |x''| <= B. Nearly always that is no more than 
 Where it is more, `_climb` looks closer until it is certain.
 
 **In the tail of a burst** the pair's centre follows the sticking flow and the bounces go on about
-it (`damper.engine.motion`). The integrals are taken along the centre: complete bounces add
+it (`damper.models.motion`). The integrals are taken along the centre: complete bounces add
 O(w^3), w the rebound speed at the tail's start, which is what the tail itself neglects. A bounce
 that an end of the window cuts adds O(w^2) to work, losses and stored energy and is accounted for;
 so is the O(w^2) by which bounces carry the primary out, in the peak.
@@ -37,15 +37,16 @@ from importlib import import_module
 
 import numpy as np
 
-from damper.compiled import by_model, compiled
-from damper.contact import tail_bounce, tail_duration
-from damper.engine import Trajectory
-from damper.flow import OVERDAMPED, Oscillator, acceleration, derivative_bounds, increments
-from damper.linear import steady_amplitude
-from damper.models import mass_ratio_at, motion
-from damper.models.rigid import Rigid
-from damper.observers.base import Observer, Window, since
-from damper.segment import (
+from damper.engine.compiled import by_model, compiled
+from damper.engine.oscillator import (
+    OVERDAMPED,
+    Oscillator,
+    acceleration,
+    derivative_bounds,
+    increments,
+)
+from damper.engine.search import tail_bounce, tail_duration
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -61,7 +62,12 @@ from damper.segment import (
     V,
     X,
 )
-from damper.variables import ENERGY, LENGTH, Variable
+from damper.engine.steady import steady_amplitude
+from damper.engine.trajectory import Trajectory
+from damper.models import mass_ratio_at, motion
+from damper.models.rigid import Rigid
+from damper.observers.base import Observer, Window, since
+from damper.parameters.variables import ENERGY, LENGTH, Variable
 
 #: Totals of a lane: three integrals, the energy lost in impacts, the largest |x| so far, the
 #: stored energy at the window's start, whether the window has begun, the modulation's work, the
@@ -122,9 +128,9 @@ MAX_ITERATIONS = 60
 #: Model -> module that implements the declarations below for it, loaded with the first such lane.
 #: Where it has a function `prepare`, that makes of the model what its `add_part` needs beside it.
 _MODULES = {
-    "Compliant": "compliant_response",
-    "Grounded": "grounded_response",
-    "Modulated": "modulated_response",
+    "Compliant": "damper.models.compliant.response",
+    "Grounded": "damper.models.grounded.response",
+    "TimeVarying": "damper.models.time_varying.response",
 }
 
 _MODULATION_WORK = Variable(
@@ -198,7 +204,7 @@ class Response(Observer):
         super().begin(lane, trajectory, window)
         self._more: tuple = ()
         if (name := _MODULES.get(type(self._model).__name__)) is not None:
-            module = import_module(f"damper.observers.{name}")
+            module = import_module(name)
             if hasattr(module, "prepare"):
                 self._more = module.prepare(self._model)
         self._totals = np.zeros(9)

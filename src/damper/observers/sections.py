@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import Trajectory
+from damper.engine.compiled import compiled
+from damper.engine.trajectory import Trajectory
 from damper.observers.base import Observer, Window
-from damper.variables import LENGTH, SPEED, Variable
+from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
 class Section(Observer):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from damper.compiled import compiled
+from damper.engine.compiled import compiled
+from damper.engine.segment import DURATION, SIDE
 from damper.models import motion
 from damper.observers.base import since
 from damper.observers.sections import Section, free_state
-from damper.segment import DURATION, SIDE
 
 
 class StroboscopicSection(Section):

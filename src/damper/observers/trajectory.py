@@ -9,13 +9,8 @@ import math
 
 import numpy as np
 
-from damper.compiled import compiled
-from damper.engine import Trajectory
-from damper.models import mass_ratio_at, motion
-from damper.observers.base import Observer, Window, since
-from damper.observers.sections import free_state
-from damper.observers.stretch import SLACK, sample_steps
-from damper.segment import (
+from damper.engine.compiled import compiled
+from damper.engine.segment import (
     CAUSE,
     CONTACT,
     DURATION,
@@ -31,9 +26,14 @@ from damper.segment import (
     V,
     X,
 )
-from damper.variables import LENGTH, Variable
-from damper.variables import SPEED as SPEED_UNIT
-from damper.variables import TIME as TIME_UNIT
+from damper.engine.trajectory import Trajectory
+from damper.models import mass_ratio_at, motion
+from damper.observers.base import Observer, Window, since
+from damper.observers.sections import free_state
+from damper.observers.stretch import SLACK, sample_steps
+from damper.parameters.variables import LENGTH, Variable
+from damper.parameters.variables import SPEED as SPEED_UNIT
+from damper.parameters.variables import TIME as TIME_UNIT
 
 #: What the pass has written so far.
 _ROWS, _SAMPLES, _EVENTS, _LEFT_OUT = range(4)

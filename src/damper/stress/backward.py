@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 
-from damper.parameters import Parameters
-from damper.segment import (
+from damper.engine.segment import (
     CAUSE,
     DURATION,
     FLIGHT,
@@ -34,6 +33,7 @@ from damper.segment import (
     V,
     X,
 )
+from damper.parameters import Parameters
 from damper.stress.verdicts import CHECKS
 
 #: Whether `numpy.longdouble` has digits to spare. Where it has not, mpmath steps in (and is slow).
@@ -78,8 +78,8 @@ def backward_error(parameters: Parameters, log: np.ndarray, digits: int | None =
     parameters : Parameters
         Of a rigid damper.
     log : ndarray (segments, COLUMNS)
-        Successive segments, as `damper.engine.Trajectory.segments` yields them at its default
-        accuracy.
+        Successive segments, as `damper.engine.trajectory.Trajectory.segments` yields them at
+        its default accuracy.
     digits : int, optional
         Use mpmath with as many digits instead of `numpy.longdouble`.
 

@@ -1,7 +1,7 @@
 """The box of parameters that the stress study covers: its corners, edges and random inside.
 
-A lane is a mapping of names to values for `damper.points.read_point`: parameters of one model, and
-initial quantities where they are not zero.
+A lane is a mapping of names to values for `damper.sweep.points.read_point`: parameters of one
+model, and initial quantities where they are not zero.
 """
 
 import math

@@ -14,30 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from damper.compiled import by_model, compiled
-from damper.engine import (
-    DEFAULT_ACCURACY,
-    LOG_ROWS,
-    Trajectory,
-    check_engine_settings,
-)
-from damper.flow import acceleration, increments, sine_cosine
-from damper.models import mass_ratio_at, motion, rigid
-from damper.observers.base import Observer, Window
-from damper.observers.response import (
-    LOSS,
-    MODULATION,
-    PEAK,
-    SPEED_SQUARE,
-    STORED,
-    SUPPORT,
-    WORK,
-    add_part,
-    impact_loss,
-    stored_energy,
-)
-from damper.points import Point, read_point
-from damper.segment import (
+from damper.engine.compiled import by_model, compiled
+from damper.engine.oscillator import acceleration, increments, sine_cosine
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     CONTACT,
@@ -54,7 +33,28 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import (
+    DEFAULT_ACCURACY,
+    LOG_ROWS,
+    Trajectory,
+    check_engine_settings,
+)
+from damper.models import mass_ratio_at, motion, rigid
+from damper.observers.base import Observer, Window
+from damper.observers.response import (
+    LOSS,
+    MODULATION,
+    PEAK,
+    SPEED_SQUARE,
+    STORED,
+    SUPPORT,
+    WORK,
+    add_part,
+    impact_loss,
+    stored_energy,
+)
 from damper.stress.laws import LAWS, REFUSED, RUN
+from damper.sweep.points import Point, read_point
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
@@ -135,9 +135,9 @@ class Laws(Observer):
 #: Model -> modules that implement its part of the checks and of the energy balance; the last one
 #: may `prepare` what that needs.
 _MODULES = {
-    "Compliant": ("damper.stress.compliant_checks", "damper.observers.compliant_response"),
-    "Grounded": ("damper.stress.grounded_checks", "damper.observers.grounded_response"),
-    "Modulated": ("damper.observers.modulated_response",),
+    "Compliant": ("damper.stress.compliant_checks", "damper.models.compliant.response"),
+    "Grounded": ("damper.stress.grounded_checks", "damper.models.grounded.response"),
+    "TimeVarying": ("damper.models.time_varying.response",),
 }
 
 

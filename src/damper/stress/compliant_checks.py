@@ -2,9 +2,9 @@
 
 import math
 
-from damper.flow import acceleration, sine_cosine
+from damper.engine.oscillator import acceleration, sine_cosine
+from damper.engine.segment import GAP, RATE, TIME, V, X
 from damper.models.compliant import Compliant
-from damper.segment import GAP, RATE, TIME, V, X
 from damper.stress.checks import flight_start, thrust
 
 

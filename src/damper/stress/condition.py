@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine.segment import IMPACT, RATE, SPEED, STICK, V, X
 from damper.parameters import Parameters, State
-from damper.segment import IMPACT, RATE, SPEED, STICK, V, X
 from damper.stress.runs import Events, Run, events_of, noisy_run
 from damper.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
 

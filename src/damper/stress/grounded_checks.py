@@ -2,9 +2,10 @@
 
 import math
 
-from damper.flow import acceleration, sine_cosine
+from damper.engine.oscillator import acceleration, sine_cosine
+from damper.engine.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
 from damper.models.grounded import Grounded, both_motions
-from damper.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
+from damper.models.grounded.search import move_apart
 from damper.stress.checks import (
     flight_at,
     flight_start,
@@ -13,7 +14,6 @@ from damper.stress.checks import (
     support_stiffness,
     thrust,
 )
-from damper.two_oscillators import move_apart
 
 
 @flight_start.of(Grounded)

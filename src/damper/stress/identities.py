@@ -14,12 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine import DEFAULT_ACCURACY, Trajectory
-from damper.event_list import events as list_events
+from damper.engine.segment import DURATION, IMPACT, PERIOD, RELEASE, STICK, TIME
+from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory
 from damper.observers.base import Window
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.points import read_point
-from damper.segment import DURATION, IMPACT, PERIOD, RELEASE, STICK, TIME
 from damper.stress.backward import backward_error
 from damper.stress.checks import Laws
 from damper.stress.condition import (
@@ -45,6 +43,8 @@ from damper.stress.verdicts import (
     REFUSED,
     SOUND,
 )
+from damper.sweep.events import events as list_events
+from damper.sweep.points import read_point
 
 #: Whole periods by which a run is shifted. Of the second one the time is exact.
 SHIFT, FAR_SHIFT = 3.0, 2.0**20
@@ -95,7 +95,7 @@ def run_identities(
     Parameters
     ----------
     lanes : iterable of mapping
-        Names and values for `damper.points.read_point`, dimensionless.
+        Names and values for `damper.sweep.points.read_point`, dimensionless.
     periods, events : int
         Forcing periods of a run, and the events after which it is enough.
     seed : int
@@ -322,7 +322,7 @@ def _mirrored(lane: _Lane, random: np.random.Generator) -> _Twin:
 def _later(periods: float) -> Callable[[_Lane, np.random.Generator], _Twin | None]:
     def later(lane: _Lane, random: np.random.Generator) -> _Twin | None:
         p = lane.parameters
-        if p.model == "modulated" and math.fmod(periods, p.modulation_order):
+        if p.model == "time_varying" and math.fmod(periods, p.modulation_order):
             return None
         state = replace(lane.state, time=lane.state.time + periods * p.period)
         run = _again(lane, p, state)

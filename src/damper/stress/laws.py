@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damper.variables import STATUS_MEANINGS, Variable
+from damper.parameters.variables import STATUS_MEANINGS, Variable
 
 #: Status beside those of the engine: the lane was refused with an error.
 REFUSED = 3

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from damper.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 
 #: Quantities of a lane; those that it does not give have their defaults.
 LANE_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)

@@ -5,10 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine import DEFAULT_ACCURACY, Trajectory, place, run, slack
-from damper.models import loop_of, model_of, motion
-from damper.parameters import Parameters, State
-from damper.segment import (
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -23,6 +20,9 @@ from damper.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory, place, run, slack
+from damper.models import loop_of, model_of, motion
+from damper.parameters import Parameters, State
 
 #: Rows of the log beyond which a short run stops, for each of its events: long flights are cut.
 ROWS_PER_EVENT = 2
@@ -37,7 +37,7 @@ class Run(NamedTuple):
 
     parameters: Parameters
     log: np.ndarray
-    """(segments, COLUMNS), see `damper.segment`."""
+    """(segments, COLUMNS), see `damper.engine.segment`."""
     whole: bool
     """Whether it reached its end time, with neither too many events nor a full log."""
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.linear import steady_amplitude
+from damper.engine.steady import steady_amplitude
 from damper.parameters import Parameters, Units
-from damper.points import read_point
-from damper.quantities import PARAMETER_NAMES, SI_NAMES
+from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
+from damper.sweep.points import read_point
 from damper.theory.two_impacts import Orbit, orbits
 
 

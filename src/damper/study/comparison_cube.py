@@ -13,7 +13,7 @@ from damper.comparison.errors import MEASURES, VERDICTS
 from damper.comparison.runs import NOT_APPLICABLE, solver_names
 from damper.comparison.solution import OUTCOMES
 from damper.comparison.solvers import load
-from damper.variables import TIME
+from damper.parameters.variables import TIME
 
 #: Errors that a solver's order is told of.
 ERRORS = (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.quantities import ALL, MODEL_NAMES
+from damper.parameters.quantities import ALL, MODEL_NAMES
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 
 #: Axes of stiffness, in either system of units.
@@ -37,7 +37,7 @@ def rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]
     """
     import yaml
 
-    from damper.study.slices import simulate_slice
+    from damper.sweep.slices import simulate_slice
 
     for name in variables:
         if name not in cube:

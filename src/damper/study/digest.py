@@ -60,7 +60,8 @@ def _imports(path: Path) -> frozenset[Path]:
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
-            # `from damper.study import cube` names a module, `from damper.engine import run` not.
+            # `from damper.sweep import cube` names a module, `from damper.sweep.cube import gather`
+            # does not.
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
             if node.module == "damper":
                 names += [HOME[alias.name] for alias in node.names if alias.name in HOME]

@@ -26,7 +26,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from damper.quantities import ALL, SI_QUANTITIES, check_quantity
+from damper.parameters.quantities import ALL, SI_QUANTITIES, check_quantity
 from damper.study.axes import MOST_VALUES
 from damper.study.schema import Draft, Schema, about, limits_of, quantity_schema
 from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, key_path, show, words

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.quantities import ALL
-from damper.study.grid import product
+from damper.parameters.quantities import ALL
 from damper.study.intervals import PREDICATES, ChatterAt, Interval, intervals
 from damper.study.tables import About, fixed_values, markdown_table, remarks
+from damper.sweep.grid import product
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

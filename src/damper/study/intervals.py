@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from damper.lanes import run_lanes
 from damper.study.runs import runs
+from damper.sweep.runs import run_lanes
 
 #: Name -> what `chatter` must be.
 PREDICATES: dict[str, Callable[[int], bool]] = {

@@ -10,7 +10,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import ALL, MODEL_NAMES
+from damper.parameters.quantities import ALL, MODEL_NAMES
+from damper.parameters.variables import TIME
 from damper.study.axes import axis_values, coordinate_name
 from damper.study.fields import (
     Faults,
@@ -30,7 +31,6 @@ from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
-from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
 _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

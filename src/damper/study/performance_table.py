@@ -16,8 +16,8 @@ import numpy as np
 import xarray as xr
 
 from damper.study.best import least
-from damper.study.grid import product
 from damper.study.tables import About, fixed_values, markdown_table, remarks
+from damper.sweep.grid import product
 
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.
 _TWO = 0.05

@@ -23,7 +23,8 @@ from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
-from damper.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
+from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
+from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
 from damper.study.kinds import KINDS
 from damper.study.model import AnyStudy, Settings, Study
@@ -31,7 +32,6 @@ from damper.study.products import FIGURES, TABLES
 from damper.study.rules import MOST_SLICES
 from damper.study.schema import Draft, Schema, limits_of
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
-from damper.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 
 ROOT = Path(__file__).parents[3]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

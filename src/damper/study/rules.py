@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from itertools import product as combinations
 from typing import TYPE_CHECKING, Any
 
-from damper.linear import steady_gain
+from damper.engine.steady import steady_gain
 from damper.observers.stretch import sample_steps
-from damper.quantities import (
+from damper.parameters.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,
     INITIAL_NAMES,
@@ -21,11 +21,11 @@ from damper.quantities import (
     is_si,
 )
 from damper.study.axes import axis_values
-from damper.study.branches import DIRECTIONS
 from damper.study.fields import Faults, nearest
 from damper.study.products import FIGURES, TABLES, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
+from damper.sweep.branches import DIRECTIONS
 
 if TYPE_CHECKING:
     from damper.study.model import Study

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from damper.quantities import Quantity
+from damper.parameters.quantities import Quantity
 
 Schema = dict[str, Any]
 
@@ -69,7 +69,7 @@ def limits_of(quantity: Quantity) -> str:
 
     Examples
     --------
-    >>> from damper.quantities import ALL
+    >>> from damper.parameters.quantities import ALL
     >>> [limits_of(ALL[name]) for name in ("mass_ratio", "restitution", "phase")]
     ['> 0', '0 to 1', 'any']
     """
@@ -87,7 +87,7 @@ def about(quantity: Quantity) -> str:
 
     Examples
     --------
-    >>> from damper.quantities import ALL
+    >>> from damper.parameters.quantities import ALL
     >>> about(ALL["clearance"])
     'clearance to each wall, $d$ [F0/K]: clearance >= 0'
     """

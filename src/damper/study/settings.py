@@ -9,9 +9,9 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import INITIAL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.variables import SI_UNITS, SPEED, TIME
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
-from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     Choice,
     Coordinate,
@@ -24,7 +24,7 @@ from damper.study.fields import (
     Text,
 )
 from damper.study.schema import Schema
-from damper.variables import SI_UNITS, SPEED, TIME
+from damper.sweep.branches import DIRECTIONS
 
 OptionalText = Annotated[str | None, Text()]
 Assumed = Annotated[

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.quantities import ALL
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import Variable
 from damper.stress.laws import LAWS, OUTCOMES, RUN
 from damper.stress.parts import LANE_NAMES, read_parts
-from damper.variables import Variable
 
 
 def gather(

@@ -32,7 +32,7 @@ def models(cube: xr.Dataset) -> xr.DataArray:
     """Return each lane's model, as `damper.parameters.Parameters.model` says it."""
     grounded = (cube.support_stiffness_ratio > 0.0) | (_support_damping(cube) > 0.0)
     names = np.where(grounded, "grounded", "rigid")
-    names = np.where(cube.modulation_depth > 0.0, "modulated", names)
+    names = np.where(cube.modulation_depth > 0.0, "time_varying", names)
     names = np.where(np.isfinite(cube.contact_stiffness_ratio), "compliant", names)
     return xr.DataArray(names, dims="lane")
 
@@ -177,7 +177,7 @@ REGIMES = (
     Regime(
         "time-variant",
         "a free mass that varies",
-        model_is("modulated"),
+        model_is("time_varying"),
         "both masses together move on Taylor polynomials",
     ),
     Regime(

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.runs import runs
-from damper.variables import CHATTER_IMPACTS
 
 #: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
 BURST_VARIABLES = (

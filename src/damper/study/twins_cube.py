@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.quantities import ALL
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import Variable
 from damper.stress.parts import LANE_NAMES
 from damper.stress.verdicts import ALLOWANCE, CHECKS, CONDITIONS, IDENTITIES, VERDICTS
-from damper.variables import Variable
 
 _ROUNDING = "2^-52"
 _OTHERWISE = {

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from damper.study.closed_forms import admissible_orbits, section_point
-from damper.study.grid import product
 from damper.study.intervals import intervals
 from damper.study.tables import About, fixed_values, markdown_table, remarks
+from damper.sweep.grid import product
 from damper.theory.two_impacts import Orbit
 
 #: Impacts per period are a quotient of whole numbers.

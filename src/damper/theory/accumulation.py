@@ -14,11 +14,11 @@ Piiroinen (2009) take: their 2 r v / (a (1 - r)), v = w / r. Derivation: docs/th
 import math
 from typing import NamedTuple
 
-from damper.compiled import compiled
-from damper.contact import accumulation_times, tail_duration
-from damper.flow import Oscillator, acceleration, advance, oscillator, sine_cosine
+from damper.engine.compiled import compiled
+from damper.engine.oscillator import Oscillator, acceleration, advance, oscillator, sine_cosine
+from damper.engine.search import accumulation_times, tail_duration
 from damper.parameters import Parameters
-from damper.quantities import check_quantity, real
+from damper.parameters.quantities import check_quantity, real
 
 #: Longest time, in units of sqrt(M/K), over which a prediction follows the sticking flow.
 LONGEST = 1e6
@@ -180,7 +180,7 @@ def predict_tail(
     Parameters
     ----------
     free, stuck : tuple
-        `damper.flow.oscillator` of flight and of sticking.
+        `damper.engine.oscillator.oscillator` of flight and of sticking.
     angle : float
         Phase of the force at the impact.
 

@@ -17,8 +17,9 @@ force from rest,
     F (sin phase, cos phase) = -E (x0, u+) - (x0, u-) = F (V alpha + d beta).
 
 The sine and the cosine that this gives must be those of one angle, |V alpha + d beta| = 1: a
-quadratic for V. E and F come from `damper.flow`, which keeps their digits in every regime, so that
-undamped resonance and heavy damping are no special cases. Derivation: docs/theory.md.
+quadratic for V. E and F come from `damper.engine.oscillator`, which keeps their digits in every
+regime, so that undamped resonance and heavy damping are no special cases. Derivation:
+docs/theory.md.
 """
 
 import math
@@ -28,9 +29,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine import CAUSE, IMPACT, NOTHING, SIDE, TIME, Trajectory
-from damper.flow import acceleration, advance, oscillator
-from damper.linear import steady_amplitude
+from damper.engine.oscillator import acceleration, advance, oscillator
+from damper.engine.steady import steady_amplitude
+from damper.engine.trajectory import CAUSE, IMPACT, NOTHING, SIDE, TIME, Trajectory
 from damper.observers.base import Window
 from damper.observers.response import Response
 from damper.parameters import Parameters, State

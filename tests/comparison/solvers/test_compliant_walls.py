@@ -12,7 +12,7 @@ from damper.comparison.scene import read_scene
 from damper.comparison.solution import CAPPED, FINISHED
 from damper.comparison.solvers import load
 from damper.comparison.springs import with_springs
-from damper.contact_law import contact_damping, restitution_of
+from damper.models.compliant.restitution import contact_damping, restitution_of
 
 BURST = {
     "mass_ratio": 0.1,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import damper
-import damper.quantities
+import damper.parameters.quantities
 from damper.comparison import solvers
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FINISHED, OUTCOMES, STALLED
@@ -176,7 +176,7 @@ def test_a_cap_ends_a_run(name, scene):
 @pytest.mark.parametrize(("name", "scene"), CASES)
 def test_the_mirror_image_is_solved_alike(name, scene):
     p, s = scene.parameters, scene.state
-    names = damper.quantities.PARAMETER_NAMES
+    names = damper.parameters.quantities.PARAMETER_NAMES
     turned = {key: getattr(p, key) for key in names} | {"phase": p.phase + math.pi}
     mirrored = Scene(
         damper.Parameters(**turned), damper.State(-s.x, -s.v, -s.y, -s.u, s.time), scene.until

@@ -9,8 +9,8 @@ import damper
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED
 from damper.comparison.solvers import exact
-from damper.engine import Trajectory
-from damper.event_list import events
+from damper.engine.trajectory import Trajectory
+from damper.sweep.events import events
 
 BURST = {
     "mass_ratio": 0.1,

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import damper
-import damper.compiled
+import damper.engine.compiled
 from damper.comparison.fixed_step import rk4
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.comparison.solvers import load
 from damper.comparison.solvers.rk4_located import _find_impact
-from damper.event_list import events
-from damper.flow import advance, oscillator
+from damper.engine.oscillator import advance, oscillator
+from damper.sweep.events import events
 from damper.theory.two_impacts import orbits
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
@@ -368,7 +368,7 @@ def test_without_sticking_the_free_mass_would_sink_through_the_wall(monkeypatch)
     p = damper.Parameters(1e-6, 0.0, 1e-6, clearance=0.5, restitution=r)
     scene = Scene(p, damper.State(-1.0, 0.0, -1.5, 0.0), 1.5)
     module = load(STEP_END)
-    if damper.compiled.COMPILED:
+    if damper.engine.compiled.COMPILED:
         monkeypatch.setattr(module, "_rigid", module._rigid.py_func)
     steps = 20 * p.period, 40 * p.period
     for setting in steps:

@@ -15,7 +15,7 @@ from damper.comparison.restarted import solve_restarted
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.comparison.solvers import load
-from damper.engine import Trajectory
+from damper.engine.trajectory import Trajectory
 from damper.parameters import Parameters, State
 
 #: One complete burst from rest; its values below are from arithmetic in 50 digits.

@@ -11,7 +11,7 @@ from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
 from damper.comparison.solvers import exact
 from damper.comparison.springs import with_springs
-from damper.engine import DEFAULT_ACCURACY
+from damper.engine.trajectory import DEFAULT_ACCURACY
 
 LABEL = "stiff springs, exact flow"
 SETTING = "contact_stiffness"

@@ -14,9 +14,7 @@ from damper.comparison.energy import energy_residual
 from damper.comparison.scene import Scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, Solution
 from damper.comparison.springs import deepest
-from damper.engine import LOG_ROWS, Trajectory, check_engine_settings, check_state
-from damper.models import motion
-from damper.segment import (
+from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
@@ -30,6 +28,8 @@ from damper.segment import (
     STICK,
     TIME,
 )
+from damper.engine.trajectory import LOG_ROWS, Trajectory, check_engine_settings, check_state
+from damper.models import motion
 
 LABEL = "exact engine"
 SETTING = "accuracy"

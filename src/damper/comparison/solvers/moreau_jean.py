@@ -42,9 +42,9 @@ from damper.comparison.fixed_step import (
 )
 from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
-from damper.compiled import compiled
-from damper.engine import slack
-from damper.segment import IMPACT, RELEASE, STICK
+from damper.engine.compiled import compiled
+from damper.engine.segment import IMPACT, RELEASE, STICK
+from damper.engine.trajectory import slack
 
 LABEL = "Moreau-Jean"
 SETTING = "steps_per_period"

@@ -41,10 +41,10 @@ from damper.comparison.fixed_step import (
 )
 from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
-from damper.compiled import compiled
-from damper.contact_law import contact_damping
-from damper.engine import slack
-from damper.segment import IMPACT, RELEASE, STICK
+from damper.engine.compiled import compiled
+from damper.engine.segment import IMPACT, RELEASE, STICK
+from damper.engine.trajectory import slack
+from damper.models.compliant.restitution import contact_damping
 
 LABEL = "RK4, impacts at step ends"
 SETTING = "steps_per_period"

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
+from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
 from damper.study.fields import Faults, Section, Strict, Text
 from damper.study.products import product
 from damper.study.settings import Fixed

@@ -9,7 +9,8 @@ from pydantic import Field
 
 from damper.comparison.solvers import SOLVERS
 from damper.parameters import Parameters
-from damper.quantities import INITIAL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.variables import TIME
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
 from damper.study.kinds.base import (
     DIMENSIONLESS,
@@ -23,7 +24,6 @@ from damper.study.kinds.base import (
 )
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part, words
-from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
 #: Models of which there is a reference to 50 digits.

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
-from damper.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
+from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
 from damper.study.kinds.base import (
     Made,

@@ -9,7 +9,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import MODEL_NAMES
+from damper.parameters.quantities import MODEL_NAMES
+from damper.parameters.variables import TIME
 from damper.stress.box import STARTS
 from damper.study.fields import (
     Choice,
@@ -33,7 +34,6 @@ from damper.study.kinds.base import (
 )
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
-from damper.variables import TIME
 
 _NONE: dict[str, Any] = {}
 MOST_LANES = 10_000_000

@@ -9,9 +9,8 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from damper.quantities import ALL
+from damper.parameters.quantities import ALL
 from damper.study.axes import coordinate_name
-from damper.study.branches import DIRECTIONS
 from damper.study.fields import (
     Choice,
     Coordinate,
@@ -26,6 +25,7 @@ from damper.study.fields import (
 from damper.study.schema import Draft, Schema
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import as_part, show, words
+from damper.sweep.branches import DIRECTIONS
 
 #: Observer -> what it writes with one value at each point; `status` is in every cube.
 VARIABLES = {

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.quantities import ALL
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import TIME
 from damper.study.calibration.statements import STATEMENTS
 from damper.study.fields import (
     Choice,
@@ -28,7 +29,6 @@ from damper.study.products.base import (
 )
 from damper.study.schema import Draft, Schema
 from damper.study.yaml_file import as_part
-from damper.variables import TIME
 
 
 class OtherStudies(Kind):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.quantities import MODEL_NAMES
+from damper.parameters.quantities import MODEL_NAMES
 from damper.study.fields import Faults, ListOf, Text
 from damper.study.products.base import (
     BURST_RECORDS,

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from damper.parameters.variables import SI_UNITS, TIME
 from damper.study.fields import Choice, Faults, Flag, ListOf, Number, Range, Text
 from damper.study.products.base import (
     FREE_TRAVEL,
@@ -30,7 +31,6 @@ from damper.study.products.base import (
 )
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import show, words
-from damper.variables import SI_UNITS, TIME
 
 #: What the small-mass limit speaks of.
 _OF_BURSTS = ("complete_fraction", "chatter")

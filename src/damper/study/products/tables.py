@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.quantities import INITIAL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.study.fields import Faults, Number, Text
 from damper.study.products.base import (
     FREE_TRAVEL,

@@ -1,0 +1,444 @@
+"""Motion of both masses together where the free mass varies: a Taylor series for each step.
+
+    (1 + mu(t)) x'' + 2 zeta x' + x = sin(omega t + phase),
+    mu(t) = mean (1 + depth cos(frequency t + phase'))
+
+Nothing here is known in closed form. A step is the Taylor polynomial of x'' about its start, short
+enough for a remainder below rounding, which docs/models.md proves. Where the damping is so heavy
+that such steps would be tiny, and the fast mode has died, the polynomial is that of the slow
+motion alone, from the same equations solved from the highest derivative down.
+"""
+
+import math
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.oscillator import Oscillator, sine_cosine
+from damper.engine.search import HORIZON, ROUNDING, stays
+
+#: How the free mass varies: mean mass ratio, depth, frequency, order, phase at time 0.
+MassLaw = tuple[float, ...]
+
+#: Degree of the polynomial of x''.
+DEGREE = 30
+#: Rate of a step's start times its length, at most, of forcing and of both masses' free motion.
+REACH = 2.0
+#: Ratio of consecutive coefficients beyond the last one, at most.
+DECAY = 0.2
+#: Change of the mass in the complex plane that this decay allows, as a part of it.
+CHANGE = 0.5
+#: Largest remainder of x'' in units of its largest coefficient.
+REMAINDER = 1e-16
+#: Fastest rate times a step, above which the fast mode is left out once it has died.
+STIFF = 64.0
+#: Rounding of the velocity, relative to its terms, to which a fast mode has died.
+DEAD = 32.0 * 2.220446049250313e-16
+_HALVINGS = 60
+#: Binomials C(DEGREE, k), to go over to the Bernstein basis.
+_BINOMIALS = np.array([float(math.comb(DEGREE, k)) for k in range(DEGREE + 1)])
+_STEPS = 10_000
+_ROOT_STEPS = 100
+_EPSILON = 2.220446049250313e-16
+
+
+@compiled
+def mass_law(
+    mean: float, depth: float, order: float, phase: float, frequency_ratio: float
+) -> MassLaw:
+    """Constants of the free mass's variation.
+
+    Parameters
+    ----------
+    mean, depth : float
+        Mean mass ratio, and the amplitude of its variation as a part of it.
+    order : float
+        Forcing periods in one period of the variation.
+    phase : float
+        Its phase at time 0 in radians.
+    frequency_ratio : float
+        Forcing frequency.
+    """
+    reduced = math.atan2(math.sin(phase), math.cos(phase))
+    return mean, depth, frequency_ratio / order, order, reduced
+
+
+@compiled
+def modulation(law: MassLaw, periods: float, time: float) -> tuple[float, ...]:
+    """Mass ratio at a moment, with sine and cosine of the variation's phase.
+
+    The half angle keeps the digits that 1 + depth cos loses near the smallest mass.
+
+    Returns
+    -------
+    mass_ratio, sine, cosine : float
+    """
+    mean, depth, frequency, order, phase = law
+    turns = (periods % order) / order
+    sin, cos, _ = sine_cosine(math.pi * turns + 0.5 * (frequency * time + phase))
+    return (
+        mean * ((1.0 - depth) + 2.0 * depth * cos * cos),
+        2.0 * sin * cos,
+        (cos - sin) * (cos + sin),
+    )
+
+
+@compiled
+def advance_together(
+    free: Oscillator,
+    law: MassLaw,
+    periods: float,
+    time: float,
+    x: float,
+    v: float,
+    sin: float,
+    cos: float,
+    tau: float,
+) -> tuple[float, ...]:
+    """Motion of both masses as one over a time `tau`.
+
+    Parameters
+    ----------
+    free : tuple
+        The primary's `damper.engine.oscillator.oscillator` in flight.
+    law : tuple
+        From `mass_law`.
+    periods, time : float
+        The start, whole forcing periods plus the rest.
+    x, v, sin, cos : float
+        State and the forcing phase's sine and cosine there.
+
+    Returns
+    -------
+    dx, v : float
+        Change of the displacement, and the velocity at `tau`.
+    """
+    terms = np.empty(DEGREE + 1)
+    passed = 0.0
+    dx = 0.0
+    sin1 = sin
+    cos1 = cos
+    for _ in range(_STEPS):
+        step, v, _ = expand(free, law, periods, time + passed, x + dx, v, sin1, cos1, terms)
+        last = passed + step >= tau
+        part = (tau - passed) / step if last else 1.0
+        more, v = evaluate(terms, step, v, part)
+        dx += more
+        if last:
+            break
+        passed += step
+        turn_sin, turn_cos, _ = sine_cosine(free[3] * passed)
+        sin1 = sin * turn_cos + cos * turn_sin
+        cos1 = cos * turn_cos - sin * turn_sin
+    return dx, v
+
+
+@compiled
+def step_together(
+    free: Oscillator,
+    law: MassLaw,
+    periods: float,
+    time: float,
+    side: float,
+    x: float,
+    v: float,
+    sin: float,
+    cos: float,
+) -> tuple[float, ...]:
+    """One step of sticking, up to the release if that comes first.
+
+    The release is the first root of x'', sought on the step's polynomial in the Bernstein basis,
+    whose coefficients enclose it: none can be skipped. Without a wall (side = 0) there is none.
+
+    Returns
+    -------
+    tau, released, dx, v, steps : float
+        As `damper.engine.search.find_release`.
+    """
+    terms = np.empty(DEGREE + 1)
+    step, v, rounding = expand(free, law, periods, time, x, v, sin, cos, terms)
+    part = 1.0
+    released = 0.0
+    if side != 0.0:
+        part = _first_loss(terms, side, free[3] * cos - v, rounding)
+        if part <= 1.0:
+            released = 1.0
+        else:
+            part = 1.0
+    dx, v = evaluate(terms, step, v, part)
+    return part * step, released, dx, v, 1
+
+
+@compiled
+def evaluate(terms: np.ndarray, step: float, v: float, part: float) -> tuple[float, ...]:
+    """Change of the displacement and the velocity after a part of a step.
+
+    Parameters
+    ----------
+    terms : float64 array (DEGREE + 1,)
+        From `expand`, as are `step` and `v`.
+    """
+    dx = 0.0
+    dv = 0.0
+    for k in range(DEGREE, -1, -1):
+        share = float(terms[k]) / (k + 1.0)
+        dv = dv * part + share
+        dx = dx * part + share / (k + 2.0)
+    reach = part * step
+    return reach * (v + reach * dx), v + reach * dv
+
+
+@compiled
+def expand(
+    free: Oscillator,
+    law: MassLaw,
+    periods: float,
+    time: float,
+    x: float,
+    v: float,
+    sin: float,
+    cos: float,
+    terms: np.ndarray,
+) -> tuple[float, ...]:
+    """Length of the next step, and the Taylor polynomial of x'' on it.
+
+    Parameters
+    ----------
+    free, law, periods, time, x, v, sin, cos
+        As `advance_together`.
+    terms : float64 array (DEGREE + 1,)
+        Written: x'' = sum of terms[k] (tau / step)^k for 0 <= tau <= step.
+
+    Returns
+    -------
+    step, v, rounding : float
+        Time; the velocity at its start, changed by rounding where a dead mode is left out;
+        rounding of x''.
+    """
+    zeta = free[0]
+    omega = free[3]
+    mass_ratio, sin_m, cos_m = modulation(law, periods, time)
+    inertia = 1.0 + mass_ratio
+    swing = law[0] * law[1]
+    frequency = law[2]
+    fast = 2.0 * zeta / inertia
+    weights = np.empty(DEGREE + 1)
+    rounding = ROUNDING * ((1.0 + 2.0 * zeta * abs(v)) + abs(x)) / inertia
+
+    calm = min(HORIZON, REACH / omega)
+    calm = min(calm, _steady_span(swing / inertia * abs(sin_m), swing / inertia * abs(cos_m), law))
+    step = min(calm, 2.0 * zeta)
+    while fast * step > STIFF:
+        count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
+        slow_v = _slow_terms(zeta, omega, inertia, x, sin, cos, step, weights, count, terms)
+        # The force rounds as its phase does, however small it is.
+        if abs(slow_v - v) > DEAD * (abs(v) + (1.0 + abs(x)) / (2.0 * zeta)):
+            break
+        largest, left = _sizes(terms)
+        if left <= REMAINDER * largest:
+            return step, slow_v, max(ROUNDING * largest, left)
+        step *= 0.5
+
+    step = min(calm, REACH / (fast + 1.0 / math.sqrt(inertia)))
+    for _ in range(_HALVINGS):
+        count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
+        _forward_terms(zeta, omega, inertia, x, v, sin, cos, step, weights, count, terms)
+        largest, left = _sizes(terms)
+        if left <= REMAINDER * largest:
+            break
+        step *= 0.5
+    return step, v, max(rounding, left)
+
+
+@compiled
+def _steady_span(first, second, law):
+    """Time over which the mass changes little even for complex time: it sets the convergence.
+
+    With first, second = |sin|, |cos| of the variation's phase times its amplitude over the mass,
+    the mass's Taylor coefficients at y = frequency span / DECAY sum up to
+    first sinh y + second (cosh y - 1) <= CHANGE, a condition that either form meets.
+    """
+    # For y <= 1: sinh y <= 1.1753 y and cosh y - 1 <= 0.5431 y^2.
+    slope = 1.1753 * first
+    near = (
+        2.0 * CHANGE / (slope + math.sqrt(slope * slope + 4.0 * 0.5431 * second * CHANGE + 1e-99))
+    )
+    far = math.log(2.0 * CHANGE / max(first + second, 1e-99))
+    return DECAY * max(min(near, 1.0), far) / law[2]
+
+
+@compiled
+def _weigh(swing, angle, sin, cos, inertia, weights):
+    """Taylor coefficients of the mass after a step; how many of them matter."""
+    weights[0] = inertia
+    size = swing
+    count = 1
+    derivative = cos
+    following = -sin
+    for k in range(1, DEGREE + 1):
+        size *= angle / k
+        if size < 1e-20 * inertia:
+            break
+        derivative, following = following, -derivative
+        weights[k] = size * derivative
+        count = k + 1
+    return count
+
+
+@compiled
+def _forward_terms(zeta, omega, inertia, x, v, sin, cos, step, weights, count, terms):
+    """Taylor coefficients of x'' by the recurrence that the equation of motion is."""
+    force = sin
+    following = cos
+    size = 1.0
+    position = x
+    velocity = v
+    for k in range(DEGREE + 1):
+        rest = force * size - 2.0 * zeta * velocity - position
+        for j in range(1, min(k + 1, count)):
+            rest -= float(weights[j]) * float(terms[k - j])
+        term = rest / inertia
+        terms[k] = term
+        position = step * velocity / (k + 1.0)
+        velocity = step * term / (k + 1.0)
+        force, following = following, -force
+        size *= omega * step / (k + 1.0)
+
+
+@compiled
+def _slow_terms(zeta, omega, inertia, x, sin, cos, step, weights, count, terms):
+    """Taylor coefficients of x'' on the slow motion through x; its velocity.
+
+    The recurrence of `_forward_terms` lets the fast mode grow without bound. Its equations are
+    therefore solved as a system for the coefficients of the velocity, the first one being unknown
+    and the one after the last zero (F. W. J. Olver, J. Res. NBS 71B, 1967, 111-129): elimination
+    from the last equation up, then substitution from the first one down.
+    """
+    size = DEGREE + 2
+    rows = np.zeros((size, size))
+    right = np.zeros(size)
+    force = sin
+    following = cos
+    scale = 1.0
+    for k in range(size):
+        right[k] = force * scale
+        force, following = following, -force
+        scale *= omega * step / (k + 1.0)
+        for j in range(1, min(k + 1, count)):
+            rows[k, k - j + 1] = float(weights[j]) * (k - j + 1.0) / step
+        rows[k, k] += 2.0 * zeta
+        if k > 0:
+            rows[k, k - 1] += step / k
+    right[0] -= x
+    for k in range(size - 2, -1, -1):
+        factor = inertia * (k + 1.0) / step / float(rows[k + 1, k + 1])
+        for i in range(k + 1):
+            rows[k, i] -= factor * float(rows[k + 1, i])
+        right[k] -= factor * float(right[k + 1])
+    for k in range(size):
+        value = float(right[k])
+        for i in range(k):
+            value -= float(rows[k, i]) * float(right[i])
+        right[k] = value / float(rows[k, k])
+        if k > 0:
+            terms[k - 1] = k * float(right[k]) / step
+    return float(right[0])
+
+
+@compiled
+def _sizes(terms):
+    """Largest coefficient, and a bound on the remainder by the decay of all of them."""
+    largest = 0.0
+    envelope = 0.0
+    for k in range(DEGREE + 1):
+        size = abs(float(terms[k]))
+        largest = max(largest, size)
+        envelope = max(DECAY * envelope, size)
+    return largest, envelope * DECAY / (1.0 - DECAY)
+
+
+@compiled
+def _first_loss(terms, side, jerk, rounding):
+    """First part of a step at which the thrust -side x'' falls through zero; 2 if it does not.
+
+    `jerk` has the sign of the third derivative at the start if the second one is zero there, up to
+    rounding, which heavy damping multiplies in the terms.
+    The Bernstein coefficients of the thrust on an interval enclose it, and where they change sign
+    once it has one root (Descartes' rule). Other intervals are halved.
+    """
+    size = DEGREE + 1
+    rest = np.empty(size)
+    ahead = np.empty(size)
+    thrust = -side * float(terms[0])
+    if thrust <= rounding:
+        if not stays(side, 0.0, jerk, float(terms[2]), float(terms[3])):
+            return _root(terms, side, 0.0, 1.0) if thrust > 0.0 else 0.0
+        thrust = max(thrust, 0.0)
+    for i in range(size):
+        # b_i = sum of C(i, k) / C(DEGREE, k) terms[k]: all weights lie in [0, 1].
+        total = thrust
+        share = 1.0
+        for k in range(1, i + 1):
+            share *= (i - k + 1.0) / k
+            total -= side * (share / float(_BINOMIALS[k])) * float(terms[k])
+        rest[i] = total
+    start = 0.0
+    part = 1.0
+    while True:
+        # Split [start, 1] at `part` of it (de Casteljau): ahead is the left piece, rest the right.
+        end = start + part * (1.0 - start)
+        if end == start:
+            return start
+        kept = rest.copy()
+        for i in range(size):
+            ahead[i] = rest[0]
+            if part < 1.0:
+                for k in range(size - 1 - i):
+                    rest[k] = (1.0 - part) * float(rest[k]) + part * float(rest[k + 1])
+            else:
+                ahead[i] = rest[i]
+        changes = 0
+        sign = 0.0
+        sinks = False
+        for i in range(size):
+            value = float(ahead[i])
+            if value < -rounding:
+                sinks = True
+                changes += 1 if sign >= 0.0 else 0
+                sign = -1.0
+            elif value > rounding:
+                changes += 1 if sign < 0.0 else 0
+                sign = 1.0
+        if not sinks:
+            if part == 1.0:
+                return 2.0
+            start = end
+            part = min(1.0, 2.0 * part)
+            continue
+        if changes == 1:
+            return _root(terms, side, start, end)
+        rest[:] = kept
+        part *= 0.5
+
+
+@compiled
+def _root(terms, side, low, high):
+    """Root of the thrust -side x'' where it falls through zero, by Newton's method in a bracket."""
+    t = low
+    for _ in range(_ROOT_STEPS):
+        value = 0.0
+        slope = 0.0
+        for k in range(DEGREE, -1, -1):
+            slope = slope * t + value
+            value = value * t - side * float(terms[k])
+        if value > 0.0:
+            low = t
+        else:
+            high = t
+        following = t - value / slope if slope < 0.0 else 2.0
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        if abs(following - t) <= _EPSILON * following:
+            return following
+        t = following
+    return t

@@ -1,0 +1,50 @@
+"""Descriptions of what a cube holds. Kept light: gathering and drawing need no engine."""
+
+from dataclasses import dataclass
+
+LENGTH = "F0/K"
+SPEED = "F0/sqrt(K M)"
+TIME = "sqrt(M/K)"
+ENERGY = "F0^2/K"
+#: What these units are called where the damper is given in SI units.
+SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
+
+#: Visible impacts that make a burst chatter (both papers).
+CHATTER_IMPACTS = 5
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a cube: its name, description and dimensions after the axes'."""
+
+    name: str
+    long_name: str
+    units: str
+    dims: tuple[str, ...] = ()
+    dtype: str = "f8"
+    comment: str = ""
+
+
+#: Why `damper.engine.trajectory.run` returned, in the order of its codes.
+STATUS_MEANINGS = ("finished", "max_events_reached", "search_gave_up")
+
+STATUS = Variable(
+    "status",
+    "why the run ended",
+    "1",
+    dtype="i1",
+    comment="0 finished; 1 budget of max_events used up; 2 a search for an event gave up",
+)
+
+#: Dimensions beside the axes: long name and units.
+OWN_DIMENSIONS = {
+    "sample": ("sample on the section", "1"),
+    "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
+    "burst": ("burst in the record", "1"),
+    "since": ("start of the part of the record, in forcing periods", "1"),
+    "direction": ("direction in which the followed axis is run through", ""),
+    "draw": ("random initial state", "1"),
+    "complete_burst": ("complete burst in the record, from 1", "1"),
+    "burst_impact": ("impact of the burst, from 1", "1"),
+    "instant": ("sample or event of the trajectory", "1"),
+}

@@ -1,0 +1,1 @@
+"""Many runs: points, continuation, slices, cubes, `simulate`."""

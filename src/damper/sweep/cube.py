@@ -1,0 +1,163 @@
+"""Cubes: arrays over lanes -> an xarray Dataset over named axes, and its netCDF file."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damper.parameters.quantities import ALL, is_si
+from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
+from damper.sweep.slices import Slice
+
+REFERENCES = (
+    "Paper A: Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110. "
+    "Paper B: J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849."
+)
+
+
+def dataset(
+    axes: Mapping[str, Iterable[float]],
+    fixed: Mapping[str, float],
+    arrays: Mapping[str, np.ndarray],
+    variables: Iterable[Variable],
+    coordinates: Mapping[str, np.ndarray],
+    attributes: Mapping[str, Any],
+    branches: Mapping[str, Sequence[Any]] | None = None,
+    labels: Mapping[str, Sequence[float]] | None = None,
+) -> xr.Dataset:
+    """Build a cube.
+
+    Parameters
+    ----------
+    axes : mapping of str to values
+        Axes of parameters and initial quantities in the order of the cube's dimensions.
+    fixed : mapping of str to float
+        The other ones; they become scalar coordinates.
+    arrays : mapping of str to ndarray
+        Each variable with the lanes (product of the axes and branches, last one fastest) as first
+        axis.
+    variables : iterable of Variable
+        Descriptions; `status` is added.
+    coordinates : mapping
+        Values along the observers' own dimensions.
+    attributes : mapping
+        Global attributes.
+    branches : mapping, optional
+        Coordinates of the dimensions after the axes: ``direction``, ``draw``.
+    labels : mapping, optional
+        Initial quantities along ``draw``.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    axes = {name: np.asarray(values, dtype=float) for name, values in axes.items()}
+    branches = dict(branches or {})
+    shape = tuple(len(values) for values in (*axes.values(), *branches.values()))
+    data = {}
+    for variable in (*variables, STATUS):
+        array = arrays[variable.name]
+        attrs = {"long_name": variable.long_name, "units": variable.units}
+        if variable.comment:
+            attrs["comment"] = variable.comment
+        if variable is STATUS:
+            attrs |= {
+                "flag_values": np.arange(3, dtype="i1"),
+                "flag_meanings": " ".join(STATUS_MEANINGS),
+            }
+        data[variable.name] = (
+            (*axes, *branches, *variable.dims),
+            array.reshape(shape + array.shape[1:]),
+            attrs,
+        )
+    si = is_si([*axes, *fixed])
+    coords: dict[str, Any] = {}
+    for name, quantity in ALL.items():
+        units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
+        attrs = {"long_name": quantity.long_name, "units": units}
+        if name in axes:
+            coords[name] = (name, axes[name], attrs)
+        elif name in fixed:
+            coords[name] = ((), float(fixed[name]), attrs)
+        elif labels and name in labels:
+            coords[name] = ("draw", np.asarray(labels[name]), attrs)
+    coords |= {name: (name, values, {}) for name, values in branches.items()}
+    for name, values in coordinates.items():
+        coords[name] = (name, values, {})
+    cube = xr.Dataset(data, coords, dict(attributes))
+    for name, (long_name, units) in OWN_DIMENSIONS.items():
+        if name in cube.coords:
+            cube[name].attrs["long_name"] = long_name
+            if units:
+                cube[name].attrs["units"] = units
+    return cube
+
+
+def gather(
+    parts: Sequence[Slice],
+    axes: Mapping[str, Sequence[float]],
+    fan_axes: Sequence[str],
+    fixed: Mapping[str, float],
+    attributes: Mapping[str, Any],
+    notes: Mapping[str, Mapping[str, str]] | None = None,
+) -> xr.Dataset:
+    """Put the slices of a study together.
+
+    Parameters
+    ----------
+    parts : sequence of Slice
+        In the order of the product of the fanned axes, the last one fastest.
+    axes : mapping of str to values
+        All axes in the order of the cube's dimensions.
+    fan_axes : sequence of str
+        Those along which `parts` lie.
+    fixed, attributes : mapping
+        As for `dataset`.
+    notes : mapping, optional
+        Remarks, such as why a value is assumed: note -> name -> text. Each becomes an attribute
+        of the coordinate of that name, or of the cube.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    inner = [name for name in axes if name not in fan_axes]
+    arrays = {
+        name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
+    }
+    coordinates = {name: np.array(values) for name, values in parts[0].coordinates.items()}
+    # Lanes lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
+    order = {name: axes[name] for name in (*fan_axes, *inner)}
+    first = parts[0]
+    cube = dataset(
+        order,
+        fixed,
+        arrays,
+        first.variables,
+        coordinates,
+        attributes,
+        first.branches,
+        first.labels,
+    )
+    for note, texts in (notes or {}).items():
+        for name, text in texts.items():
+            if name in cube.coords:
+                cube[name].attrs[note] = text
+            else:
+                cube.attrs[f"{note}_{name}"] = text
+    return cube.transpose(*axes, ...)
+
+
+def write_cube(cube: xr.Dataset, path: Path) -> None:
+    """Write a compressed netCDF4 file; the same cube gives the same bytes."""
+    encoding = {
+        name: {"zlib": True, "complevel": 4, "shuffle": True}
+        for name, variable in cube.data_vars.items()
+        if variable.ndim
+    }
+    for name in cube.variables:
+        # No fill values beside NaN: -1 is documented, and integers stay integers on reading.
+        encoding.setdefault(name, {})["_FillValue"] = None
+    cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)

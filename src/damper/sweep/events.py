@@ -1,0 +1,137 @@
+"""`damper.events`: the exact event sequence of one run as a structured array."""
+
+import numpy as np
+
+from damper.engine.segment import (
+    CAUSE,
+    DURATION,
+    FINISHED,
+    IMPACT,
+    PERIOD,
+    SIDE,
+    SPEED,
+    STOPPED,
+    TIME,
+    V,
+    X,
+)
+from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory, check_state
+from damper.models import motion
+from damper.parameters import NO_UNITS, Parameters, SIParameters, State
+
+EVENT = np.dtype(
+    [
+        ("time", "f8"),
+        ("kind", "i1"),
+        ("side", "i1"),
+        ("approach_speed", "f8"),
+        ("x", "f8"),
+        ("v", "f8"),
+        ("period", "i8"),
+        ("time_in_period", "f8"),
+    ]
+)
+#: Field -> the unit that it is in.
+_SIZES = {
+    "time": "time",
+    "approach_speed": "speed",
+    "x": "length",
+    "v": "speed",
+    "time_in_period": "time",
+}
+
+
+def events(
+    parameters: Parameters | SIParameters,
+    state: State | None = None,
+    *,
+    until: float,
+    accuracy: float = DEFAULT_ACCURACY,
+    max_events: int = DEFAULT_MAX_EVENTS,
+) -> np.ndarray:
+    """Every impact, start of sticking and release of a run, exactly.
+
+    Parameters
+    ----------
+    parameters : Parameters or SIParameters
+        With SIParameters, times are in s, lengths in m and speeds in m/s throughout.
+    state : State, optional
+        Where it starts; from rest with y = 0 at time 0 when not given.
+    until : float
+        Time (not a number of periods) at which to end, in units of sqrt(M/K) (in s with
+        SIParameters).
+
+    Other Parameters
+    ----------------
+    accuracy : float, default 1e-12
+        Largest error of an accumulation time; all other events are exact to rounding.
+    max_events : int, default 1_000_000
+        Events after which the run stops.
+
+    Returns
+    -------
+    structured ndarray
+        One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
+        if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
+        (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
+        primary's displacement and velocity just after; `period` whole forcing periods P from
+        time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
+        any number of periods, while `time` is the rounded sum period * P + time_in_period. A
+        completed burst is its individually resolved impacts and then one stick row at the
+        accumulation time.
+
+    Raises
+    ------
+    ValueError
+        When the state is outside the box, `until` is before it or not finite, or `accuracy` or
+        `max_events` is out of range.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2,
+    ...                       clearance=0.25, restitution=0.6)
+    >>> first = damper.events(p, until=3.0)[0]
+    >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
+    0 -1 2.158603189
+    """
+    if isinstance(parameters, SIParameters):
+        units, parameters = parameters.units, parameters.dimensionless
+        if state is not None:
+            state = state.over(units)
+            check_state(parameters, state, units)
+    else:
+        units = NO_UNITS
+    trajectory = Trajectory(parameters, state, accuracy, max_events)
+    start = 0.0 if state is None else state.time
+    if not (np.isfinite(until) and until / units.time >= start):
+        raise ValueError(
+            f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
+        )
+    pieces = []
+    for log in trajectory.segments(*trajectory.whole_periods(until / units.time)):
+        rows = log[log[:, CAUSE] >= IMPACT]
+        piece = np.empty(len(rows), dtype=EVENT)
+        piece["time"] = rows[:, PERIOD] * trajectory.period + rows[:, TIME]
+        piece["kind"] = rows[:, CAUSE]
+        piece["side"] = rows[:, SIDE]
+        piece["approach_speed"] = rows[:, SPEED]
+        piece["x"] = rows[:, X]
+        piece["v"] = rows[:, V]
+        piece["period"] = rows[:, PERIOD]
+        piece["time_in_period"] = rows[:, TIME]
+        pieces.append(piece)
+        if len(log):
+            last = log[-1].copy()
+    if trajectory.status != FINISHED:
+        x, v, _, _ = motion(trajectory.model, last, last[DURATION])
+        whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
+        periods = last[PERIOD] + whole
+        time = periods * trajectory.period + rest
+        row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
+        pieces.append(np.array([row], dtype=EVENT))
+    rows = np.concatenate(pieces)
+    if units is not NO_UNITS:
+        for name, size in _SIZES.items():
+            rows[name] *= getattr(units, size)
+    return rows

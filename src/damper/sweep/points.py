@@ -1,0 +1,129 @@
+"""A point of a study: one mapping of names to values -> parameters, units and initial state."""
+
+import math
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+from damper.engine.steady import steady_state
+from damper.engine.trajectory import slack
+from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
+from damper.parameters.quantities import (
+    ALL,
+    INITIAL_NAMES,
+    PARAMETER_NAMES,
+    SI_NAMES,
+    check_quantity,
+    is_si,
+)
+
+#: Where the primary may start.
+PRIMARY_STARTS = ("rest", "steady")
+
+
+class Point(NamedTuple):
+    """Dimensionless parameters of a lane, the sizes of its units, and how it starts."""
+
+    parameters: Parameters
+    units: Units
+    initial: Mapping[str, float]
+    """Initial quantities that are given, dimensionless."""
+    primary: str
+
+    def start(self) -> State | None:
+        """Return the initial state; None is rest with the free mass at the centre.
+
+        The free mass is placed between the walls and moves relative to the primary, so every
+        combination of initial quantities lies in the box.
+        """
+        if self.primary == "rest" and not self.initial:
+            return None
+        x, v = steady_state(self.parameters) if self.primary == "steady" else (0.0, 0.0)
+        x = self.initial.get("initial_displacement", x)
+        v = self.initial.get("initial_velocity", v)
+        place = self.initial.get("initial_position", 0.0)
+        y = x + place * self.parameters.clearance
+        return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
+
+    def carried_over(self, before: "Point", end: State) -> State:
+        """Return the end of a neighbour's run as the start of this one."""
+        length = before.units.length / self.units.length
+        speed = before.units.speed / self.units.speed
+        walls = before.parameters.clearance
+        apart = end.y - end.x
+        place = apart / walls if walls > 0.0 else 0.0
+        if walls > 0.0 and walls - abs(apart) <= slack(walls, end.x, end.y):
+            # In contact by the engine's own rule, and to stay so however far apart the walls are.
+            place = math.copysign(1.0, apart)
+        x, v = length * end.x, speed * end.v
+        y = x + place * self.parameters.clearance
+        # The local time again is a part of the forcing period, whatever its length now is.
+        part = end.time / before.parameters.period
+        return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.period)
+
+
+def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
+    """Check and scale one point.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        All parameters of one system of units, and initial quantities that are not zero.
+    primary : {"rest", "steady"}
+        Where the primary starts.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For unknown, missing or mixed names and for values out of range.
+    """
+    if primary not in PRIMARY_STARTS:
+        raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
+    kind, names, given = _language(tuple(values))
+    scaled = kind(**{name: values[name] for name in names})
+    if isinstance(scaled, Parameters):
+        parameters, units = scaled, NO_UNITS
+    else:
+        parameters, units = scaled.dimensionless, scaled.units
+    initial = {
+        name: check_quantity(name, values[name]) / _initial_size(name, units) for name in given
+    }
+    if primary == "steady":
+        for name in ("initial_displacement", "initial_velocity"):
+            if name in initial:
+                raise ValueError(
+                    f"{name} is given, but the primary starts on its steady response: "
+                    "one of the two must go"
+                )
+        steady_state(parameters)
+    return Point(parameters, units, initial, primary)
+
+
+# The points of a study all have the same names.
+@lru_cache(maxsize=16)
+def _language(
+    names: tuple[str, ...],
+) -> tuple[type[Parameters] | type[SIParameters], tuple[str, ...], tuple[str, ...]]:
+    """Return the class of the parameters, their names and those of the initial quantities."""
+    initial = tuple(name for name in INITIAL_NAMES if name in names)
+    parameters = tuple(name for name in names if name not in INITIAL_NAMES)
+    si = is_si(parameters)
+    _check_names(parameters, SI_NAMES if si else PARAMETER_NAMES)
+    return SIParameters if si else Parameters, parameters, initial
+
+
+def _check_names(given: Iterable[str], names: Iterable[str]) -> None:
+    """Raise TypeError unless `given` are among `names` and only phase is missing."""
+    given = list(given)
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        raise TypeError(f"unknown parameter {unknown[0]!r}: must be one of {', '.join(names)}")
+    missing = [name for name in names if name not in given and ALL[name].default is None]
+    if missing:
+        raise TypeError(f"missing parameters: {', '.join(missing)}")
+
+
+def _initial_size(name: str, units: Units) -> float:
+    if name == "initial_displacement":
+        return units.length
+    return 1.0 if name == "initial_position" else units.speed

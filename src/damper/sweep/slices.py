@@ -1,0 +1,143 @@
+"""Slices: the part of a study's cube that one simulation job makes, as an .npz file.
+
+No xarray here: a simulation job writes plain arrays, with the same bytes each time, and the
+descriptions that gathering needs as one JSON text.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damper.parameters import State
+from damper.parameters.quantities import is_si
+from damper.parameters.variables import SI_UNITS, Variable
+from damper.sweep.branches import Branches, branches
+from damper.sweep.grid import product
+
+_DESCRIPTION = "__description__"
+
+
+@dataclass(frozen=True)
+class Slice:
+    """What a simulation job made: arrays over its lanes, their descriptions and coordinates.
+
+    The lanes are the product of the job's axes and of `branches`, such as both directions of a
+    continuation. `labels` are initial quantities along the branch dimension `draw`.
+    """
+
+    arrays: dict[str, np.ndarray]
+    variables: tuple[Variable, ...]
+    coordinates: dict[str, list[float]]
+    branches: dict[str, list[Any]] = field(default_factory=dict)
+    labels: dict[str, list[float]] = field(default_factory=dict)
+
+
+def simulate_slice(
+    fixed: Mapping[str, float],
+    axes: Mapping[str, Sequence[float]],
+    *,
+    transient: int,
+    periods: int,
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
+    accuracy: float,
+    max_events: int,
+    initial: Mapping[str, Any] | None = None,
+    follow: Mapping[str, str] | None = None,
+    state: State | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Slice:
+    """Simulate one slice.
+
+    Parameters
+    ----------
+    fixed : mapping of str to float
+        Fixed quantities, and the slice's place along the fanned axes.
+    axes : mapping of str to values
+        The axes that run inside the job.
+    transient, periods, observers, accuracy, max_events, state, progress
+        As for `damper.sweep.runs.run_lanes`.
+    initial : mapping, optional
+        ``primary``: "rest" or "steady"; ``draws``, ``seed`` and a range for each initial quantity
+        that is random.
+    follow : mapping of str to str, optional
+        The axis to be followed by continuation -> "up", "down" or "both".
+
+    Returns
+    -------
+    Slice
+        In SI units if the points are given in them.
+    """
+    # Loads the engine, and numba with it; reading a slice needs neither.
+    from damper.sweep.runs import run_lanes
+
+    plan = branches(product(axes, fixed), axes, initial or {}, follow or {})
+    arrays, made = run_lanes(
+        plan.points,
+        observers,
+        transient=transient,
+        periods=periods,
+        primary=plan.primary,
+        state=state,
+        after=plan.after,
+        accuracy=accuracy,
+        max_events=max_events,
+        progress=progress,
+    )
+    variables = tuple(variable for observer in made for variable in observer.variables)
+    if is_si([*fixed, *axes]):
+        variables = _in_si(arrays, variables, plan)
+    return Slice(
+        arrays,
+        variables,
+        {k: v.tolist() for observer in made for k, v in observer.coordinates().items()},
+        plan.dimensions,
+        plan.labels,
+    )
+
+
+def _in_si(
+    arrays: dict[str, np.ndarray], variables: tuple[Variable, ...], plan: Branches
+) -> tuple[Variable, ...]:
+    """Scale arrays to SI units, each lane by its own; return their descriptions."""
+    from damper.sweep.points import read_point
+
+    units = [read_point(point, plan.primary).units for point in plan.points]
+    for variable in variables:
+        if variable.units in SI_UNITS:
+            array = arrays[variable.name]
+            sizes = np.array([unit.size(variable.units) for unit in units])
+            array *= sizes.reshape(-1, *[1] * (array.ndim - 1))
+    return tuple(replace(v, units=SI_UNITS.get(v.units, v.units)) for v in variables)
+
+
+def write_slice(part: Slice, path: Path) -> None:
+    """Write a slice as .npz."""
+    description = {
+        "variables": [asdict(variable) for variable in part.variables],
+        "coordinates": part.coordinates,
+        "branches": part.branches,
+        "labels": part.labels,
+    }
+    text = json.dumps(description, sort_keys=True)
+    np.savez(path, **{_DESCRIPTION: np.array(text)}, **part.arrays)
+
+
+def read_slice(path: Path) -> Slice:
+    """Read what `write_slice` wrote."""
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files}
+    description = json.loads(str(arrays.pop(_DESCRIPTION)))
+    variables = tuple(
+        Variable(**{**entry, "dims": tuple(entry["dims"])}) for entry in description["variables"]
+    )
+    return Slice(
+        arrays,
+        variables,
+        description["coordinates"],
+        description["branches"],
+        description["labels"],
+    )

@@ -1,0 +1,499 @@
+"""Continuation: every lane equals a chain made by hand, and finds what no start from rest does."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from mpmath import mp, mpf
+from new_process import in_new_process
+from reference.two_impacts import two_impacts
+
+from damper import Parameters, SIParameters, State, simulate
+from damper.comparison import reference_rigid as mp_reference
+from damper.engine.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING
+from damper.engine.trajectory import Trajectory
+from damper.sweep import runs as lanes
+from damper.sweep.cube import gather
+from damper.sweep.runs import run_lanes
+from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+
+#: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
+SCENE: dict[str, float] = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.1,
+    "frequency_ratio": 1.0,
+    "clearance": 4.0,
+    "restitution": 0.5,
+}
+RUN: dict[str, Any] = {"transient": 3, "periods": 4}
+LENGTH = 7
+SEEN: dict[str, Any] = {"stroboscopic_section": {"at": 0.2, "free_mass": True}, "impacts": {}}
+#: Values in no order, of each parameter that can be followed.
+AXES = {
+    "mass_ratio": [0.15, 0.05, 0.1],
+    "damping_ratio": [0.12, 0.08, 0.1],
+    "frequency_ratio": [1.05, 0.95, 1.0],
+    "clearance": [4.0, 3.0, 5.0],
+    "restitution": [0.5, 0.3, 0.7],
+    "phase": [1.0, 0.0, 2.0],
+}
+
+
+def ends(point: dict[str, float], start: State | None, length: int) -> tuple[float, ...]:
+    """State `length` periods after the start, read off a longer run's section."""
+    observers = {"stroboscopic_section": {"free_mass": True}}
+    arrays, _ = run_lanes([point], observers, transient=length, periods=1, state=start)
+    names = ("displacement", "velocity", "free_displacement", "free_velocity")
+    return tuple(float(arrays[name][0, 0]) for name in names)
+
+
+def chain(points: list[dict[str, float]], start: State | None) -> list[dict[str, np.ndarray]]:
+    """Results of each point, started by hand at the end of the one before."""
+    found = []
+    for this, following in itertools.zip_longest(points, points[1:]):
+        arrays, _ = run_lanes([this], SEEN, state=start, **RUN)
+        found.append({name: array[0] for name, array in arrays.items()})
+        if following is None:
+            return found
+        x, v, y, u = ends(this, start, LENGTH)
+        part = 0.0 if start is None else start.time / Parameters(**this).period
+        y = x + (y - x) / this["clearance"] * following["clearance"]
+        start = State(x, v, y, u, part * Parameters(**following).period)
+    raise AssertionError
+
+
+def assert_close(cube: xr.Dataset, arrays: dict[str, np.ndarray]) -> None:
+    assert set(arrays) == set(cube.data_vars)
+    for name, array in arrays.items():
+        np.testing.assert_allclose(cube[name].values, array, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+class Recorder(Trajectory):
+    """Keeps parameters, state and first segment of every start."""
+
+    starts: list[tuple[Parameters, State | None, np.ndarray]]
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        Recorder.starts.append((arguments[0], arguments[1], self._state.copy()))
+
+
+@pytest.fixture
+def recorder(monkeypatch: pytest.MonkeyPatch) -> type[Recorder]:
+    Recorder.starts = []
+    monkeypatch.setattr(lanes, "Trajectory", Recorder)
+    return Recorder
+
+
+# --- chains made by hand
+
+
+@pytest.mark.parametrize("start", [None, State(0.4, -0.2, 1.4, 0.3, 1.7)], ids=["rest", "state"])
+@pytest.mark.parametrize("name", AXES)
+def test_followed_lanes_are_a_chain(name: str, start: State | None) -> None:
+    cube = simulate(
+        **{**SCENE, name: AXES[name]}, **RUN, observers=SEEN, follow={name: "both"}, state=start
+    )
+    assert cube.displacement.dims == (name, "direction", "sample")
+    assert cube.direction.values.tolist() == ["up", "down"]
+    assert cube[name].values.tolist() == AXES[name]
+    for direction, values in (("up", sorted(AXES[name])), ("down", sorted(AXES[name])[::-1])):
+        made = chain([{**SCENE, name: value} for value in values], start)
+        for value, arrays in zip(values, made, strict=True):
+            assert_close(cube.sel({name: value, "direction": direction}), arrays)
+        alone = simulate(
+            **{**SCENE, name: AXES[name]},
+            **RUN,
+            observers=SEEN,
+            follow={name: direction},
+            state=start,
+        )
+        assert alone.direction.values.tolist() == [direction]
+        xr.testing.assert_equal(alone, cube.sel(direction=[direction]))
+
+
+def test_chain_is_worth_testing() -> None:
+    """Guards the test above: each lane differs from a start at rest, and up from down."""
+    for name, values in AXES.items():
+        both = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN, follow={name: "both"})
+        rest = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN)
+        far = np.abs(both.displacement - rest.displacement).max("sample")
+        first = {"up": min(values), "down": max(values)}
+        for direction, value in itertools.product(first, values):
+            apart = float(far.sel({name: value, "direction": direction}))
+            assert (apart == 0.0) == (value == first[direction])
+            assert apart == 0.0 or apart > 1e-4
+
+
+def reference_state(
+    point: dict[str, float], state: tuple[mpf, ...], length: mpf
+) -> tuple[mpf, ...]:
+    """State after some time from time 0, in 30 digits, by the reference's events."""
+    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
+    numbers = [mpf(point[name]) for name in names]
+    found = mp_reference.events(*numbers, state=state, until=length, dps=25)
+    assert {event.kind for event in found} <= {"impact"}
+    t, (x, v, y, u) = mpf(0), state
+    if found:
+        t, _, side, speed, x, v = found[-1]
+        y, u = x + side * numbers[3], v - side * numbers[4] * speed
+    y += u * (length - t)
+    free = mp_reference.Parameters(mpf(0), *numbers[1:], mpf(0))  # flight: nothing sticks to it
+    steps = 40
+    for k in range(steps):
+        at = t + (length - t) * k / steps
+        x, v = mp_reference.stick_flow(free, at, x, v, (length - t) / steps)
+    return x, v, y, u
+
+
+def test_chain_in_thirty_digits() -> None:
+    """Nothing of the package but the result: events and states of the independent reference."""
+    values = [3.0, 4.0, 5.0]
+    cube = simulate(
+        **{**SCENE, "clearance": values},
+        transient=2,
+        periods=1,
+        observers={"stroboscopic_section": {"free_mass": True}},
+        follow={"clearance": "up"},
+    )
+    with mp.workdps(30):
+        state = (mpf("0.0"),) * 4
+        for d in values:
+            point = {**SCENE, "clearance": d}
+            x, v, y, u = reference_state(point, state, 4 * mp.pi)
+            here = cube.sel(clearance=d, direction="up").isel(sample=0)
+            found = (here.displacement, here.velocity, here.free_displacement, here.free_velocity)
+            for number, exact in zip(found, (x, v, y, u), strict=True):
+                assert abs(float(number) - exact) < 1e-9
+            x, v, y, u = reference_state(point, state, 6 * mp.pi)
+            state = (x, v, x + (y - x) / mpf(d) * (mpf(d) + 1), u)
+    assert float(abs(cube.displacement).max()) > 0.5
+
+
+# --- which lane follows which
+
+
+@pytest.mark.parametrize("name", ["mass_ratio", "clearance", "restitution"])
+@pytest.mark.parametrize("way", ["up", "down", "both"])
+def test_followed_axis_among_others(name: str, way: str) -> None:
+    """First, middle or last: each line along it is the same as alone, to the bit."""
+    axes = {"mass_ratio": [0.2, 0.1], "clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2]}
+    run = {**RUN, "observers": SEEN, "follow": {name: way}}
+    cube = simulate(**SCENE | axes, **run)
+    assert cube.max_approach_speed.dims == (*axes, "direction")
+    others = {other: values for other, values in axes.items() if other != name}
+    for place in itertools.product(*others.values()):
+        where = dict(zip(others, place, strict=True))
+        alone = simulate(**SCENE | where | {name: axes[name]}, **run)
+        xr.testing.assert_identical(
+            cube.sel(where).drop_attrs(deep=False), alone.drop_attrs(deep=False)
+        )
+    speeds = cube.max_approach_speed.values
+    assert len(np.unique(speeds)) == speeds.size
+
+
+@pytest.mark.parametrize(
+    "order", list(itertools.permutations(["clearance", "restitution", "phase"])), ids="-".join
+)
+@pytest.mark.parametrize("fanned", [0, 1, 2])
+def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_path: Any) -> None:
+    """Axes in any order, other axes fanned out, draws as well, through files."""
+    values = {"clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2], "phase": [0.1, 0.0]}
+    axes = {name: values[name] for name in order}
+    fixed = {name: value for name, value in SCENE.items() if name not in axes}
+    initial = {"draws": 2, "seed": 3, "initial_position": (-1.0, 1.0)}
+    follow = {"clearance": "both"}
+    fan = [name for name in axes if name != "clearance"][:fanned]
+    parts: list[Slice] = []
+    for place in itertools.product(*(axes[name] for name in fan)):
+        part = simulate_slice(
+            fixed | dict(zip(fan, place, strict=True)),
+            {name: values for name, values in axes.items() if name not in fan},
+            observers=SEEN,
+            accuracy=1e-12,
+            max_events=1_000_000,
+            initial=initial,
+            follow=follow,
+            **RUN,
+        )
+        write_slice(part, tmp_path / "part.npz")
+        parts.append(read_slice(tmp_path / "part.npz"))
+    cube = gather(parts, axes, fan, fixed, {})
+    assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
+    whole = simulate(**fixed | values, **RUN, observers=SEEN, initial=initial, follow=follow)
+    assert set(cube.variables) == set(whole.variables)
+    for name in whole.variables:
+        xr.testing.assert_identical(
+            cube[name].variable.transpose(*whole[name].dims), whole[name].variable
+        )
+
+
+def test_each_draw_is_followed_on_its_own() -> None:
+    axes = {"clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2]}
+    run = {**RUN, "observers": SEEN, "follow": {"clearance": "both"}}
+    ranges = {"initial_position": [-1, 1], "initial_velocity": [0, 2]}
+    cube = simulate(**SCENE | axes, **run, initial={"draws": 3, "seed": 5, **ranges})
+    assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
+    for number in range(3):
+        drawn = {name: float(cube[name][number]) for name in ranges}
+        alone = simulate(**SCENE | axes | drawn, **run)
+        for name, array in alone.data_vars.items():
+            np.testing.assert_array_equal(cube[name].isel(draw=number).values, array.values)
+
+
+def test_lanes_do_not_feel_what_comes_after_them() -> None:
+    """A longer axis goes on where the shorter one ended."""
+    run = {**RUN, "observers": SEEN, "follow": {"clearance": "up"}}
+    short = simulate(**{**SCENE, "clearance": [1.0, 2.0]}, **run)
+    long = simulate(**{**SCENE, "clearance": [3.0, 1.0, 5.0, 2.0]}, **run)
+    assert long.sel(clearance=[1.0, 2.0]).identical(short)
+
+
+def test_single_value_starts_as_usual() -> None:
+    run = {**RUN, "observers": SEEN}
+    cube = simulate(**{**SCENE, "clearance": [4.0]}, **run, follow={"clearance": "both"})
+    assert cube.displacement.dims == ("clearance", "direction", "sample")
+    alone = simulate(**{**SCENE, "clearance": [4.0]}, **run)
+    for direction in ("up", "down"):
+        assert cube.sel(direction=direction).drop_vars("direction").equals(alone)
+
+
+def test_progress_counts_every_lane() -> None:
+    done: list[int] = []
+    points = [{**SCENE, "clearance": d} for d in (1.0, 2.0, 3.0, 4.0)]
+    run = {"transient": 0, "periods": 1, "progress": done.append}
+    arrays, _ = run_lanes(points, ["impacts"], after=[1, 2, -1, -1], **run)
+    assert done == [1, 2, 3, 4]
+    assert not np.isnan(arrays["impacts_per_period"]).any()
+
+
+# --- a predecessor that stops
+
+
+@pytest.mark.parametrize("start", [None, State(0.1, 0.2, 0.1, 0.7)], ids=["rest", "state"])
+def test_successor_of_a_stopped_lane_starts_afresh(start: State | None) -> None:
+    """As the first lanes do; and the chain goes on from there."""
+    # Elastic in a narrow gap: far more impacts than the limit.
+    values = [1.0, 2.0, 0.0003, 1.5]
+    scene = {**SCENE, "restitution": 1.0, "damping_ratio": 0.02}
+    state = start and State(0.1, 0.2, 0.1, 0.2)
+    run = {**RUN, "observers": SEEN, "max_events": 300, "state": state}
+    cube = simulate(**{**scene, "clearance": values}, **run, follow={"clearance": "both"})
+    rest = simulate(**{**scene, "clearance": values}, **run)
+    assert cube.status.sel(direction="up").values.tolist() == [0, 0, 1, 0]
+    assert cube.status.sel(direction="down").values.tolist() == [0, 0, 1, 0]
+    up, down = cube.sel(direction="up"), cube.sel(direction="down")
+    fresh = {"up": [0.0003, 1.0], "down": [2.0]}
+    for direction, lane in (("up", up), ("down", down)):
+        for d in values:
+            same = lane.sel(clearance=d).drop_vars("direction").equals(rest.sel(clearance=d))
+            assert same == (d in fresh[direction] or d == 0.0003)
+
+
+def test_every_lane_stopped() -> None:
+    scene = {**SCENE, "restitution": 1.0}
+    cube = simulate(
+        **{**scene, "clearance": [0.0003, 0.0004]},
+        **RUN,
+        max_events=50,
+        follow={"clearance": "both"},
+    )
+    assert (cube.status == 1).all()
+
+
+# --- what goes on
+
+
+def test_forcing_goes_on_without_a_jump(recorder: type[Recorder]) -> None:
+    """Followed along the frequency, the phase of the force continues; time is scaled with it."""
+    values = np.linspace(0.5, 2.0, 12).tolist()
+    start = State(0.0, 0.0, 0.0, 0.0, 1.7)
+    simulate(
+        **{**SCENE, "frequency_ratio": values},
+        transient=0,
+        periods=1,
+        follow={"frequency_ratio": "up"},
+        state=start,
+    )
+    assert [p.frequency_ratio for p, _, _ in recorder.starts] == values
+    turns = [state.time * p.frequency_ratio for p, state, _ in recorder.starts]
+    np.testing.assert_allclose(turns, 1.7 * 0.5, rtol=1e-13)
+
+
+def test_sticking_pair_sticks_at_the_next_clearance(recorder: type[Recorder]) -> None:
+    """Contact is kept from tiny clearances to large ones, and no burst comes up from nothing."""
+    scene = {**SCENE, "restitution": 0.3, "frequency_ratio": 0.3}
+    values = np.geomspace(1e-4, 1.0, 3).tolist()
+    stuck = 0
+    for length, after in itertools.product(range(3, 8), ([-1, 0, 1], [1, 2, -1])):
+        for phase in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5):
+            recorder.starts = []
+            points = [{**scene, "clearance": d, "phase": phase} for d in values]
+            run_lanes(points, [], transient=length, periods=1, after=after)
+            for parameters, state, row in recorder.starts[1:]:
+                # Ended in contact, to the rounding of positions at a tiny clearance.
+                place = (state.y - state.x) / parameters.clearance
+                if state.u == state.v and abs(abs(place) - 1.0) < 1e-10:
+                    stuck += 1
+                    assert row[GAP] == 0.0, (parameters, state)
+                    assert (row[RATE], row[SIDE]) == (0.0, np.sign(place))
+                    assert (row[MODE], row[CAUSE]) == (STICKING, STICK)
+    assert stuck > 30
+
+
+def test_clearance_of_nothing_and_back(recorder: type[Recorder]) -> None:
+    scene = {**SCENE, "clearance": [0.0, 0.5, 1.0]}
+    cube = simulate(**scene, **RUN, observers=SEEN, follow={"clearance": "both"})
+    assert (cube.status == 0).all()
+    _, first, then = recorder.starts[:3]
+    assert first[0].clearance == 0.5
+    assert (first[1].y, first[1].u) == (first[1].x, first[1].v)
+    assert then[0].clearance == 1.0
+    last = recorder.starts[-1]
+    assert last[0].clearance == 0.0
+    assert last[1].y == last[1].x
+
+
+def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
+    """Each lane has its own units; the state in m and m/s is the end of the lane before."""
+    si = {
+        "primary_mass": 2.0,
+        "damping": 4.0,
+        "force_amplitude": 10.0,
+        "forcing_frequency": 10.0,
+        "free_mass": 0.2,
+        "gap": 0.4,
+        "restitution": 0.5,
+    }
+    values = [200.0, 150.0, 300.0]
+    run = {**RUN, "observers": {"stroboscopic_section": {"free_mass": True}}}
+    cube = simulate(**si, stiffness=values, **run, follow={"stiffness": "up"})
+    names = ("displacement", "velocity", "free_displacement", "free_velocity")
+    state = State(0.0, 0.0, 0.0, 0.0)
+    for k in sorted(values):
+        damper = SIParameters(**si, stiffness=k)
+        alone = simulate(**si, stiffness=k, **run, state=state)
+        for name in names:
+            found = cube[name].sel(stiffness=k, direction="up").values
+            np.testing.assert_allclose(found, alone[name], rtol=1e-9, atol=1e-12)
+        longer = simulate(**si, stiffness=k, **{**run, "periods": 5}, state=state)
+        # Period and gap are the same at every stiffness: nothing to convert in m and s.
+        assert damper.period == pytest.approx(0.2 * np.pi, rel=1e-15)
+        state = State(*(float(longer[name][-1]) for name in names))
+
+
+# --- hysteresis
+
+
+HYSTERESIS: dict[str, Any] = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "clearance": 5.0,
+    "restitution": 0.7,
+    "frequency_ratio": np.round(np.linspace(0.97, 1.25, 15), 2).tolist(),
+    "transient": 150,
+    "periods": 10,
+    "observers": {"stroboscopic_section": {"free_mass": True}, "impacts": {}},
+}
+
+
+@pytest.fixture(scope="module")
+def hysteresis() -> xr.Dataset:
+    return simulate(**HYSTERESIS, follow={"frequency_ratio": "both"})
+
+
+def test_hysteresis_is_real(hysteresis: xr.Dataset) -> None:
+    """Above resonance both branches are known in closed form.
+
+    Upwards the orbit with two impacts per cycle, downwards the linear response that never reaches
+    the walls.
+    """
+    tail = [w for w in HYSTERESIS["frequency_ratio"] if w >= 1.15]
+    assert len(tail) >= 5
+    for omega in tail:
+        up, down = (hysteresis.sel(frequency_ratio=omega, direction=way) for way in ("up", "down"))
+        orbits = two_impacts(0.1, 0.02, omega, 5.0, 0.7)
+        (orbit,) = [o for o in orbits if o.admissible and max(abs(o.multipliers)) < 1]
+        assert up.impacts_per_period == 2.0
+        np.testing.assert_allclose(up.max_approach_speed, orbit.approach_speed, rtol=1e-4)
+        np.testing.assert_allclose(abs(up.free_velocity), orbit.speed, rtol=1e-4)
+        amplitude = 1 / np.hypot(1 - omega**2, 0.04 * omega)
+        assert amplitude < 5.0
+        assert down.impacts_per_period == 0.0
+        at = -np.arctan2(0.04 * omega, 1 - omega**2)
+        # The transient of the first lane at rest has not died away altogether.
+        np.testing.assert_allclose(down.displacement, amplitude * np.sin(at), atol=1e-5)
+    # The branches meet at the lower end, in the range where the linear response hits the walls.
+    assert float(hysteresis.impacts_per_period.sel(direction="down").max()) > 0.0
+
+
+def test_hysteresis_is_the_same_each_time(hysteresis: xr.Dataset) -> None:
+    again = simulate(**HYSTERESIS, follow={"frequency_ratio": "both"})
+    assert again.identical(hysteresis)
+
+
+# --- misuse
+
+
+@pytest.mark.parametrize(
+    ("change", "follow", "message"),
+    [
+        ({}, {"clearance": "up"}, "'clearance' is not a sequence of a parameter: none here"),
+        ({"phase": [0, 1]}, {"clearance": "up"}, "not a sequence of a parameter: phase"),
+        ({"phase": [0, 1]}, {"phse": "up"}, "'phse' is not a sequence of a parameter: phase"),
+        ({"phase": [0, 1]}, {"phase": "upwards"}, "must be one of up, down, both"),
+        (
+            {"phase": [0, 1], "clearance": [1, 2]},
+            {"phase": "up", "clearance": "up"},
+            "one axis at most, a run has one neighbour",
+        ),
+        (
+            {"phase": [0, 1], "initial_position": [0, 1]},
+            {"initial_position": "up"},
+            "'initial_position' is not a sequence of a parameter: phase",
+        ),
+    ],
+    ids=str,
+)
+def test_misuse_is_refused(change: dict[str, Any], follow: dict[str, str], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        simulate(**{**SCENE, **change}, **RUN, follow=follow)
+
+
+@pytest.mark.parametrize("after", [[-1, 0, 0], [-1, 2, 1], [0, -1, -1], [-1, 0], [-1, 0, 3]])
+def test_lanes_that_are_no_chains_are_refused(after: list[int]) -> None:
+    """Rather than left out without a word, with status 0."""
+    with pytest.raises(ValueError, match="after"):
+        run_lanes([SCENE] * 3, ["impacts"], transient=0, periods=1, after=after)
+
+
+def test_follow_that_is_no_mapping_is_told_in_words() -> None:
+    axes = {**SCENE, "clearance": [1.0, 2.0]}
+    for follow in ("clearance", {"clearance": ["up"]}):
+        with pytest.raises((ValueError, TypeError), match=r"follow.*(mapping|must be one of)"):
+            simulate(**axes, **RUN, follow=follow)
+
+
+# --- without numba
+
+
+PLAIN = """
+import json
+from damper import simulate
+from damper.engine.compiled import COMPILED
+cube = simulate(**{scene!r}, transient=1, periods=3, observers={seen!r}, follow={follow!r})
+print(json.dumps([COMPILED, {{name: cube[name].values.tolist() for name in cube.data_vars}}]))
+"""
+
+
+def test_plain_python_follows_alike() -> None:
+    scene, follow = {**SCENE, "clearance": [1.0, 0.3, 2.0]}, {"clearance": "both"}
+    code = PLAIN.format(scene=scene, seen=SEEN, follow=follow)
+    compiled, plain = in_new_process(code, DAMPER_COMPILE="0")
+    assert not compiled
+    here = simulate(**scene, transient=1, periods=3, observers=SEEN, follow=follow)
+    assert set(plain) == set(here.data_vars)
+    for name, values in plain.items():
+        np.testing.assert_allclose(values, here[name].values, rtol=1e-9, atol=1e-11)

@@ -1,0 +1,304 @@
+"""Cubes: descriptions, plain types, equal bytes, and slices put together in any order."""
+
+import itertools
+import time
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from damper import simulate
+from damper.parameters.quantities import PARAMETER_NAMES, QUANTITIES
+from damper.sweep.cube import REFERENCES, dataset, gather, write_cube
+from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+
+FIXED = {"damping_ratio": 0.02, "clearance": 0.05, "phase": 0.0}
+AXES: dict[str, list[float]] = {
+    "mass_ratio": [0.25, 0.05],
+    "frequency_ratio": [1.1, 1.5, 2.0],
+    "restitution": [0.2, 0.6, 0.9, 1.0],
+}
+OBSERVERS: dict[str, Any] = {
+    "stroboscopic_section": {"free_mass": True},
+    "impacts": {},
+    "bursts": {"compare_thresholds": [0.1, 0.01, 0.03], "records": 2},
+}
+RUN: dict[str, Any] = {"transient": 2, "periods": 3, "accuracy": 1e-12, "max_events": 1_000_000}
+ATTRIBUTES = {"title": "T", "source": "S", "study": "a: 1\n", "transient_periods": 2}
+
+
+def gathered(
+    fan_axes: tuple[str, ...],
+    axes: dict[str, list[float]] = AXES,
+    folder: Path | None = None,
+    notes: dict[str, dict[str, str]] | None = None,
+    **more: Any,
+) -> xr.Dataset:
+    """Cube of a study fanned along some axes, through files if there is a folder."""
+    parts: list[Slice] = []
+    for place in itertools.product(*(axes[name] for name in fan_axes)):
+        fixed = FIXED | dict(zip(fan_axes, place, strict=True))
+        inner = {name: values for name, values in axes.items() if name not in fan_axes}
+        part = simulate_slice(fixed, inner, observers=OBSERVERS, **{**RUN, **more})
+        if folder:
+            write_slice(part, folder / f"{len(parts)}.npz")
+            part = read_slice(folder / f"{len(parts)}.npz")
+        parts.append(part)
+    return gather(parts, axes, fan_axes, FIXED, ATTRIBUTES, notes)
+
+
+@pytest.fixture(scope="module")
+def whole() -> xr.Dataset:
+    """The same grid by `simulate`."""
+    return simulate(**FIXED, **AXES, observers=OBSERVERS, **RUN)
+
+
+# --- gathering
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(AXES)), ids="-".join)
+@pytest.mark.parametrize("fanned", [0, 1, 2, 3])
+def test_gathered_slices_are_the_full_grid(
+    whole: xr.Dataset, order: tuple[str, ...], fanned: int, tmp_path: Path
+) -> None:
+    """Fanned along any axes, in any order, with the axes of the study in any order."""
+    fan_axes = order[:fanned]
+    axes = {name: AXES[name] for name in order[::-1]}
+    cube = gathered(fan_axes, axes, tmp_path)
+    assert cube.chatter.dims == tuple(axes)
+    assert cube.displacement.dims == (*axes, "sample")
+    assert cube.chatter_by_threshold.dims == (*axes, "threshold")
+    assert set(cube.variables) == set(whole.variables)
+    aligned = cube.transpose(*whole.dims)
+    for name in whole.variables:
+        assert aligned[name].dtype == whole[name].dtype
+        xr.testing.assert_identical(
+            aligned[name].variable, whole[name].transpose(*aligned[name].dims).variable
+        )
+
+
+def test_values_lie_at_their_coordinates(whole: xr.Dataset) -> None:
+    """Guards the test above: no two lanes agree, so a wrong place would show."""
+    fingerprints = whole.max_approach_speed.values.ravel()
+    assert len(np.unique(fingerprints)) == fingerprints.size == 24
+    cube = gathered(("restitution",))
+    point = {"mass_ratio": 0.05, "frequency_ratio": 2.0, "restitution": 0.6}
+    alone = simulate(**FIXED, **point, observers=OBSERVERS, **RUN)
+    assert cube.max_approach_speed.sel(point) == alone.max_approach_speed
+
+
+def test_descending_axes_keep_their_order() -> None:
+    cube = gathered(("mass_ratio",))
+    np.testing.assert_array_equal(cube.mass_ratio, [0.25, 0.05])
+    np.testing.assert_array_equal(cube.restitution, AXES["restitution"])
+
+
+def test_study_without_axes() -> None:
+    fixed = FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3, "restitution": 0.5}
+    part = simulate_slice(fixed, {}, observers=OBSERVERS, **RUN)
+    cube = gather([part], {}, (), fixed, ATTRIBUTES)
+    assert cube.chatter.dims == ()
+    assert float(cube.restitution) == 0.5
+    assert cube.displacement.values.tolist() == part.arrays["displacement"][0].tolist()
+
+
+def test_missing_slice_is_noticed() -> None:
+    part = simulate_slice(
+        FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3},
+        {"restitution": [0.1, 0.2]},
+        observers=OBSERVERS,
+        **RUN,
+    )
+    axes = {"mass_ratio": [0.1, 0.2], "restitution": [0.1, 0.2]}
+    with pytest.raises(ValueError, match="reshape"):
+        gather([part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
+
+
+# --- descriptions
+
+
+def test_every_variable_has_units_and_long_name(whole: xr.Dataset) -> None:
+    for cube in (whole, gathered(("mass_ratio",))):
+        for name, variable in cube.variables.items():
+            assert variable.attrs["units"].strip(), name
+            assert len(variable.attrs["long_name"]) > 3, name
+
+
+def test_units_of_lengths_speeds_and_times(whole: xr.Dataset) -> None:
+    units = {name: whole[name].attrs["units"] for name in whole.variables}
+    lengths = {"displacement", "free_displacement", "clearance", "burst_accumulation_displacement"}
+    speeds = {
+        "velocity",
+        "free_velocity",
+        "mean_approach_speed",
+        "max_approach_speed",
+        "burst_first_speed",
+    }
+    times = {
+        "burst_onset",
+        "burst_onset_time_in_period",
+        "burst_accumulation_time",
+        "burst_duration",
+        "burst_sticking_time",
+    }
+    assert {name for name, unit in units.items() if unit == "F0/K"} == lengths
+    assert {name for name, unit in units.items() if unit == "F0/sqrt(K M)"} == speeds
+    assert {name for name, unit in units.items() if unit == "sqrt(M/K)"} == times
+    assert units["phase"] == "rad"
+    assert set(units.values()) == {"F0/K", "F0/sqrt(K M)", "sqrt(M/K)", "1", "rad"}
+
+
+def test_coordinates_are_the_parameters_by_name(whole: xr.Dataset) -> None:
+    # What chooses another model is there only where it is given.
+    rigid = [quantity for quantity in QUANTITIES if quantity.name in PARAMETER_NAMES[:6]]
+    assert set(whole.coords) == {*PARAMETER_NAMES[:6], "threshold"}
+    for quantity in rigid:
+        assert whole[quantity.name].attrs["long_name"] == quantity.long_name
+
+
+def test_thresholds_in_use_are_written_down(whole: xr.Dataset) -> None:
+    np.testing.assert_array_equal(whole.threshold, [0.1, 0.01, 0.03])
+    for name in ("visible_impacts", "chatter", "impacts_per_period"):
+        assert "0.03" in whole[name].attrs["comment"]
+
+
+def test_status_has_flags(whole: xr.Dataset) -> None:
+    flags = whole.status.attrs["flag_values"]
+    assert flags.dtype == whole.status.dtype
+    assert flags.tolist() == [0, 1, 2]
+    assert len(whole.status.attrs["flag_meanings"].split()) == 3
+    assert whole.status.attrs["flag_meanings"].split()[1] == "max_events_reached"
+    stopped = gathered(("mass_ratio",), max_events=5)
+    assert (stopped.status == 1).all()
+    assert (stopped.chatter == -1).all()
+    assert stopped.complete_fraction.isnull().all()
+
+
+def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
+    cube = gathered(("mass_ratio",))
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as back:
+        assert {name: back.attrs[name] for name in ATTRIBUTES} == ATTRIBUTES
+        assert set(back.attrs) == set(ATTRIBUTES)
+    assert whole.attrs["references"] == REFERENCES
+    for doi in ("10.1177/1687814017743110", "10.1177/14613484211051849"):
+        assert doi in REFERENCES
+
+
+def test_notes_stand_on_the_coordinates(tmp_path: Path) -> None:
+    """Reasons for assumed values, on axes and on fixed parameters, and nowhere else."""
+    notes = {
+        "assumed": {"clearance": "lost in the text", "restitution": "our grid"},
+        "stated": {"mass_ratio": "p. 3"},
+    }
+    for fan_axes in ((), ("restitution",), ("mass_ratio", "restitution")):
+        cube = gathered(fan_axes, notes=notes)
+        path = tmp_path / f"{len(fan_axes)}.nc"
+        write_cube(cube, path)
+        with xr.open_dataset(path) as back:
+            assert back.clearance.attrs["assumed"] == "lost in the text"
+            assert back.restitution.attrs["assumed"] == "our grid"
+            assert back.mass_ratio.attrs["stated"] == "p. 3"
+            assert back.clearance.attrs["units"] == "F0/K"
+            marked = [name for name in back.variables if "assumed" in back[name].attrs]
+            assert sorted(marked) == ["clearance", "restitution"]
+            assert [name for name in back.variables if "stated" in back[name].attrs] == [
+                "mass_ratio"
+            ]
+
+
+# --- files
+
+
+def test_round_trip_in_plain_xarray(whole: xr.Dataset, tmp_path: Path) -> None:
+    """No arguments when opening: types, missing numbers and attributes come back as they were."""
+    cube = gathered(("mass_ratio",), max_events=40)
+    assert set(np.unique(cube.status)) == {0, 1}
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as back:
+        back.load()
+    xr.testing.assert_identical(back, cube)
+    for name in cube.variables:
+        assert back[name].dtype == cube[name].dtype, name
+    kinds = {name: back[name].dtype for name in back.data_vars if back[name].dtype.kind == "i"}
+    assert kinds == {
+        "status": np.int8,
+        "chatter": np.int8,
+        "chatter_by_threshold": np.int8,
+        "visible_impacts": np.int32,
+        "visible_impacts_by_threshold": np.int32,
+    }
+
+
+def test_simulated_cube_can_be_written_too(tmp_path: Path) -> None:
+    cube = simulate(
+        mass_ratio=0.1,
+        frequency_ratio=1.3,
+        restitution=0.5,
+        **{**FIXED, "phase": 0.2},
+        transient=1,
+        periods=2,
+        observers=["bursts"],
+    )
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as back:
+        xr.testing.assert_identical(back.load(), cube)
+
+
+def test_same_bytes_each_time(tmp_path: Path) -> None:
+    first, second = tmp_path / "a.nc", tmp_path / "b.nc"
+    write_cube(gathered(("mass_ratio",)), first)
+    time.sleep(1.2)
+    write_cube(gathered(("mass_ratio",)), second)
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_no_clock_time_in_the_file(tmp_path: Path) -> None:
+    write_cube(gathered(("mass_ratio",)), tmp_path / "cube.nc")
+    content = (tmp_path / "cube.nc").read_bytes()
+    for text in (time.strftime("%Y-%m-%d"), time.strftime("%Y%m%d"), time.strftime("%d %b %Y")):
+        assert text.encode() not in content
+    now = int(time.time())
+    for seconds in range(now - 5, now + 1):
+        assert seconds.to_bytes(4, "little") not in content
+
+
+def test_file_is_compressed_netcdf4_without_fill_values(tmp_path: Path) -> None:
+    write_cube(gathered(("mass_ratio",)), tmp_path / "cube.nc")
+    with netCDF4.Dataset(tmp_path / "cube.nc") as file:
+        assert file.data_model == "NETCDF4"
+        for name, variable in file.variables.items():
+            assert "_FillValue" not in variable.ncattrs()
+            if name not in file.dimensions and variable.ndim:
+                assert variable.filters()["zlib"], name
+
+
+# --- the layout by hand
+
+
+def test_lanes_become_axes_with_the_last_one_fastest() -> None:
+    lanes = np.arange(6.0)
+    arrays = {
+        "bursts_per_period": lanes,
+        "displacement": lanes[:, None] * 10 + np.arange(2),
+        "status": np.zeros(6, "i1"),
+    }
+    part = simulate_slice(
+        FIXED | {"mass_ratio": 1.0, "frequency_ratio": 1.0, "restitution": 0.5},
+        {},
+        observers={"stroboscopic_section": {}, "bursts": {}},
+        **RUN,
+    )
+    variables = [v for v in part.variables if v.name in arrays]
+    axes = {"clearance": [1, 2], "restitution": [0.1, 0.2, 0.3]}
+    cube = dataset(axes, {"mass_ratio": 1}, arrays, variables, {}, {})
+    for i, j in itertools.product(range(2), range(3)):
+        place = cube.isel(clearance=i, restitution=j)
+        assert place.bursts_per_period == 3 * i + j
+        assert place.displacement.values.tolist() == [30 * i + 10 * j, 30 * i + 10 * j + 1]
+    assert cube.clearance.dtype == np.float64
+    assert float(cube.mass_ratio) == 1.0
+    assert "phase" not in cube.coords

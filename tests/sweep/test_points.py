@@ -1,0 +1,370 @@
+"""Points: names and values -> parameters, units and a start inside the box."""
+
+import math
+import re
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+
+from damper import Parameters, SIParameters, State, events, simulate
+from damper.engine.segment import CAUSE, FLIGHT, GAP, MODE, RATE, SIDE, STICKING
+from damper.engine.trajectory import Trajectory
+from damper.parameters import NO_UNITS
+from damper.sweep.points import read_point
+from damper.sweep.runs import run_lanes
+
+POINT: dict[str, float] = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+    "phase": 0.4,
+}
+SI: dict[str, float] = {
+    "primary_mass": 2.0,
+    "damping": 4.0,
+    "stiffness": 200.0,
+    "force_amplitude": 10.0,
+    "forcing_frequency": 11.0,
+    "free_mass": 0.2,
+    "gap": 0.02,
+    "restitution": 0.6,
+    "phase": 0.4,
+}
+RATIOS = st.floats(1e-3, 1e3)
+NUMBERS = st.floats(-1e3, 1e3)
+PLACES = st.floats(-1, 1)
+
+
+def exact(*values: float) -> list[Fraction]:
+    return [Fraction(value) for value in values]
+
+
+# --- the start
+
+
+def test_nothing_given_is_rest_with_the_free_mass_at_the_centre() -> None:
+    point = read_point(POINT)
+    assert point.parameters == Parameters(**POINT)
+    assert point.units is NO_UNITS
+    assert point.start() is None
+    zeros = dict.fromkeys(
+        (
+            "initial_displacement",
+            "initial_velocity",
+            "initial_position",
+            "initial_relative_velocity",
+        ),
+        0.0,
+    )
+    assert read_point(POINT | zeros).start() == State(0.0, 0.0, 0.0, 0.0)
+
+
+@given(clearance=st.floats(0, 1e6), x=NUMBERS, v=NUMBERS, place=PLACES, relative=NUMBERS)
+def test_start_is_what_was_given(
+    clearance: float, x: float, v: float, place: float, relative: float
+) -> None:
+    """Against rational arithmetic, and always a state that the engine takes."""
+    point = read_point(
+        {
+            **POINT,
+            "clearance": clearance,
+            "initial_displacement": x,
+            "initial_velocity": v,
+            "initial_position": place,
+            "initial_relative_velocity": relative,
+        }
+    )
+    start = point.start()
+    d, x_, v_, place_, relative_ = exact(clearance, x, v, place, relative)
+    assert (start.x, start.v, start.time) == (x, v, 0.0)
+    assert abs(Fraction(start.y) - (x_ + place_ * d)) <= Fraction(3e-16) * (abs(x_) + d)
+    assert abs(Fraction(start.u) - (v_ + relative_)) <= Fraction(2e-16) * (abs(v_) + abs(relative_))
+    Trajectory(point.parameters, start)
+
+
+@given(clearance=st.floats(1e-6, 1e6), x=NUMBERS, v=NUMBERS, side=st.sampled_from([-1.0, 1.0]))
+def test_position_of_one_is_on_the_wall(clearance: float, x: float, v: float, side: float) -> None:
+    """With gap exactly 0, on the right side, whatever the displacement."""
+    given = {"initial_displacement": x, "initial_velocity": v, "initial_position": side}
+    for relative in (0.0, 0.5, -0.5):
+        values = {**POINT, "clearance": clearance, "initial_relative_velocity": relative, **given}
+        point = read_point(values)
+        row = Trajectory(point.parameters, point.start())._state
+        assert row[SIDE] == side
+        assert row[GAP] == 0.0
+        assert row[RATE] == pytest.approx(-side * relative, abs=1e-12)
+        if relative == 0.0:
+            # Kept together where the wall pushes the free mass inwards: -s x'' > 0.
+            push = -side * (math.sin(0.4) - 2 * 0.02 * v - x)
+            if abs(push) > 1e-9:
+                assert (row[MODE] == STICKING) == (push > 0)
+        else:
+            assert row[MODE] == FLIGHT
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_start_on_a_wall(side: int) -> None:
+    """Approaching hits at once, separating flies, and no relative velocity may stick."""
+    given = {**POINT, "initial_position": side}
+    point = read_point({**given, "initial_relative_velocity": 0.5 * side})
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["time"], first["kind"], first["side"]) == (0.0, 0, side)
+    assert first["approach_speed"] == 0.5
+    point = read_point({**given, "initial_relative_velocity": -0.5 * side})
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["kind"], first["side"]) == (0, -side)
+    assert 0.0 < first["time"] < 1.0
+    point = read_point({**given, "initial_displacement": side})  # the spring pulls back
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["time"], first["kind"], first["side"]) == (0.0, 1, side)
+
+
+def test_start_between_no_walls() -> None:
+    """With clearance 0 every position is the same one; momentum is kept."""
+    for place in (-1.0, 0.3, 1.0):
+        values = {
+            **POINT,
+            "clearance": 0.0,
+            "initial_displacement": 0.3,
+            "initial_velocity": 1.0,
+            "initial_position": place,
+            "initial_relative_velocity": 0.5,
+        }
+        run = {"transient": 0, "periods": 1}
+        arrays, _ = run_lanes([values], {"stroboscopic_section": {"free_mass": True}}, **run)
+        assert arrays["displacement"][0, 0] == arrays["free_displacement"][0, 0] == 0.3
+        assert arrays["velocity"][0, 0] == arrays["free_velocity"][0, 0]
+        common = (1.0 + 0.1 * 1.5) / 1.1
+        assert arrays["velocity"][0, 0] == pytest.approx(common, rel=1e-15)
+
+
+@given(place=PLACES, relative=NUMBERS, phase=st.floats(-7, 7), omega=st.floats(0.1, 10))
+def test_steady_primary_with_a_free_mass_anywhere(
+    place: float, relative: float, phase: float, omega: float
+) -> None:
+    values = {**POINT, "frequency_ratio": omega, "phase": phase}
+    values |= {"initial_position": place, "initial_relative_velocity": relative}
+    start = read_point(values, "steady").start()
+    with mp.workdps(30):
+        drag = 2 * mpf(0.02) * mpf(omega)
+        stiff = 1 - mpf(omega) ** 2
+        amplitude = 1 / mp.hypot(stiff, drag)
+        angle = mpf(phase) - mp.atan2(drag, stiff)
+        assert abs(start.x - amplitude * mp.sin(angle)) < 2e-15 * amplitude
+        assert abs(start.v - omega * amplitude * mp.cos(angle)) < 2e-15 * omega * amplitude
+    assert start.y - start.x == pytest.approx(0.05 * place, abs=1e-15 * (1 + abs(start.x)))
+    assert start.u - start.v == pytest.approx(relative, abs=1e-15 * (abs(start.v) + abs(relative)))
+
+
+# --- a neighbour's end
+
+
+@given(
+    clearances=st.tuples(st.floats(1e-3, 10), st.floats(1e-3, 10)),
+    frequencies=st.tuples(RATIOS, RATIOS),
+    x=st.floats(-5, 5),
+    v=st.floats(-5, 5),
+    place=PLACES,
+    relative=st.floats(-5, 5),
+    part=st.floats(0, 1, exclude_max=True),
+)
+def test_carried_over_by_the_formula(
+    clearances: tuple[float, float],
+    frequencies: tuple[float, float],
+    x: float,
+    v: float,
+    place: float,
+    relative: float,
+    part: float,
+) -> None:
+    """Primary and relative velocity go on, place and phase are parts of clearance and period."""
+    one, two = (
+        read_point({**POINT, "clearance": d, "frequency_ratio": omega})
+        for d, omega in zip(clearances, frequencies, strict=True)
+    )
+    end = State(x, v, x + place * clearances[0], v + relative, part * one.parameters.period)
+    if abs(end.y - end.x) > clearances[0]:
+        end = State(x, v, x, v + relative, end.time)
+    start = two.carried_over(one, end)
+    assert (start.x, start.v) == (x, v)
+    before, after = exact(*clearances)
+    x_, y_, v_, u_ = exact(end.x, end.y, end.v, end.u)
+    y = x_ + (y_ - x_) / before * after
+    assert abs(Fraction(start.y) - y) < Fraction(1e-15) * (
+        after + abs(x_) + (abs(x_) + abs(y_)) / before * after
+    )
+    assert abs(Fraction(start.u) - u_) <= Fraction(4e-16) * (2 * abs(v_) + abs(u_))
+    assert start.time / two.parameters.period == pytest.approx(
+        end.time / one.parameters.period, rel=1e-15
+    )
+    Trajectory(two.parameters, start)
+
+
+@given(
+    before=st.floats(1e-4, 10),
+    after=st.floats(1e-4, 10),
+    x=st.floats(-5, 5),
+    v=st.floats(-5, 5),
+    side=st.sampled_from([-1.0, 1.0]),
+)
+def test_contact_stays_contact(
+    before: float, after: float, x: float, v: float, side: float
+) -> None:
+    """The engine's own end of a sticking pair, at any other clearance."""
+    one, two = (read_point({**POINT, "clearance": d}) for d in (before, after))
+    trajectory = Trajectory(
+        one.parameters, State(x, v, x + side * before, v, 0.3 * one.parameters.period)
+    )
+    row = trajectory._state
+    assert (row[GAP], row[SIDE]) == (0.0, side)
+    end = trajectory.state_at(*trajectory.start)
+    start = two.carried_over(one, end)
+    found = Trajectory(two.parameters, start)._state
+    assert (found[GAP], found[SIDE], found[RATE]) == (0.0, side, 0.0)
+    assert (found[MODE], found[CAUSE]) == (row[MODE], row[CAUSE])
+
+
+def test_clearance_of_nothing_is_left_and_reached() -> None:
+    """From 0 the free mass comes to lie at the centre; into 0 it keeps its velocity."""
+    none, some = (read_point({**POINT, "clearance": d}) for d in (0.0, 2.0))
+    assert some.carried_over(none, State(0.3, 0.5, 0.3, 0.5)) == State(0.3, 0.5, 0.3, 0.5)
+    assert none.carried_over(some, State(0.3, 0.5, 1.3, 0.75)) == State(0.3, 0.5, 0.3, 0.75)
+
+
+@given(
+    stiffness=st.tuples(st.floats(1, 1e6), st.floats(1, 1e6)),
+    masses=st.tuples(st.floats(1e-2, 1e3), st.floats(1e-2, 1e3)),
+    x=st.floats(-5, 5),
+    v=st.floats(-5, 5),
+    relative=st.floats(-5, 5),
+    place=PLACES,
+)
+def test_the_motion_in_metres_goes_on(
+    stiffness: tuple[float, float],
+    masses: tuple[float, float],
+    x: float,
+    v: float,
+    relative: float,
+    place: float,
+) -> None:
+    """Where units change from point to point, the state in m and m/s does not."""
+    one, two = (
+        read_point({**SI, "stiffness": k, "primary_mass": m})
+        for k, m in zip(stiffness, masses, strict=True)
+    )
+    d = one.parameters.clearance
+    end = State(x, v, x + place * d * (1 - 1e-9), v + relative, 0.5)
+    start = two.carried_over(one, end)
+    sizes = [  # F0/K and F0/sqrt(K M) from the numbers given
+        (10.0 / k, 10.0 / math.sqrt(k) / math.sqrt(m))
+        for k, m in zip(stiffness, masses, strict=True)
+    ]
+    (length, speed), (new_length, new_speed) = sizes
+    assert start.x * new_length == pytest.approx(x * length, rel=1e-14)
+    assert start.v * new_speed == pytest.approx(v * speed, rel=1e-14)
+    scale = abs(x) * length + 0.01
+    assert start.y * new_length == pytest.approx(end.y * length, abs=1e-13 * scale)
+    scale = (abs(v) + abs(relative)) * speed
+    assert start.u * new_speed == pytest.approx(end.u * speed, abs=1e-14 * scale)
+
+
+def test_local_time_stays_in_the_period() -> None:
+    """A part of the period just below 1 may round up to it; that is the start of the next one."""
+    one = read_point(POINT)
+    for omega in np.linspace(0.1, 3.0, 300):
+        two = read_point({**POINT, "frequency_ratio": float(omega)})
+        end = State(0.0, 0.0, 0.0, 0.0, math.nextafter(one.parameters.period, 0.0))
+        trajectory = Trajectory(two.parameters, two.carried_over(one, end))
+        periods, rest = trajectory.start
+        assert 0.0 <= rest < trajectory.period
+        assert periods + rest / trajectory.period == pytest.approx(1.0, abs=1e-15)
+
+
+# --- symmetry
+
+
+@pytest.mark.parametrize("place", [-1.0, -0.4, 0.7, 1.0])
+@pytest.mark.parametrize("primary", ["rest", "steady"])
+def test_mirrored_start_gives_the_mirrored_run(place: float, primary: str) -> None:
+    """Phase + pi and everything else negated: section, events and all."""
+    # Not chaotic: two impacts per cycle, so rounding of phase + pi stays rounding.
+    scene = {
+        **POINT,
+        "damping_ratio": 0.1,
+        "frequency_ratio": 1.0,
+        "clearance": 5.5,
+        "restitution": 0.5,
+    }
+    given = {"initial_position": place, "initial_relative_velocity": 0.8}
+    if primary == "rest":
+        given |= {"initial_displacement": 0.2, "initial_velocity": -1.1}
+    mirrored = {name: -value for name, value in given.items()} | {"phase": 0.4 + math.pi}
+    observers = {"stroboscopic_section": {"free_mass": True}, "impacts": {}}
+    arrays, _ = run_lanes(
+        [{**scene, **given}, {**scene, **mirrored}],
+        observers,
+        transient=0,
+        periods=12,
+        primary=primary,
+    )
+    for name in ("displacement", "velocity", "free_displacement", "free_velocity"):
+        one, other = arrays[name]
+        np.testing.assert_allclose(other, -one, atol=1e-9)
+        assert np.ptp(one) > 0.1
+    one, other = arrays["max_approach_speed"]
+    assert other == pytest.approx(one, rel=1e-10)
+
+
+# --- names
+
+
+SECOND = "must be one of mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase"
+SI_SECOND = "must be one of primary_mass, damping, stiffness, force_amplitude, forcing_frequency"
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        ({**POINT, "gap": 1.0}, ValueError, "gap (SI units) and mass_ratio, damping_ratio"),
+        ({**SI, "clearance": 1.0}, ValueError, "clearance (dimensionless) are mixed"),
+        ({**POINT, "clearence": 1.0}, TypeError, f"unknown parameter 'clearence': {SECOND}"),
+        ({**SI, "K": 1.0}, TypeError, f"unknown parameter 'K': {SI_SECOND}"),
+        ({"restitution": 0.5, "mass_ratio": 0.1}, TypeError, "missing parameters: damping_ratio"),
+        ({"restitution": 0.5, "gap": 0.1}, TypeError, "missing parameters: primary_mass, damping"),
+        ({**POINT, "initial_position": 1.5}, ValueError, "initial_position = 1.5: must be a"),
+        ({**POINT, "initial_position": -1.1}, ValueError, "-1 <= initial_position <= 1 (-1 at"),
+        ({**POINT, "initial_velocity": math.nan}, ValueError, "initial_velocity = nan"),
+        ({**POINT, "initial_displacement": "0"}, TypeError, "initial_displacement = '0'"),
+        ({**POINT, "initial_displacement": True}, TypeError, "initial_displacement = True"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_refused(values: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=re.escape(message)):
+        read_point(values)
+
+
+def test_primary_is_at_rest_or_steady() -> None:
+    with pytest.raises(ValueError, match="primary = 'stedy': must be one of rest, steady"):
+        read_point(POINT, "stedy")
+    for name in ("initial_displacement", "initial_velocity"):
+        with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
+            read_point({**POINT, name: 0.0}, "steady")
+        with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
+            simulate(**POINT, **{name: 0.0}, initial="steady")
+
+
+def test_si_point_is_scaled() -> None:
+    point = read_point({**SI, "initial_displacement": 0.1, "initial_relative_velocity": 1.0})
+    assert point.parameters == SIParameters(**SI).dimensionless
+    assert point.units == SIParameters(**SI).units
+    # F0/K = 0.05 m, F0/sqrt(K M) = 0.5 m/s
+    assert point.start().x == pytest.approx(2.0, rel=1e-15)
+    assert point.start().u == pytest.approx(2.0, rel=1e-15)

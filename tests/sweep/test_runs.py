@@ -1,0 +1,302 @@
+"""Many lanes through engine and observers: observers only read, lanes do not touch each other."""
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from new_process import in_new_process, plain_lanes
+
+from damper import State
+from damper.engine.trajectory import Trajectory
+from damper.observers import OBSERVERS
+from damper.sweep import runs as lanes
+from damper.sweep.grid import product
+from damper.sweep.runs import run_lanes
+
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+#: One lane of each kind; the last one stops at LIMIT events.
+LANES = [
+    POINT,
+    {**POINT, "restitution": 0.9, "clearance": 0.4},
+    {**POINT, "restitution": 0.0},
+    {**POINT, "clearance": 0.0},
+    {**POINT, "clearance": 50.0},
+    {**POINT, "restitution": 1.0, "clearance": 0.0003},
+]
+LIMIT = 1000
+SECTIONS = ("stroboscopic_section", "impact_section")
+SUBSETS = [
+    subset
+    for n in (0, 1, 2, len(OBSERVERS) - 1)
+    for subset in itertools.combinations(OBSERVERS, n)
+    if not set(SECTIONS) <= set(subset)
+]
+SETTINGS: dict[str, dict[str, Any]] = {
+    "stroboscopic_section": {"at": 0.3, "free_mass": True},
+    "impact_section": {"samples": 30, "free_mass": True},
+    "impacts": {"threshold": 0.01},
+    "bursts": {"compare_thresholds": [0.1], "records": 5},
+    "burst_at": {"time": 20.0},
+    "chatter_bursts": {"since": [0, 2]},
+    "response": {},
+    "accumulation": {"bursts": 4, "impacts": 9},
+    "trajectory": {"samples_per_period": 7, "events": 40},
+}
+
+
+class Recorder(Trajectory):
+    """Keeps the bytes of the log before and after observers saw it, and the final state."""
+
+    made: list["Recorder"]
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.before: list[bytes] = []
+        self.after: list[bytes] = []
+
+    def _run(self, *arguments: Any) -> tuple[bool, int]:
+        if self not in Recorder.made:
+            Recorder.made.append(self)
+        return super()._run(*arguments)
+
+    def segments(self, *arguments: Any) -> Iterator[np.ndarray]:
+        for log in super().segments(*arguments):
+            self.before.append(log.tobytes())
+            yield log
+            self.after.append(log.tobytes())
+
+    def outcome(self) -> tuple[bytes, bytes, bytes, int, tuple]:
+        return (
+            b"".join(self.before),
+            self._state.tobytes(),
+            self._counts.tobytes(),
+            self.status,
+            self.model,
+        )
+
+
+def recorded(
+    monkeypatch: pytest.MonkeyPatch, observers: Any, **run: Any
+) -> tuple[list[tuple], dict[str, np.ndarray]]:
+    """Log, final state and so on of every lane, and the results."""
+    Recorder.made = []
+    monkeypatch.setattr(lanes, "Trajectory", Recorder)
+    arrays, _ = run_lanes(LANES, observers, **run)
+    for one in Recorder.made:
+        assert one.before == one.after, "an observer wrote into the log"
+    return [one.outcome() for one in Recorder.made], arrays
+
+
+# --- observers only read
+
+
+@pytest.mark.parametrize("transient", [0, 4])
+@pytest.mark.parametrize("subset", [s for s in SUBSETS if s], ids="+".join)
+def test_event_rows_are_identical_under_every_set_of_observers(
+    monkeypatch: pytest.MonkeyPatch, subset: tuple[str, ...], transient: int
+) -> None:
+    run = {"transient": transient, "periods": 12, "max_events": LIMIT}
+    reference, _ = recorded(monkeypatch, ["stroboscopic_section"], **run)
+    assert all(log for log, *_ in reference[:5])
+    assert len(reference) == len(LANES)
+    found, arrays = recorded(monkeypatch, {name: SETTINGS[name] for name in subset}, **run)
+    assert found == reference
+    assert arrays["status"].tolist() == [0, 0, 0, 0, 0, 1]
+
+
+@pytest.mark.parametrize("transient", [0, 4])
+def test_status_does_not_depend_on_what_is_observed(transient: int) -> None:
+    """A lane that stops within the record says so, even if nobody looks."""
+    run = {"transient": transient, "periods": 12, "max_events": LIMIT}
+    seen, _ = run_lanes(LANES, ["impacts"], **run)
+    unseen, _ = run_lanes(LANES, [], **run)
+    assert unseen["status"].tolist() == seen["status"].tolist()
+
+
+@pytest.mark.parametrize("subset", [s for s in SUBSETS if len(s) > 1], ids="+".join)
+def test_results_of_an_observer_do_not_depend_on_the_others(subset: tuple[str, ...]) -> None:
+    run = {"transient": 4, "periods": 12, "max_events": LIMIT}
+    together, made = run_lanes(LANES, {name: SETTINGS[name] for name in subset}, **run)
+    assert len(made) == len(subset)
+    for name in subset:
+        alone, _ = run_lanes(LANES, {name: SETTINGS[name]}, **run)
+        for variable, array in alone.items():
+            np.testing.assert_array_equal(together[variable], array)
+
+
+# --- lanes do not touch each other
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_a_lane_is_what_it_is_alone(section: str) -> None:
+    observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
+    run = {"transient": 3, "periods": 10, "max_events": LIMIT}
+    together, _ = run_lanes(LANES, observers, **run)
+    backwards, _ = run_lanes(LANES[::-1], observers, **run)
+    for lane, values in enumerate(LANES):
+        alone, _ = run_lanes([values], observers, **run)
+        assert set(alone) == set(together)
+        for name, array in alone.items():
+            np.testing.assert_array_equal(together[name][lane], array[0], err_msg=name)
+            np.testing.assert_array_equal(backwards[name][-1 - lane], array[0], err_msg=name)
+    assert together["status"].tolist() == [0, 0, 0, 0, 0, 1]
+
+
+def test_stopped_lane_has_no_numbers() -> None:
+    names = ["impacts", "bursts"]
+    arrays, made = run_lanes(LANES, names, transient=3, periods=10, max_events=LIMIT)
+    for observer in made:
+        for variable in observer.variables:
+            last = arrays[variable.name][-1]
+            if variable.dtype.startswith("f"):
+                assert np.isnan(last).all(), variable.name
+            else:
+                assert (last == -1).all(), variable.name
+
+
+def test_arrays_have_the_types_and_sizes_described() -> None:
+    sizes = {"sample": 7, "threshold": 1, "burst": 5}
+    observers = {name: SETTINGS[name] for name in ("stroboscopic_section", "impacts", "bursts")}
+    arrays, made = run_lanes(LANES[:2], observers, transient=0, periods=7)
+    described = [variable for observer in made for variable in observer.variables]
+    assert {variable.name for variable in described} | {"status"} == set(arrays)
+    for variable in described:
+        array = arrays[variable.name]
+        assert array.dtype == np.dtype(variable.dtype)
+        assert array.shape == (2, *(sizes[dim] for dim in variable.dims))
+    assert arrays["status"].dtype == np.dtype("i1")
+
+
+def test_no_lanes() -> None:
+    arrays, _ = run_lanes([], ["stroboscopic_section", "bursts"], transient=0, periods=4)
+    assert arrays["status"].shape == (0,)
+    assert arrays["displacement"].shape == (0, 4)
+
+
+def test_phase_may_be_missing() -> None:
+    without, _ = run_lanes([POINT], ["impacts"], transient=0, periods=5)
+    zero, _ = run_lanes([{**POINT, "phase": 0.0}], ["impacts"], transient=0, periods=5)
+    other, _ = run_lanes([{**POINT, "phase": 1.0}], ["impacts"], transient=0, periods=5)
+    assert without["max_approach_speed"] == zero["max_approach_speed"]
+    assert without["max_approach_speed"] != other["max_approach_speed"]
+
+
+def test_start_is_the_state_given() -> None:
+    state = State(0.2, 0.1, 0.21, 0.05)
+    arrays, _ = run_lanes([POINT], ["stroboscopic_section"], transient=0, periods=1, state=state)
+    assert arrays["displacement"][0, 0] == 0.2
+    assert arrays["velocity"][0, 0] == 0.1
+
+
+def test_progress_counts_lanes() -> None:
+    done: list[int] = []
+    run_lanes(LANES, ["impacts"], transient=0, periods=1, progress=done.append)
+    assert done == [1, 2, 3, 4, 5, 6]
+
+
+# --- refusals come before anything is run
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"transient": -1}, "transient = -1"),
+        ({"transient": 1.5}, "transient = 1.5"),
+        ({"periods": 0}, "periods = 0"),
+        ({"periods": 2.5}, "periods = 2.5"),
+        ({"accuracy": 0.1}, "accuracy = 0.1"),
+        ({"accuracy": 0.0}, "accuracy = 0.0"),
+        ({"max_events": 0}, "max_events = 0"),
+        ({"max_events": 1.5}, "max_events = 1.5"),
+        ({"points": [POINT, {**POINT, "restitution": 1.2}]}, "restitution = 1.2"),
+        ({"points": [POINT, {**POINT, "mass_ratio": 0.0}]}, "mass_ratio = 0.0"),
+        ({"observers": ["impacts", "sound"]}, "unknown observer 'sound'.*bursts"),
+        ({"observers": SECTIONS}, "both write 'displacement'"),
+        ({"observers": {"impacts": {"threshold": 7}}}, "threshold = 7"),
+        (
+            {
+                "points": [{**POINT, "clearance": 1.0}, {**POINT, "clearance": 0.1}],
+                "state": State(0.0, 0.0, 0.5, 0.0),
+            },
+            "outside the box",
+        ),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "-".join(value),
+)
+def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: str) -> None:
+    done: list[int] = []
+    arguments = {"points": [POINT, POINT], "observers": ["impacts"]}
+    arguments |= {"transient": 1, "periods": 1, "progress": done.append, **change}
+    with pytest.raises(ValueError, match=message):
+        run_lanes(**arguments)
+    assert done == []
+
+
+def test_misspelt_parameter_or_setting_is_refused() -> None:
+    with pytest.raises(TypeError, match="restituton"):
+        run_lanes([{**POINT, "restituton": 0.5}], ["impacts"], transient=0, periods=1)
+    with pytest.raises(TypeError, match="treshold"):
+        run_lanes([POINT], {"impacts": {"treshold": 0.5}}, transient=0, periods=1)
+
+
+def test_whole_numbers_may_be_floats() -> None:
+    """5.0 periods are a whole number of periods."""
+    names = ["stroboscopic_section", "impacts", "bursts"]
+    whole, _ = run_lanes([POINT], names, transient=2, periods=5)
+    floats, _ = run_lanes([POINT], names, transient=2.0, periods=5.0)
+    for name, array in whole.items():
+        np.testing.assert_array_equal(floats[name], array)
+
+
+def test_product_has_the_last_axis_fastest() -> None:
+    sets = product({"clearance": (1, 2), "restitution": (0.1, 0.2, 0.3)}, {"phase": 0.5})
+    pairs = [(1, 0.1), (1, 0.2), (1, 0.3), (2, 0.1), (2, 0.2), (2, 0.3)]
+    assert sets == [{"phase": 0.5, "clearance": d, "restitution": r} for d, r in pairs]
+    assert product({}, {"phase": 0.5}) == [{"phase": 0.5}]
+    assert product({"clearance": ()}, {"phase": 0.5}) == []
+
+
+# --- what is not asked for is not loaded
+
+
+LOADED = """
+import json, sys
+from damper.sweep.runs import run_lanes
+from damper.observers import OBSERVERS
+before = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
+run_lanes([{point}], [{name!r}], transient=1, periods=2)
+after = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
+heavy = [m for m in ("xarray", "netCDF4", "matplotlib", "scipy", "pydantic") if m in sys.modules]
+print(json.dumps([before, after, heavy]))
+"""
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_observer_not_asked_for_is_not_imported(name: str) -> None:
+    """Nor compiled then: a compiled pass lives in its module."""
+    code = LOADED.format(point=POINT, name=name)
+    before, after, heavy = in_new_process(code, DAMPER_COMPILE="0")
+    assert before == []
+    # What reads whole bursts builds on the observer that finds them.
+    built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"]}
+    assert after == [*built_on.get(name, []), name]
+    assert heavy == []
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_plain_python_gives_the_same(section: str) -> None:
+    """Without numba, to rounding: nothing raises where compiled code gives nan or inf."""
+    observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
+    plain = plain_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
+    here, _ = run_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
+    assert set(plain) == set(here)
+    for name, array in here.items():
+        np.testing.assert_allclose(np.array(plain[name]), array, rtol=1e-8, atol=1e-10)

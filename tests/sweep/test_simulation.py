@@ -1,0 +1,219 @@
+"""`damper.simulate`: dimensions, coordinates, refusals, and the same numbers as single runs."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import damper
+from damper import Parameters, State, events, simulate
+from damper.sweep.runs import run_lanes
+
+POINT: dict[str, Any] = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+SHORT: dict[str, Any] = {"transient": 3, "periods": 4}
+
+
+def test_sequences_become_dimensions_in_the_order_of_the_parameters() -> None:
+    cube = simulate(
+        **{**POINT, "restitution": [0.2, 0.4, 0.6], "mass_ratio": (0.1, 0.2), "phase": [0.5]},
+        **SHORT,
+    )
+    assert cube.chatter.dims == ("mass_ratio", "restitution", "phase")
+    assert cube.displacement.dims == ("mass_ratio", "restitution", "phase", "sample")
+    assert dict(cube.sizes) == {"mass_ratio": 2, "restitution": 3, "phase": 1, "sample": 4}
+    np.testing.assert_array_equal(cube.restitution, [0.2, 0.4, 0.6])
+    np.testing.assert_array_equal(cube.mass_ratio, [0.1, 0.2])
+    for name in ("damping_ratio", "frequency_ratio", "clearance"):
+        assert cube[name].ndim == 0
+        assert float(cube[name]) == POINT[name]
+
+
+def test_single_point_has_no_dimension_but_the_observers() -> None:
+    cube = simulate(**POINT, **SHORT)
+    assert cube.chatter.dims == ()
+    assert cube.displacement.dims == ("sample",)
+    assert float(cube.phase) == 0.0
+    assert set(cube.coords) == {*POINT, "phase"}
+
+
+@pytest.mark.parametrize("number", [1, np.float32(1.0), np.int64(1), np.array(1.0)])
+def test_anything_that_is_a_number_is_a_scalar_coordinate(number: Any) -> None:
+    cube = simulate(**{**POINT, "clearance": number}, **SHORT)
+    assert cube.clearance.ndim == 0
+    assert float(cube.clearance) == 1.0
+    assert cube.clearance.dtype == np.float64
+
+
+@pytest.mark.parametrize(
+    "values", [[0.2, 0.6], (0.2, 0.6), np.array([0.2, 0.6]), range(2), np.array([0, 1])], ids=repr
+)
+def test_any_sequence_will_do(values: Any) -> None:
+    cube = simulate(**{**POINT, "restitution": values}, **SHORT)
+    assert cube.restitution.dtype == np.float64
+    np.testing.assert_array_equal(cube.restitution, np.asarray(values, dtype=float))
+    assert cube.status.shape == (2,)
+
+
+def test_same_numbers_as_single_lanes() -> None:
+    axes = {"mass_ratio": [0.05, 0.3], "clearance": [0.02, 0.4, 9.0], "restitution": [0.0, 0.7]}
+    observers: dict[str, Any] = {
+        "stroboscopic_section": {"free_mass": True, "at": 0.1},
+        "impacts": None,
+        "bursts": {"records": 3, "compare_thresholds": [0.1, 0.01]},
+    }
+    cube = simulate(**{**POINT, **axes}, observers=observers, **SHORT)
+    for mass_ratio in axes["mass_ratio"]:
+        for clearance in axes["clearance"]:
+            for restitution in axes["restitution"]:
+                point = {
+                    "mass_ratio": mass_ratio,
+                    "clearance": clearance,
+                    "restitution": restitution,
+                }
+                arrays, _ = run_lanes([{**POINT, **point}], observers, **SHORT)
+                place = cube.sel(point)
+                assert set(place.data_vars) == set(arrays)
+                for name, array in arrays.items():
+                    np.testing.assert_array_equal(place[name].values, array[0], err_msg=name)
+                    assert place[name].dtype == array.dtype
+
+
+def test_order_of_the_values_is_kept() -> None:
+    up = simulate(**{**POINT, "restitution": [0.2, 0.5, 0.8]}, **SHORT)
+    down = simulate(**{**POINT, "restitution": [0.8, 0.5, 0.2]}, **SHORT)
+    np.testing.assert_array_equal(down.restitution, [0.8, 0.5, 0.2])
+    assert up.sortby("restitution").identical(down.sortby("restitution"))
+
+
+def test_largest_speed_is_that_of_the_events() -> None:
+    """Through all layers at once, against the event list."""
+    cube = simulate(**{**POINT, "restitution": [0.3, 0.9]}, transient=10, periods=6)
+    period = 2.0 * math.pi / POINT["frequency_ratio"]
+    for r in (0.3, 0.9):
+        rows = events(Parameters(**{**POINT, "restitution": r}), until=16 * period)
+        rows = rows[rows["time"] >= 10 * period]
+        assert cube.max_approach_speed.sel(restitution=r) == rows["approach_speed"].max()
+
+
+def test_settings_reach_the_engine() -> None:
+    stopped = simulate(**POINT, **SHORT, max_events=10)
+    assert int(stopped.status) == 1
+    assert int(stopped.chatter) == -1
+    assert int(simulate(**POINT, **SHORT).status) == 0
+    state = State(0.3, 0.2, 0.31, 0.1)
+    cube = simulate(**POINT, transient=0, periods=1, state=state)
+    assert cube.displacement.values.tolist() == [0.3]
+    cube = simulate(**POINT, **SHORT, accuracy=1e-6, max_events=10_000)
+    assert cube.attrs["accuracy"] == 1e-6
+    assert cube.attrs["max_events"] == 10_000
+    assert cube.attrs["transient_periods"] == 3
+    assert cube.attrs["recorded_periods"] == 4
+    coarse = simulate(**POINT, transient=20, periods=5, accuracy=1e-3)
+    assert not np.array_equal(coarse.displacement, simulate(**POINT, transient=20, periods=5))
+
+
+def test_defaults_are_those_described() -> None:
+    cube = simulate(**POINT)
+    assert cube.attrs["transient_periods"] == 200
+    assert cube.attrs["recorded_periods"] == 50
+    assert cube.attrs["accuracy"] == 1e-12
+    assert cube.attrs["max_events"] == 1_000_000
+    assert {"displacement", "impacts_per_period", "chatter"} <= set(cube.data_vars)
+    explicit = simulate(
+        **POINT,
+        phase=0.0,
+        transient=200,
+        periods=50,
+        observers=["stroboscopic_section", "impacts", "bursts"],
+    )
+    assert explicit.identical(cube)
+
+
+def test_only_what_is_asked_for_is_in_the_cube() -> None:
+    cube = simulate(**POINT, observers=["impacts"], **SHORT)
+    assert set(cube.data_vars) == {
+        "status",
+        "impacts_per_period",
+        "mean_approach_speed",
+        "max_approach_speed",
+    }
+    cube = simulate(**POINT, observers={"bursts": {"compare_thresholds": [0.2, 0.1]}}, **SHORT)
+    np.testing.assert_array_equal(cube.threshold, [0.2, 0.1])
+    assert cube.chatter_by_threshold.dims == ("threshold",)
+    cube = simulate(**POINT, observers={"impact_section": {"samples": 11}}, **SHORT)
+    assert cube.sizes["sample"] == 11
+
+
+@pytest.mark.parametrize("values", [[[0.1, 0.2]], np.zeros((2, 2)), [], np.empty((0,))], ids=repr)
+@pytest.mark.parametrize("name", ["restitution", "mass_ratio", "phase"])
+def test_two_dimensional_or_empty_values_are_refused(name: str, values: Any) -> None:
+    with pytest.raises(ValueError, match=f"{name}.*one-dimensional"):
+        simulate(**{**POINT, name: values}, **SHORT)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("mass_ratio", 0.0),
+        ("damping_ratio", -0.1),
+        ("frequency_ratio", 0.0),
+        ("clearance", -1e-9),
+        ("restitution", 1.0 + 1e-9),
+        ("restitution", math.nan),
+        ("phase", math.inf),
+    ],
+)
+def test_value_out_of_range_is_named(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"{name} = "):
+        simulate(**{**POINT, name: value}, **SHORT)
+    with pytest.raises(ValueError, match=f"{name} = "):
+        simulate(**{**POINT, name: [0.5, value]}, **SHORT)
+
+
+@pytest.mark.parametrize("value", ["0.5", True, [True, False], ["a", "b"], {0.5}], ids=repr)
+def test_value_that_is_no_number_is_refused(value: Any) -> None:
+    with pytest.raises(TypeError, match="restitution = "):
+        simulate(**{**POINT, "restitution": value}, **SHORT)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"observers": ["noise"]}, "unknown observer 'noise'.*stroboscopic_section"),
+        ({"observers": ["impact_section", "stroboscopic_section"]}, "both write 'displacement'"),
+        ({"transient": -1}, "transient = -1"),
+        ({"periods": 0}, "periods = 0"),
+        ({"accuracy": 1.0}, "accuracy = 1.0"),
+        ({"max_events": 0}, "max_events = 0"),
+        ({"state": State(0.0, 0.0, 1.0, 0.0)}, "outside the box"),
+    ],
+    ids=str,
+)
+def test_settings_out_of_range_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        simulate(**{**POINT, **SHORT, **change})
+
+
+def test_positional_arguments_are_refused() -> None:
+    with pytest.raises(TypeError):
+        simulate(0.1, 0.02, 1.3, 0.05, 0.6)  # type: ignore[misc]
+
+
+def test_loaded_on_first_use_from_the_package() -> None:
+    assert damper.simulate is simulate
+    with pytest.raises(AttributeError, match="simulat"):
+        damper.simulat  # noqa: B018
+
+
+def test_one_observer_may_be_given_by_its_name() -> None:
+    cube = simulate(**POINT, observers="impacts", **SHORT)
+    assert cube.identical(simulate(**POINT, observers=["impacts"], **SHORT))
+    with pytest.raises(ValueError, match="unknown observer 'impact'"):
+        simulate(**POINT, observers="impact", **SHORT)
