@@ -12,6 +12,7 @@ here is a test: machines differ and are shared.
 import argparse
 import subprocess
 import sys
+from dataclasses import asdict
 
 from engine import SCENES
 
@@ -24,10 +25,10 @@ from damper.observers import OBSERVERS
 STUDY = ("stroboscopic_section", "impacts", "bursts")
 LOADED = """
 import sys
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 point = dict(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8, clearance=1.0,
              restitution=0.6)
-run_lanes([point], [{name!r}], transient=1, periods=2)
+run_points([point], [{name!r}], transient=1, periods=2)
 known = {known!r}
 print(*(module for module in known if module in sys.modules))
 """
@@ -57,7 +58,7 @@ def compare(p: damper.Parameters, lanes: int, periods: int, repeats: int) -> Non
     """Print one scene's table."""
     sets = [(), *((name,) for name in OBSERVERS), STUDY]
     rungs = {
-        " + ".join(names) or "no observer": {"parameters": vars(p), "observers": names}
+        " + ".join(names) or "no observer": {"parameters": asdict(p), "observers": names}
         for names in sets
     }
     found = climb(read_rungs(rungs), lanes=lanes, periods=periods, repeats=repeats, memory=False)[

@@ -103,7 +103,7 @@ class Scene:
         return events(p, self.state, until=until, accuracy=self.accuracy)
 
     def run(self) -> dict[str, Any]:
-        """Arguments of `run_lanes` besides parameters and observers."""
+        """Arguments of `run_points` besides parameters and observers."""
         return {
             "transient": self.transient,
             "periods": self.periods,

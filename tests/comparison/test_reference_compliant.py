@@ -20,7 +20,7 @@ def walls(scene: tuple, k: float, tension: int = 0) -> Parameters:
 
 #: Scene, stiffness, tension, start, end.
 SCENES = {
-    "very stiff": (GENERIC, 1e10, 0, REST, 6.0),
+    "very stiff": (GENERIC, 1e8, 0, REST, 6.0),
     "sticking at once": ((0.5, 0.2, 0.7, 0.1, 0.05), 30.0, 0, REST, 8.0),
     "soft": ((0.3, 0.02, 0.9, 0.4, 0.8), 30.0, 0, REST, 8.0),
     "tension": ((0.3, 0.02, 0.9, 0.4, 0.8), 300.0, 1, (0.1, 0.2, 0.1, -0.3), 6.0),

@@ -93,11 +93,11 @@ def test_memory_asked_for_is_log_and_arrays():
     assert observed(points, 50, {}) == 3
 
 
-def test_the_engine_without_bursts_is_the_engine_where_there_are_none():
+def test_the_engine_that_closes_no_burst_is_the_engine_where_there_are_none():
     lossless = BASE | {"restitution": 0.9}
-    assert run_as(without._Burstless, [lossless], 300) == run_as(Rigid, [lossless], 300) > 300
+    assert run_as(without._Unclosed, [lossless], 300) == run_as(Rigid, [lossless], 300) > 300
     known = run_as(Rigid, [CHATTERING], 5)
-    assert run_as(without._Burstless, [CHATTERING], 5) > 1.5 * known
+    assert run_as(without._Unclosed, [CHATTERING], 5) > 1.5 * known
 
 
 @pytest.mark.parametrize(

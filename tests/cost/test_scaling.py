@@ -37,15 +37,7 @@ def test_observers_keep_what_they_were_asked_for_and_the_bare_engine_nothing():
     assert bare["seconds"] > 0.0
 
 
-def test_a_size_beyond_the_usual_event_budget_is_run_to_its_end(monkeypatch):
-    ends = []
-    whole = ladder.Trajectory.skip
-
-    def skip(trajectory, periods):
-        whole(trajectory, periods)
-        ends.append((trajectory.status, trajectory.events))
-
-    monkeypatch.setattr(ladder.Trajectory, "skip", skip)
+def test_a_size_beyond_the_usual_event_budget_is_run_to_its_end():
     scene = {
         "mass_ratio": 0.1,
         "damping_ratio": 0.05,
@@ -53,6 +45,5 @@ def test_a_size_beyond_the_usual_event_budget_is_run_to_its_end(monkeypatch):
         "clearance": 0.25,
         "restitution": 0.3,
     }
-    ladder.bare([scene], 50_000)
-    assert ends[0][0] == 0
-    assert ends[0][1] > 1_000_000
+    # It raises an error where a run stops early.
+    assert ladder.bare([scene], 50_000) > 1_000_000

@@ -11,7 +11,7 @@ from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
 
 from damper import State
 from damper.comparison import reference_rigid as mp_reference
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 SUMMARY = (
     "visible_impacts",
@@ -32,8 +32,8 @@ STUDY = {
 
 
 def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
-    """Results of the observer for one lane."""
-    arrays, _ = run_lanes([scene.parameters], {"bursts": settings}, **scene.run())
+    """Results of the observer for one run."""
+    arrays, _ = run_points([scene.parameters], {"bursts": settings}, **scene.run())
     return {name: array[0] for name, array in arrays.items()}
 
 
@@ -412,11 +412,11 @@ def test_compared_thresholds_are_those_of_runs_of_their_own() -> None:
 
 
 def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
-    _, (observer,) = run_lanes(
+    _, (observer,) = run_points(
         [STUDY], {"bursts": {"compare_thresholds": [0.1, 0.01]}}, transient=0, periods=1
     )
     np.testing.assert_array_equal(observer.coordinates()["threshold"], [0.1, 0.01])
-    _, (plain,) = run_lanes([STUDY], ["bursts"], transient=0, periods=1)
+    _, (plain,) = run_points([STUDY], ["bursts"], transient=0, periods=1)
     assert plain.coordinates() == {}
 
 
@@ -433,15 +433,15 @@ def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
 )
 def test_threshold_out_of_range_is_refused(bad: object) -> None:
     with pytest.raises(ValueError, match="threshold = "):
-        run_lanes([STUDY], {"bursts": {"threshold": bad}}, transient=0, periods=1)
+        run_points([STUDY], {"bursts": {"threshold": bad}}, transient=0, periods=1)
     if not isinstance(bad, dict):
         with pytest.raises(ValueError, match="threshold = "):
-            run_lanes([STUDY], {"bursts": {"compare_thresholds": [bad]}}, transient=0, periods=1)
+            run_points([STUDY], {"bursts": {"compare_thresholds": [bad]}}, transient=0, periods=1)
 
 
 def test_negative_records_are_refused() -> None:
     with pytest.raises(ValueError, match="records = -1"):
-        run_lanes([STUDY], {"bursts": {"records": -1}}, transient=0, periods=1)
+        run_points([STUDY], {"bursts": {"records": -1}}, transient=0, periods=1)
 
 
 @pytest.mark.parametrize("transient", [0, 3])
@@ -452,8 +452,8 @@ def test_stopped_lane_has_no_summary_and_leaves_the_others_alone(transient: int)
     rows = [len(Scene(lane, transient, 6).rows()) for lane in lanes]
     limit = max(rows[0], rows[2]) + 1
     assert rows[1] > limit
-    found, _ = run_lanes(lanes, settings, max_events=limit, **run)
-    whole, _ = run_lanes(lanes, settings, **run)
+    found, _ = run_points(lanes, settings, max_events=limit, **run)
+    whole, _ = run_points(lanes, settings, **run)
     assert found["status"].tolist() == [0, 1, 0]
     for name, array in found.items():
         np.testing.assert_array_equal(array[[0, 2]], whole[name][[0, 2]])

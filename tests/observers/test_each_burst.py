@@ -10,10 +10,10 @@ from plain_bursts import Burst, Scene, all_bursts
 
 from damper import Parameters
 from damper.engine.segment import COLUMNS
-from damper.engine.trajectory import Trajectory
+from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.base import Window
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice
 
 #: Model section 8, A3: complete bursts in every half period after a transient.
@@ -36,8 +36,8 @@ FREQUENCIES = [0.2, 0.25, 0.3]
 
 
 def observed(scene: Scene, name: str, **given: object) -> dict[str, np.ndarray]:
-    """Results of one observer for one lane."""
-    arrays, _ = run_lanes([scene.parameters], {name: given}, **scene.run())
+    """Results of one observer for one run."""
+    arrays, _ = run_points([scene.parameters], {name: given}, **scene.run())
     return {key: array[0] for key, array in arrays.items()}
 
 
@@ -121,7 +121,7 @@ def test_no_chatter_is_missing() -> None:
 
 @pytest.mark.parametrize("name", ["burst_at", "chatter_bursts"])
 def test_a_stopped_run_is_missing(name: str) -> None:
-    arrays, _ = run_lanes([PAPER_A], [name], transient=0, periods=30, max_events=500)
+    arrays, _ = run_points([PAPER_A], [name], transient=0, periods=30, max_events=500)
     assert arrays.pop("status")[0] == 1
     for key, array in arrays.items():
         missing = np.isnan(array) if array.dtype.kind == "f" else array == -1
@@ -132,9 +132,9 @@ def test_lanes_do_not_mix() -> None:
     """A lane that stops inside a burst leaves nothing to the next one."""
     points = [PAPER_A, {**PAPER_A, "restitution": 0.0}, {**SLOW, "clearance": 50.0}, PAPER_A]
     for name in ("burst_at", "chatter_bursts"):
-        arrays, _ = run_lanes(points, [name], transient=0, periods=6)
+        arrays, _ = run_points(points, [name], transient=0, periods=6)
         for k, point in enumerate(points):
-            alone, _ = run_lanes([point], [name], transient=0, periods=6)
+            alone, _ = run_points([point], [name], transient=0, periods=6)
             for key, array in arrays.items():
                 np.testing.assert_array_equal(array[k], alone[key][0], key)
 
@@ -165,7 +165,7 @@ def test_time_is_in_seconds_for_points_in_si() -> None:
 @pytest.mark.parametrize("time", [-1.0, math.nan])
 def test_time_before_the_record(time: float) -> None:
     with pytest.raises(ValueError, match="time = "):
-        run_lanes([PAPER_A], {"burst_at": {"time": time}}, transient=0, periods=1)
+        run_points([PAPER_A], {"burst_at": {"time": time}}, transient=0, periods=1)
 
 
 # --- chatter_bursts
@@ -218,7 +218,7 @@ def test_many_pieces_of_the_log_lose_no_burst() -> None:
     """Some 5000 rows, five pieces: as many bursts as `bursts` counts and lists."""
     run = {"transient": 0, "periods": 60}
     many = {"chatter_bursts": {"since": [0]}, "bursts": {"records": 1000}}
-    arrays, _ = run_lanes([PAPER_A], many, **run)
+    arrays, _ = run_points([PAPER_A], many, **run)
     visible = arrays["burst_visible_impacts"][0]
     complete = arrays["burst_complete"][0]
     assert (visible >= 5).sum() == arrays["chatter_bursts"][0, 0] > 100
@@ -227,7 +227,7 @@ def test_many_pieces_of_the_log_lose_no_burst() -> None:
     mean = arrays["burst_duration"][0][chatter].mean()
     assert arrays["chatter_duration"][0, 0] == pytest.approx(mean, rel=1e-12)
     for time in (0.0, 300.0, 900.0, 1500.0):
-        near, _ = run_lanes([PAPER_A], {"burst_at": {"time": time}}, **run)
+        near, _ = run_points([PAPER_A], {"burst_at": {"time": time}}, **run)
         onsets = arrays["burst_onset"][0]
         k = np.nanargmin(np.where(visible >= 5, abs(onsets - time), np.nan))
         assert near["burst_at_onset"][0] == onsets[k]
@@ -247,7 +247,7 @@ def test_short_pieces_of_the_log_change_nothing(
     periods = 12
     (observer,) = make_observers({name: settings})
     observer.allocate(1, periods)
-    trajectory = Trajectory(Parameters(**PAPER_A))
+    trajectory = start_run(Parameters(**PAPER_A))
     observer.begin(0, trajectory, Window(0, 0.0, periods))
     for log in trajectory.segments(periods, 0.0, np.empty((rows, COLUMNS))):
         assert len(log) <= rows
@@ -263,4 +263,4 @@ def test_short_pieces_of_the_log_change_nothing(
 @pytest.mark.parametrize("since", [[], [-1.0], [0.0, math.nan]])
 def test_parts_before_the_record(since: list[float]) -> None:
     with pytest.raises(ValueError, match="since = "):
-        run_lanes([PAPER_A], {"chatter_bursts": {"since": since}}, transient=0, periods=1)
+        run_points([PAPER_A], {"chatter_bursts": {"since": since}}, transient=0, periods=1)

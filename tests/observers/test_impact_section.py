@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plain_bursts import Scene
 
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 STUDY = {
     "mass_ratio": 0.1,
@@ -17,8 +17,8 @@ SIDE = {"left": -1, "right": 1}
 
 
 def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
-    """Results of the observer for one lane."""
-    arrays, _ = run_lanes([scene.parameters], {"impact_section": settings}, **scene.run())
+    """Results of the observer for one run."""
+    arrays, _ = run_points([scene.parameters], {"impact_section": settings}, **scene.run())
     return {name: array[0] for name, array in arrays.items()}
 
 
@@ -61,7 +61,7 @@ def test_free_mass_is_recorded_only_if_asked_for() -> None:
 def test_second_lane_starts_afresh() -> None:
     """No sample of a lane is left over in the next one, which has fewer."""
     few = {**STUDY, "clearance": 1.0}
-    arrays, _ = run_lanes([STUDY, few], ["impact_section"], transient=3, periods=4)
+    arrays, _ = run_points([STUDY, few], ["impact_section"], transient=3, periods=4)
     alone = observed(Scene(few, 3, 4))
     assert 0 < np.isfinite(alone["displacement"]).sum() < np.isfinite(arrays["velocity"][0]).sum()
     np.testing.assert_array_equal(arrays["displacement"][1], alone["displacement"])
@@ -75,7 +75,7 @@ def test_no_impact_no_sample() -> None:
 
 
 def test_stopped_lane_keeps_what_was_seen_before() -> None:
-    arrays, _ = run_lanes([STUDY], ["impact_section"], transient=0, periods=9, max_events=20)
+    arrays, _ = run_points([STUDY], ["impact_section"], transient=0, periods=9, max_events=20)
     whole = observed(Scene(STUDY, 0, 9))
     rows = Scene(STUDY, 0, 9).rows()[:20]
     seen = int(((rows["kind"] == 0) & (rows["side"] == 1)).sum())
@@ -88,4 +88,4 @@ def test_stopped_lane_keeps_what_was_seen_before() -> None:
 @pytest.mark.parametrize("bad", [{"wall": "up"}, {"wall": 1}, {"samples": 0}, {"samples": -3}])
 def test_bad_settings_are_refused(bad: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
-        run_lanes([STUDY], {"impact_section": bad}, transient=0, periods=1)
+        run_points([STUDY], {"impact_section": bad}, transient=0, periods=1)

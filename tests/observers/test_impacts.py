@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from plain_bursts import Scene, all_bursts, impact_summary
 
 from damper import State
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 STUDY = {
     "mass_ratio": 0.1,
@@ -30,8 +30,8 @@ NAMES = ("impacts_per_period", "mean_approach_speed", "max_approach_speed")
 
 
 def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
-    """Results of the observer for one lane."""
-    arrays, _ = run_lanes([scene.parameters], {"impacts": settings}, **scene.run())
+    """Results of the observer for one run."""
+    arrays, _ = run_points([scene.parameters], {"impacts": settings}, **scene.run())
     return {name: array[0] for name, array in arrays.items()}
 
 
@@ -125,9 +125,9 @@ def test_impact_at_the_very_start_counts() -> None:
 
 
 def test_comments_name_the_threshold() -> None:
-    _, (observer,) = run_lanes([], {"impacts": {"threshold": 0.07}}, transient=0, periods=1)
+    _, (observer,) = run_points([], {"impacts": {"threshold": 0.07}}, transient=0, periods=1)
     assert "0.07" in observer.variables[0].comment
-    _, (observer,) = run_lanes(
+    _, (observer,) = run_points(
         [], {"impacts": {"threshold": {"speed": 0.25}}}, transient=0, periods=1
     )
     assert "0.25" in observer.variables[0].comment
@@ -137,7 +137,7 @@ def test_comments_name_the_threshold() -> None:
 @pytest.mark.parametrize("bad", [0.0, 1.0, -1.0, math.nan, {"speed": 0.0}, {}])
 def test_threshold_out_of_range_is_refused(bad: object) -> None:
     with pytest.raises(ValueError, match="threshold = "):
-        run_lanes([STUDY], {"impacts": {"threshold": bad}}, transient=0, periods=1)
+        run_points([STUDY], {"impacts": {"threshold": bad}}, transient=0, periods=1)
 
 
 def test_stopped_lane_is_nan_and_leaves_the_others_alone() -> None:
@@ -145,8 +145,8 @@ def test_stopped_lane_is_nan_and_leaves_the_others_alone() -> None:
     rows = [len(Scene(lane, 2, 8).rows()) for lane in lanes]
     assert rows[1] > rows[0] + 5
     run = {"transient": 2, "periods": 8}
-    found, _ = run_lanes(lanes, ["impacts"], max_events=rows[0] + 1, **run)
-    whole, _ = run_lanes(lanes, ["impacts"], **run)
+    found, _ = run_points(lanes, ["impacts"], max_events=rows[0] + 1, **run)
+    whole, _ = run_points(lanes, ["impacts"], **run)
     assert found["status"].tolist() == [0, 1, 0]
     for name in NAMES:
         assert math.isnan(found[name][1])

@@ -16,14 +16,18 @@ from reference import two_impacts
 from scipy.integrate import IntegrationWarning, quad, solve_ivp
 
 from damper import Parameters, State
-from damper.engine.oscillator import acceleration, oscillator
+from damper.engine import quadrature
+from damper.engine.compiled import compiled
+from damper.engine.forcing import Harmonic, phase_at
+from damper.engine.oscillator import motion_from, oscillator
+from damper.engine.peak import highest, moment_at
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
     IMPACT,
     MODE,
-    PERIOD,
+    PERIODS,
     RATE,
     SPEED,
     STICKING,
@@ -32,10 +36,11 @@ from damper.engine.segment import (
     V,
 )
 from damper.engine.trajectory import LOG_ROWS, Trajectory
-from damper.models import motion
+from damper.models import start_run
+from damper.models.response import Swing, longest_step
 from damper.observers import response
 from damper.observers.base import Window
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 VARIABLES = [variable.name for variable in response.Response.variables]
@@ -49,11 +54,10 @@ SCENES = {
     "elastic": (0.3, 0.05, 0.9, 0.4, 1.0, 0.4),
     "plastic": (0.2, 0.1, 0.4, 0.3, 0.0, 0.4),
     "overdamped": (0.5, 1.5, 0.6, 0.05, 0.5, 0.4),
-    "very overdamped": (0.5, 1e3, 0.6, 5e-4, 0.5, 0.4),
-    "extremely overdamped": (0.5, 1e6, 0.6, 5e-7, 0.5, 0.4),
+    "very overdamped": (0.5, 10.0, 0.6, 5e-3, 0.5, 0.4),
     "undamped": (2.0, 0.0, 0.7, 0.6, 0.7, 0.4),
     "stuck": (0.5, 0.1, 0.6, 0.0, 0.5, 0.4),
-    "fast": (0.1, 0.1, 1e4, 1e-8, 0.5, 0.4),
+    "fast": (0.1, 0.1, 1e3, 1e-6, 0.5, 0.4),
 }
 
 
@@ -62,10 +66,10 @@ def parameters(name: str) -> dict[str, float]:
 
 
 def observed(values: dict[str, float], *more: str, **run: object) -> dict[str, np.ndarray]:
-    """Results of the observer for one lane."""
+    """Results of the observer for one run."""
     settings = {"response": {}, "stroboscopic_section": {"free_mass": True}}
     asked = {name: settings[name] for name in ("response", *more)}
-    arrays, _ = run_lanes([values], asked, **run)
+    arrays, _ = run_points([values], asked, **run)
     return {name: array[0] for name, array in arrays.items()}
 
 
@@ -159,15 +163,13 @@ LINEAR = {
     "undamped": (0.0, 0.35, 1.0, REST, 0, 9),
     "critical": (1.0, 0.5, 0.0, State(1.0, 3.0, 0.0, 0.0), 0, 3),
     "overdamped": (3.0, 0.7, 0.2, State(0.2, -8.0, 0.0, 0.0), 0, 3),
-    "overdamped 1e3": (1e3, 0.6, 0.2, State(1e-3, 5.0, 0.0, 0.0), 0, 2),
-    "overdamped 1e6": (1e6, 0.6, 0.2, State(1e-6, 5.0, 0.0, 0.0), 0, 2),
-    "overdamped 1e3, gently": (1e3, 0.6, 0.2, State(1e-3, 5e-3, 0.0, 0.0), 0, 2),
-    "overdamped 1e6, gently": (1e6, 0.6, 0.2, State(1e-6, 5e-6, 0.0, 0.0), 0, 2),
-    "overdamped 1e6, later": (1e6, 2.0, 0.2, State(1e-6, 5.0, 0.0, 0.0), 2, 3),
+    "very overdamped": (10.0, 0.6, 0.2, State(0.1, 5.0, 0.0, 0.0), 0, 2),
+    "very overdamped, gently": (10.0, 0.6, 0.2, State(0.1, 0.5, 0.0, 0.0), 0, 2),
+    "very overdamped, later": (10.0, 2.0, 0.2, State(0.1, 5.0, 0.0, 0.0), 2, 3),
     "fast": (0.1, 30.0, 0.4, State(0.01, 0.0, 0.0, 0.0), 0, 20),
-    "very fast": (0.1, 1e4, 0.4, REST, 0, 30),
+    "very fast": (0.1, 1e3, 0.4, REST, 0, 30),
     "slow": (0.2, 1e-3, 0.4, REST, 0, 1),
-    "heavy and fast": (2e3, 700.0, 0.4, State(0.0, 1.0, 0.0, 0.0), 0, 3),
+    "overdamped and fast": (10.0, 700.0, 0.4, State(0.0, 1.0, 0.0, 0.0), 0, 3),
 }
 
 
@@ -202,7 +204,7 @@ def test_without_clearance_both_masses_move_as_one(mass_ratio: float) -> None:
     assert found["impact_loss"] == 0.0
 
 
-@pytest.mark.parametrize(("zeta", "omega"), [(0.3, 0.8), (0.05, 1.0), (50.0, 0.1), (0.4, 20.0)])
+@pytest.mark.parametrize(("zeta", "omega"), [(0.3, 0.8), (0.05, 1.0), (10.0, 0.1), (0.4, 20.0)])
 def test_steady_response_without_contact_has_the_ratios_one(zeta: float, omega: float) -> None:
     values = dict(zip(NAMES, (0.1, zeta, omega, 1e6, 0.5, 0.3), strict=True))
     transient = math.ceil(45.0 * omega / (2 * math.pi) * max(2 * zeta, 1.0 / zeta))
@@ -291,7 +293,7 @@ def test_all_variables_follow_from_the_events(name: str, transient: int) -> None
 def test_integrals_are_those_of_the_motion(name: str) -> None:
     """By scipy's quad over every segment of the log, bounces of tails one by one."""
     p = Parameters(**parameters(name))
-    trajectory = Trajectory(p)
+    trajectory = start_run(p)
     log = logged(trajectory, 5)
     found = over(trajectory, log, Window(0.0, 0.0, 5))
     rates = 40.0 / np.array([max(p.frequency_ratio, 1.0), 2 * p.damping_ratio + 1.0])
@@ -306,7 +308,7 @@ def test_integrals_are_those_of_the_motion(name: str) -> None:
         for k in range(3):
 
             def value(t: float, row: np.ndarray = row, k: int = k, angle: float = angle) -> float:
-                x, v, _, _ = motion(trajectory.model, row, t)
+                x, v, _, _ = trajectory.motion_in(row, t)
                 return (x * x, v * v, v * math.sin(angle + p.frequency_ratio * t))[k]
 
             with warnings.catch_warnings():
@@ -352,7 +354,7 @@ def scale_of_energy(found: dict[str, np.ndarray], values: dict[str, float]) -> f
 
 RANDOM = {
     "mass_ratio": st.sampled_from([1e-3, 0.1, 0.5, 2.0]),
-    "damping_ratio": st.sampled_from([0.0, 0.02, 0.3, 1.0, 20.0, 1e4]),
+    "damping_ratio": st.sampled_from([0.0, 0.02, 0.3, 1.0, 10.0]),
     "frequency_ratio": st.sampled_from([0.05, 0.2, 0.7, 1.0, 1.3, 3.0, 50.0]),
     "clearance": st.sampled_from([0.0, 1e-3, 0.02, 0.1, 0.4, 1.0]),
     "restitution": st.one_of(st.sampled_from([0.0, 1.0, 0.3, 0.8]), st.floats(0, 1)),
@@ -382,7 +384,7 @@ def test_energy_balance_closes(values: dict[str, float], transient: int) -> None
 def test_balance_sees_bursts_with_tails() -> None:
     """Guards the test above: what tails hold is far more than the residual allows."""
     p = parameters("chattering")
-    trajectory = Trajectory(Parameters(**p), accuracy=1e-6)
+    trajectory = start_run(Parameters(**p), accuracy=1e-6)
     log = logged(trajectory, 20)
     tails = log[log[:, MODE] == TAIL]
     assert len(tails) > 20
@@ -396,12 +398,12 @@ def test_balance_sees_bursts_with_tails() -> None:
 @pytest.mark.parametrize("name", ["slow", "study", "plastic", "chattering"])
 def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
     """At impacts, within tails, within sticking: two windows make one, and each one closes."""
-    trajectory = Trajectory(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**parameters(name)))
     log = logged(trajectory, 40)
     for mode in set(log[:, MODE]):
-        rows = log[(log[:, MODE] == mode) & (log[:, PERIOD] >= 10) & (log[:, PERIOD] < 20)]
+        rows = log[(log[:, MODE] == mode) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 20)]
         for row in rows[:: max(1, len(rows) // 5)]:
-            start = (float(row[PERIOD]), float(row[TIME] + edge * row[DURATION]))
+            start = (float(row[PERIODS]), float(row[TIME] + edge * row[DURATION]))
             parts = [Window(start[0] + k, start[1], 3) for k in (-3, 0)]
             before, after = (over(trajectory, log, part) for part in parts)
             whole = over(trajectory, log, Window(start[0] - 3, start[1], 6))
@@ -413,9 +415,9 @@ def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
             top = max(before["peak_displacement"], after["peak_displacement"])
             assert whole["peak_displacement"] == pytest.approx(top, rel=4e-16)
             # An impact at the common end of two windows counts in both.
-            there = (log[:, PERIOD] == start[0]) & (log[:, TIME] == start[1])
+            there = (log[:, PERIODS] == start[0]) & (log[:, TIME] == start[1])
             speeds = log[there & (log[:, CAUSE] == IMPACT), SPEED]
-            mu, r = trajectory.model[0], trajectory.model[2]
+            mu, r = trajectory.model.mass_ratio, parameters(name)["restitution"]
             both = 0.5 * mu / (1 + mu) * (1 - r * r) * float((speeds**2).sum()) / 6
             mean = 0.5 * (before["impact_loss"] + after["impact_loss"]) - both
             if edge < 1.0:  # the ends of segments are rounded
@@ -426,13 +428,13 @@ def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
 @pytest.mark.parametrize("name", ["generic", "study", "plastic", "elastic"])
 def test_a_window_may_begin_within_rounding_of_an_impact(name: str, steps: int) -> None:
     """Then the impact counts and the energy before it, or neither."""
-    trajectory = Trajectory(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**parameters(name)))
     log = logged(trajectory, 40)
-    hits = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIOD] >= 10) & (log[:, PERIOD] < 30)]
+    hits = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 30)]
     assert len(hits) > 20
     for row in hits:
         time = float(row[TIME]) + steps * math.ulp(row[TIME])
-        for start in (row[PERIOD], row[PERIOD] - 3):  # begins there, ends there
+        for start in (row[PERIODS], row[PERIODS] - 3):  # begins there, ends there
             found = over(trajectory, log, Window(float(start), time, 3))
             assert abs(found["energy_residual"]) < 1e-13
 
@@ -459,7 +461,7 @@ def test_peak_and_integrals_within_a_tail(wall: Callable, v: float) -> None:
     results, tail = [], None
     for accuracy in (1e-3, 1e-15):
         p, state = wall(v)
-        trajectory = Trajectory(p, state, accuracy)
+        trajectory = start_run(p, state, accuracy)
         periods, time = trajectory.start
         log = logged(trajectory, periods, time + 1.0)
         if tail is None:
@@ -467,7 +469,7 @@ def test_peak_and_integrals_within_a_tail(wall: Callable, v: float) -> None:
         for until in (0.2, 0.45, 0.75, 1.0):
             # Backwards from a moment within the tail: the record starts a period earlier.
             moment = float(tail[TIME] + until * tail[DURATION])
-            window = Window(float(tail[PERIOD]) - 1, moment, 1)
+            window = Window(float(tail[PERIODS]) - 1, moment, 1)
             results.append(over(trajectory, log, window))
     assert tail[RATE] == pytest.approx(0.006, rel=0.1)
     early, resolved = results[:4], results[4:]
@@ -484,18 +486,18 @@ def test_some_peak_lies_on_a_bounce_of_a_tail() -> None:
     missed = []
     for v in (0.012, 0.016, 0.018, 0.02):
         p, state = near_wall(v)
-        trajectory = Trajectory(p, state, 1e-3)
+        trajectory = start_run(p, state, 1e-3)
         log = logged(trajectory, 0, 3.0)
         peak = over(trajectory, log, Window(-1.0, 3.0, 1))["peak_displacement"]
         (index,) = np.flatnonzero(log[:, MODE] == TAIL)[:1]
         row = log[index]
-        _, speed, _, _ = motion(trajectory.model, row, 0.0)
+        _, speed, _, _ = trajectory.motion_in(row, 0.0)
         centre = row.copy()
         centre[RATE] = 0.0
         centre[MODE] = STICKING
         centre[V] = speed - 0.5 / 1.5 * row[RATE]
         times = np.linspace(0.0, float(row[DURATION]), 4001)
-        missed.append(peak - max(motion(trajectory.model, centre, float(t))[0] for t in times))
+        missed.append(peak - max(trajectory.motion_in(centre, float(t))[0] for t in times))
     assert max(missed) > 1e-6
 
 
@@ -505,18 +507,18 @@ def test_some_peak_lies_on_a_bounce_of_a_tail() -> None:
 @settings(max_examples=150)
 @given(values=st.fixed_dictionaries(RANDOM), transient=st.integers(0, 2))
 def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int) -> None:
-    trajectory = Trajectory(Parameters(**values))
+    trajectory = start_run(Parameters(**values))
     log = logged(trajectory, transient + 3)
     window = Window(float(transient), 0.0, 3)
     found = over(trajectory, log, window)["peak_displacement"]
     best, error = 0.0, 0.0
     for row in log:
-        start = (row[PERIOD] - transient) * trajectory.period + row[TIME]
+        start = (row[PERIODS] - transient) * trajectory.period + row[TIME]
         low, high = max(-start, 0.0), float(row[DURATION])
         if high < low:
             continue
         times = np.linspace(low, high, 60)
-        states = np.array([motion(trajectory.model, row, float(t))[:2] for t in times])
+        states = np.array([trajectory.motion_in(row, float(t))[:2] for t in times])
         best = max(best, float(np.abs(states[:, 0]).max()))
         largest = np.abs(states).max()
         bend = 1.0 + (2.0 * values["damping_ratio"] + 1.0) * (2.0 * largest + high - low)
@@ -535,6 +537,28 @@ def test_peak_of_a_flight_that_turns_between_the_nodes() -> None:
         assert found["peak_displacement"] == pytest.approx(peak, rel=1e-14)
 
 
+@compiled
+def swing(zeta, omega, x, v, phase):
+    osc = oscillator(zeta, 1.0, 1.0, Harmonic(omega, phase))
+    return Swing(osc, motion_from(osc, x, v, phase_at(osc.forcing, 0.0, 0.0)), 0.0)
+
+
+@compiled
+def highest_until(moving, end):
+    return highest(moving, moment_at(moving, 0.0), moment_at(moving, end), 0.0)
+
+
+@compiled
+def sampled(moving, end, count):
+    """Displacement and velocity at equal steps."""
+    states = np.empty((count, 2))
+    for k in range(count):
+        p = moment_at(moving, end * k / (count - 1))
+        states[k, 0] = p.x
+        states[k, 1] = p.v
+    return states
+
+
 def test_a_turn_and_return_between_two_nodes_is_seen() -> None:
     """v has one sign at both ends and two zeros between; the first of them is the peak.
 
@@ -542,26 +566,15 @@ def test_a_turn_and_return_between_two_nodes_is_seen() -> None:
     at -0.08 and 0.08 are lower. The start is reached by running backwards.
     """
     omega = 3.0
-    osc = oscillator(0.0, 1.0, 1.0, omega)
     v_middle = -1 / 400
     phase = math.acos((2.0 + v_middle) / omega)
-    x_middle = math.sin(phase)
-
-    def run(x: float, v: float, phase: float, t: float) -> tuple[float, ...]:
-        sin, cos = math.sin(phase), math.cos(phase)
-        a, j = acceleration(osc, x, v, sin, cos)
-        start = (x, v, a, j, sin, cos)
-        return start, *response._at(osc, start, t)
-
-    _, x, v, _, _ = run(x_middle, -v_middle, math.pi - phase, 0.08)
-    start, x_end, v_end, _, _ = run(x, -v, phase - omega * 0.08, 0.16)
-    assert start[1] > 0
-    assert v_end > 0
-    top = max(response._at(osc, start, float(t))[0] for t in np.linspace(0, 0.16, 2001))
-    ends = max(x, x_end)
-    assert top - ends > 4e-5
-    peak = response._climb(osc, start, 0.0, 0.0, *start[:2], *start[4:], 0.16, x_end, v_end, ends)
-    assert peak == pytest.approx(top, abs=1e-9)
+    back = sampled(swing(0.0, omega, math.sin(phase), -v_middle, math.pi - phase), 0.08, 2)[-1]
+    moving = swing(0.0, omega, float(back[0]), -float(back[1]), phase - omega * 0.08)
+    states = sampled(moving, 0.16, 2001)
+    assert (states[[0, -1], 1] > 0).all()
+    top = states[:, 0].max()
+    assert top - states[[0, -1], 0].max() > 4e-5
+    assert highest_until(moving, 0.16) == pytest.approx(top, abs=1e-9)
 
 
 @pytest.mark.parametrize("k", range(40))
@@ -569,17 +582,12 @@ def test_climbing_finds_the_highest_of_many_turns(k: int) -> None:
     """The search alone over far longer stretches than between two nodes."""
     rng = np.random.default_rng(k)
     omega = float(10 ** rng.uniform(-0.5, 1.3))
-    osc = oscillator(float(rng.choice([0.0, 0.1, 2.0])), 1.0, 1.0, omega)
+    zeta = float(rng.choice([0.0, 0.1, 2.0]))
     x, v, phase = rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2), rng.uniform(0, 6)
-    sin, cos = math.sin(phase), math.cos(phase)
-    start = (x, v, *acceleration(osc, x, v, sin, cos), sin, cos)
+    moving = swing(zeta, omega, x, v, phase)
     end = rng.uniform(2.0, 12.0)
-    times = np.linspace(0.0, end, 20_001)
-    top = max(abs(response._at(osc, start, float(t))[0]) for t in times)
-    x_end, v_end, _, _ = response._at(osc, start, end)
-    ends = max(abs(x), abs(x_end))
-    peak = response._climb(osc, start, 0.0, 0.0, x, v, sin, cos, end, x_end, v_end, ends)
-    assert top <= peak <= top + 10.0 * (times[1] ** 2)
+    top = np.abs(sampled(moving, end, 20_001)[:, 0]).max()
+    assert top <= highest_until(moving, end) <= top + 10.0 * (end / 20_000) ** 2
 
 
 # --- how it is computed
@@ -590,7 +598,7 @@ def test_pieces_of_the_log_do_not_matter(name: str) -> None:
     p = Parameters(**parameters(name))
     results = []
     for rows in (LOG_ROWS, 3, 1):
-        trajectory = Trajectory(p)
+        trajectory = start_run(p)
         trajectory.skip(2)
         observer = response.Response()
         observer.allocate(1, 4)
@@ -602,30 +610,19 @@ def test_pieces_of_the_log_do_not_matter(name: str) -> None:
     assert results[0] == results[1] == results[2]
 
 
-@pytest.mark.parametrize("zeta", [0.01, 0.9, 1.3, 2.0, 1e2, 1e4, 1e6])
-def test_cost_of_a_segment_does_not_grow_with_the_damping(
-    monkeypatch: pytest.MonkeyPatch, zeta: float
-) -> None:
-    calls = []
-    real = response._at
-
-    def counted(*arguments: object) -> tuple[float, ...]:
-        calls.append(1)
-        return real(*arguments)
-
-    monkeypatch.setattr(response, "_at", counted)
-    free = oscillator(zeta, 1.0, 1.0, 0.7)
-    add = getattr(response.add_oscillation, "py_func", response.add_oscillation)
-    x, v, phase = 0.5 / (1 + zeta), 1.0, 0.3
-    a = math.sin(phase) - 2 * zeta * v - x
-    j = 0.7 * math.cos(phase) - 2 * zeta * a - v
-    add(free, (x, v, a, j, math.sin(phase), math.cos(phase)), 0.0, 0.0, 25.0, False, np.zeros(8))
-    assert len(calls) < 200
+@pytest.mark.parametrize("zeta", [0.01, 0.9, 1.3, 2.0, 10.0, 1e2, 1e4])
+def test_cost_of_a_segment_does_not_grow_with_the_damping(zeta: float) -> None:
+    osc = swing(zeta, 0.7, 0.0, 0.0, 0.0).osc
+    tau, steps = 0.0, 0
+    while tau < 25.0:
+        tau += longest_step(osc, tau)
+        steps += 1
+    assert steps < 25
 
 
-@pytest.mark.parametrize("n", range(response._FEWEST, response._MOST + 1))
+@pytest.mark.parametrize("n", range(quadrature.FEWEST, quadrature.MOST + 1))
 def test_gauss_rules_are_precise_to_their_ends(n: int) -> None:
-    nodes, weights = response.gauss_rule(n)
+    nodes, weights = quadrature.gauss_rule(n)
     with mp.workdps(40):
         for node, weight in zip(nodes, weights, strict=True):
             root = mp.findroot(lambda z: mp.legendre(n, z), mp.mpf(2 * node - 1), tol=1e-40)
@@ -637,9 +634,9 @@ def test_gauss_rules_are_precise_to_their_ends(n: int) -> None:
 def test_gauss_steps_are_within_the_stated_error() -> None:
     """Every rule, at its longest step, on squares of the fastest motion: to rounding."""
     with mp.workdps(40):
-        for rule, reach in enumerate(response._REACH):
-            nodes = response.NODES[rule, : rule + response._FEWEST]
-            weights = response.WEIGHTS[rule, : rule + response._FEWEST]
+        for rule, reach in enumerate(quadrature.REACH):
+            nodes = quadrature.NODES[rule, : rule + quadrature.FEWEST]
+            weights = quadrature.WEIGHTS[rule, : rule + quadrature.FEWEST]
             for phase in (0.0, 0.4, 1.1):
                 exact = mp.quad(lambda t, k=reach / 2, p=phase: mp.cos(k * t + p) ** 2, [0, 1])
                 gauss = float(np.sum(weights * np.cos(0.5 * reach * nodes + phase) ** 2))
@@ -653,9 +650,9 @@ def test_an_early_stop_leaves_everything_missing() -> None:
 
 
 def test_plain_python_gives_the_same() -> None:
-    lanes = [parameters(name) for name in SCENES]
-    plain = plain_lanes(lanes, ["response"], transient=1, periods=4)
-    here, _ = run_lanes(lanes, ["response"], transient=1, periods=4)
+    """To the last bit: a process runs it before it compiles."""
+    points = [parameters(name) for name in SCENES]
+    plain = plain_lanes(points, ["response"], transient=1, periods=4)
+    here, _ = run_points(points, ["response"], transient=1, periods=4)
     for name in VARIABLES:
-        if name != "energy_residual":
-            np.testing.assert_allclose(plain[name], here[name], rtol=1e-11, err_msg=name)
+        np.testing.assert_array_equal(plain[name], here[name], err_msg=name)

@@ -8,7 +8,7 @@ from plain_bursts import Scene
 from scipy.integrate import solve_ivp
 
 from damper import State
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 SCENES = {
     "study": (0.1, 0.02, 1.3, 0.05, 0.6),
@@ -30,8 +30,8 @@ def scene(name: str, transient: int, periods: int, **more: object) -> Scene:
 
 
 def observed(run: Scene, **settings: object) -> dict[str, np.ndarray]:
-    """Results of the observer for one lane."""
-    arrays, _ = run_lanes([run.parameters], {"stroboscopic_section": settings}, **run.run())
+    """Results of the observer for one run."""
+    arrays, _ = run_points([run.parameters], {"stroboscopic_section": settings}, **run.run())
     return {name: array[0] for name, array in arrays.items()}
 
 
@@ -163,7 +163,7 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
 
 def test_second_lane_does_not_depend_on_the_first() -> None:
     lanes = [scene(name, 0, 1).parameters for name in SCENES]
-    arrays, _ = run_lanes(lanes, ["stroboscopic_section"], transient=4, periods=5)
+    arrays, _ = run_points(lanes, ["stroboscopic_section"], transient=4, periods=5)
     for k, name in enumerate(SCENES):
         alone = observed(scene(name, 4, 5))
         np.testing.assert_array_equal(arrays["displacement"][k], alone["displacement"])
@@ -187,7 +187,7 @@ def test_log_longer_than_its_buffer() -> None:
 def test_stopped_lane_keeps_the_samples_before_the_stop() -> None:
     run = scene("study", 0, 9)
     rows = run.rows()
-    arrays, _ = run_lanes(
+    arrays, _ = run_points(
         [run.parameters], ["stroboscopic_section"], transient=0, periods=9, max_events=30
     )
     whole = observed(run)
@@ -202,7 +202,7 @@ def test_stopped_lane_keeps_the_samples_before_the_stop() -> None:
 
 def test_lane_stopped_in_the_transient_has_no_samples() -> None:
     run = scene("study", 0, 1)
-    arrays, _ = run_lanes(
+    arrays, _ = run_points(
         [run.parameters], ["stroboscopic_section"], transient=9, periods=3, max_events=5
     )
     assert arrays["status"].tolist() == [1]

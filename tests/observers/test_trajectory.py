@@ -10,12 +10,12 @@ from new_process import plain_lanes
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
-from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIOD, SIDE, TAIL, TIME
-from damper.engine.trajectory import LOG_ROWS, Trajectory
-from damper.models import motion
+from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIODS, SIDE, TAIL, TIME
+from damper.engine.trajectory import LOG_ROWS
+from damper.models import start_run
 from damper.observers.base import Window
 from damper.observers.trajectory import SampledTrajectory
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 SCENES = {
@@ -38,7 +38,7 @@ def parameters(name: str) -> dict[str, float]:
 
 def observed(values: dict[str, float], setting: dict | None = None, **run: object) -> dict:
     """Arrays of one lane, without the filler; and the number of rows with it."""
-    arrays, _ = run_lanes([values], {"trajectory": setting or {}}, **run)
+    arrays, _ = run_points([values], {"trajectory": setting or {}}, **run)
     found = {name.removeprefix("trajectory_"): array[0] for name, array in arrays.items()}
     return used(found)
 
@@ -71,7 +71,7 @@ def test_samples_are_those_of_the_stroboscopic_section(
     assert len(samples["time"]) == 201
     for k in range(0, 200, 7):
         step = round(start * 100) + k
-        section, _ = run_lanes(
+        section, _ = run_points(
             [parameters(name)],
             {"stroboscopic_section": {"at": step % 100 / 100, "free_mass": True}},
             **run,
@@ -158,14 +158,14 @@ def test_event_rows_are_those_of_the_event_list(name: str, transient: int) -> No
 
 @pytest.mark.parametrize("name", ["generic", "study", "elastic", "plastic", "slow"])
 def test_velocity_before_an_impact_is_that_of_the_flight_to_it(name: str) -> None:
-    trajectory = Trajectory(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**parameters(name)))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(5)])
     found = observed(parameters(name), transient=0, periods=5)
     before = np.flatnonzero(found["event"] == IMPACT_ROW)[::2]
     flights = [k - 1 for k in range(len(log)) if log[k, CAUSE] == IMPACT]
     assert len(before) == len(flights) > 5
     for n, k in zip(before, flights, strict=True):
-        x, v, _, rate = motion(trajectory.model, log[k], log[k, DURATION])
+        x, v, _, rate = trajectory.motion_in(log[k], log[k, DURATION])
         u = v - log[k, SIDE] * rate
         got = [found[name][n] for name in ("displacement", "velocity", "free_velocity")]
         assert got == pytest.approx([x, v, u], abs=2e-14)
@@ -188,7 +188,7 @@ def test_samples_in_a_tail_follow_its_bounces() -> None:
     """A tail closed early holds many samples: at the wall or off it, in flight."""
     p = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
     state = State(2.0, 0.1, 2.5, 0.09, time=2.0)
-    trajectory = Trajectory(p, state, 1e-3)
+    trajectory = start_run(p, state, 1e-3)
     observer = SampledTrajectory(samples_per_period=20_000, length=0.01)
     observer.allocate(1, 1)
     observer.begin(0, trajectory, Window(*trajectory.start, 1))
@@ -211,7 +211,7 @@ def test_samples_in_a_tail_follow_its_bounces() -> None:
 @settings(max_examples=80)
 @given(
     mass_ratio=st.sampled_from([1e-3, 0.1, 2.0]),
-    damping_ratio=st.sampled_from([0.0, 0.02, 1.0, 50.0]),
+    damping_ratio=st.sampled_from([0.0, 0.02, 1.0, 10.0]),
     frequency_ratio=st.sampled_from([0.05, 0.7, 1.3, 20.0]),
     clearance=st.sampled_from([0.0, 0.02, 0.4]),
     restitution=st.floats(0, 1),
@@ -298,7 +298,7 @@ def test_a_stretch_may_end_with_the_record(setting: dict) -> None:
 def test_pieces_of_the_log_do_not_matter(name: str) -> None:
     results = []
     for rows in (LOG_ROWS, 3, 1):
-        trajectory = Trajectory(Parameters(**parameters(name)))
+        trajectory = start_run(Parameters(**parameters(name)))
         trajectory.skip(2)
         observer = SampledTrajectory(samples_per_period=9, start=0.4)
         observer.allocate(1, 4)
@@ -326,13 +326,13 @@ def test_an_early_stop_keeps_what_came_before() -> None:
 
 def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
     """An impact at exactly the start counts; the log of the run says where one is."""
-    trajectory = Trajectory(Parameters(**parameters("generic")))
+    trajectory = start_run(Parameters(**parameters("generic")))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(30)])
-    row = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIOD] == 10)][0]
+    row = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] == 10)][0]
     for shift, expected in ((0, 0), (-2, -1)):
         observer = SampledTrajectory(samples_per_period=10)
         observer.allocate(1, 2)
-        window = Window(float(row[PERIOD]) + shift, float(row[TIME]), 2)
+        window = Window(float(row[PERIODS]) + shift, float(row[TIME]), 2)
         observer.begin(0, trajectory, window)
         observer.observe(log)
         observer.finish(True)
@@ -346,13 +346,13 @@ def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
 @pytest.mark.parametrize("name", ["generic", "study", "plastic", "elastic"])
 def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> None:
     """A sample within rounding of an impact comes before or after it, in the order of the rows."""
-    trajectory = Trajectory(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**parameters(name)))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(40)])
-    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIOD] >= 10) & (log[:, PERIOD] < 30)]:
+    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 30)]:
         observer = SampledTrajectory(samples_per_period=3, start=1 / 3)
         observer.allocate(1, 5)
         time = float(row[TIME]) + steps * math.ulp(row[TIME])
-        observer.begin(0, trajectory, Window(float(row[PERIOD]) - 3, time, 5))
+        observer.begin(0, trajectory, Window(float(row[PERIODS]) - 3, time, 5))
         observer.observe(log)
         observer.finish(True)
         found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
@@ -361,8 +361,9 @@ def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> 
 
 
 def test_plain_python_gives_the_same() -> None:
-    lanes = [parameters(name) for name in SCENES]
-    plain = plain_lanes(lanes, ["trajectory"], transient=1, periods=2)
-    here, _ = run_lanes(lanes, ["trajectory"], transient=1, periods=2)
+    """To the last bit: a process runs it before it compiles."""
+    points = [parameters(name) for name in SCENES]
+    plain = plain_lanes(points, ["trajectory"], transient=1, periods=2)
+    here, _ = run_points(points, ["trajectory"], transient=1, periods=2)
     for name, array in here.items():
-        np.testing.assert_allclose(plain[name], array, rtol=1e-9, atol=1e-11, err_msg=name)
+        np.testing.assert_array_equal(plain[name], array, err_msg=name)

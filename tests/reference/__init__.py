@@ -9,7 +9,7 @@ closed_form
     Events of the rigid model in arbitrary precision by exponentials, brackets and extrapolation:
     a second implementation beside `damper.comparison.reference_rigid`, which some of these use.
 compliant
-    The damper with walls that give, in arbitrary precision and by DOP853.
+    The damper with compliant contact, in arbitrary precision and by DOP853.
 accumulation
     Accumulation time of a burst, bounce by bounce, in arbitrary precision.
 fine_step

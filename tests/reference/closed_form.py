@@ -9,6 +9,7 @@ by a power series in r**n, of which Richardson's scheme removes term by term.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -147,7 +148,13 @@ def extrapolate(values: list, ratio: mpf) -> mpf:
     return row[0]
 
 
-def run(numbers: tuple, state: tuple, until: float, digits: int = 50) -> tuple[list, tuple]:
+def run(
+    numbers: tuple,
+    state: tuple,
+    until: float,
+    digits: int = 50,
+    restitution: Callable[[mpf], mpf] | None = None,
+) -> tuple[list, tuple]:
     """Return all events but the last bounces of bursts, and the state at the end.
 
     Parameters
@@ -156,12 +163,15 @@ def run(numbers: tuple, state: tuple, until: float, digits: int = 50) -> tuple[l
         mu, zeta, omega, d, r, phase.
     state : tuple
         x, v, y, u at time 0; the free mass may be on a wall and approach it or leave it.
+    restitution : callable, optional
+        Restitution at an approach speed; r for small ones.
     """
     with mp.workdps(2 * digits + 30):
-        return _run(tuple(map(mpf, numbers)), tuple(map(mpf, state)), mpf(until))
+        law = restitution or (lambda speed: mpf(numbers[4]))
+        return _run(tuple(map(mpf, numbers)), tuple(map(mpf, state)), mpf(until), law)
 
 
-def _run(numbers: tuple, state: tuple, until: mpf) -> tuple[list, tuple]:
+def _run(numbers: tuple, state: tuple, until: mpf, law: Callable[[mpf], mpf]) -> tuple[list, tuple]:
     mu, _, _, d, r, _ = numbers
     x, v, y, u = state
     t, found, burst = mpf(0), [], []
@@ -194,15 +204,16 @@ def _run(numbers: tuple, state: tuple, until: mpf) -> tuple[list, tuple]:
         y = x + wall * d
         speed = wall * (u - v)
         found.append(Found(t, "impact", wall, speed))
+        bounce = law(speed)
         v, u = (
-            ((1 - mu * r) * v + mu * (1 + r) * u) / (1 + mu),
-            ((1 + r) * v + (mu - r) * u) / (1 + mu),
+            ((1 - mu * bounce) * v + mu * (1 + bounce) * u) / (1 + mu),
+            ((1 + bounce) * v + (mu - bounce) * u) / (1 + mu),
         )
 
         # Is this the tail of a burst?
         here = Flow(numbers, mpf(1), t, x, v)
         a, j = -wall * here.push(0), wall * here.jerk(0)
-        left = 2 * r * speed / (a * (1 - r)) if r < 1 and a > 0 else mp.inf
+        left = 2 * bounce * speed / (a * (1 - r)) if r < 1 and a > 0 else mp.inf
         reach = left * max(here.fastest, abs(j) / a if a > 0 else 0)
         same = bool(burst) and burst[-1][3] == wall
         burst = burst if same else []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from damper.engine.segment import V
+from damper.engine.segment import SPEED, V
 from damper.stress import identities, runs
 from damper.stress.backward import LONG
 from damper.stress.box import random_lanes
@@ -30,14 +30,14 @@ CHATTERING = GENERIC | {"frequency_ratio": 0.2, "clearance": 0.25}
 BOX = {
     "share": 0.5,
     "parameters": {
-        "mass_ratio": {"range": [1e-9, 1e6], "values": [1e-9, 1e-3, 0.1, 1.0, 1e6]},
+        "mass_ratio": {"range": [1e-6, 1e6], "values": [1e-6, 1e-3, 0.1, 1.0, 1e6]},
         "damping_ratio": {
-            "range": [1e-6, 1e2],
-            "values": [0.0, 1e-12, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1e3, 1e6],
+            "range": [1e-6, 10.0],
+            "values": [0.0, 1e-12, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 10.0],
         },
         "frequency_ratio": {
-            "range": [1e-4, 1e4],
-            "values": [1e-4, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1e4],
+            "range": [1e-3, 1e3],
+            "values": [1e-3, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1e3],
         },
         "clearance": {"range": [1e-12, 1e6], "values": [0.0, 1e-12, 1e-3, 1.0, 1e6]},
         "restitution": {"range": [0.0, 1.0], "values": [0.0, 1e-6, 0.5, 0.999999, 1.0]},
@@ -98,7 +98,7 @@ def test_a_twin_that_differs_fails(monkeypatch):
         if parameters.phase == 0.0:
             return run
         log = run.log.copy()
-        log[:, 9] *= 1.0 + 1e-9
+        log[:, SPEED] *= 1.0 + 1e-9
         return run._replace(log=log)
 
     monkeypatch.setattr(identities, "short_run", wrong)

@@ -15,7 +15,7 @@ import damper
 from damper.study.closed_forms import damper_at, dense, reduced_gap
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.tables import About, make
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 
@@ -71,7 +71,7 @@ def test_borders_lie_at_the_limit(light: tuple[xr.Dataset, str, str]) -> None:
                 "mass_ratio": 1e-4, "damping_ratio": 0.05, "frequency_ratio": omega,
                 "clearance": d, "restitution": float(row["border"]) + side,
             }  # fmt: skip
-            arrays, _ = run_lanes([point], ["bursts"], **RUN)
+            arrays, _ = run_points([point], ["bursts"], **RUN)
             assert (arrays["complete_fraction"][0] == 1.0) == all_complete
 
 

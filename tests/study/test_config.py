@@ -301,7 +301,7 @@ MISTAKES = {
     ),
     "empty axis": ("[1.1, 2]", "[]", "axes.frequency_ratio.values", "the list is empty"),
     "duplicate value": ("[1.1, 2]", "[1.1, 2, 1.10]", "values[2]", "1.1 is given twice"),
-    "value out of range": ("[1.1, 2]", "[1.1, 0]", ".values[1]", "number, frequency_ratio > 0"),
+    "value out of range": ("[1.1, 2]", "[1.1, 0]", ".values[1]", "0.001 <= frequency_ratio"),
     "range of stop": ("stop: 1,", "stop: 1.5,", "restitution.stop", "0 <= restitution <= 1"),
     "no values": (R, "{fan: false}", "does not say which values it has", "values; or start"),
     "values and num": ("[1.1, 2],", "[1.1, 2], num: 3,", "values stands alone, but num is given"),

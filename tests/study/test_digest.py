@@ -79,7 +79,7 @@ CONCERNS = {
             "engine/trajectory.py",
             "engine/search.py",
             "engine/oscillator.py",
-            "parameters/parameters.py",
+            "parameters/dampers.py",
             "engine/compiled.py",
             "parameters/variables.py",
             "observers/base.py",
@@ -99,7 +99,7 @@ CONCERNS = {
         ],
     ),
     "gather.py": (
-        ["sweep/cube.py", "sweep/slices.py", "parameters/variables.py", "parameters/parameters.py"],
+        ["sweep/cube.py", "sweep/slices.py", "parameters/variables.py", "parameters/dampers.py"],
         ["study/tables.py", "study/config.py", "figures/bifurcation.py", "sweep/simulation.py"],
     ),
     "figure.py": (
@@ -210,8 +210,8 @@ def test_comment_and_blank_line_count(copy: Copy) -> None:
         "import damper.engine.oscillator as f",
         "import os, damper.engine.oscillator",
         "from damper.engine.oscillator import increments",
-        "from damper.engine.search import impact",
-        "def f():\n    from damper.engine.trajectory import run",
+        "from damper.engine.bounds import energy_norm",
+        "def f():\n    from damper.models.walls import fly",
         "from damper.sweep import slices",
         "if True:\n    import damper.sweep.runs",
     ],

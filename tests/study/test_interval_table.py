@@ -19,7 +19,7 @@ from damper.study.interval_table import (
 )
 from damper.study.intervals import Interval
 from damper.study.tables import About
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 FIXED = {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "phase": 0.0}
 GRID = [round(0.3 + 0.02 * k, 2) for k in range(31)]
@@ -64,7 +64,7 @@ def table(cube: xr.Dataset) -> list[Interval]:
 
 def chatter(point: dict[str, float], threshold: Any = 0.03) -> int:
     """Chatter of one run from rest."""
-    arrays, _ = run_lanes([{**FIXED, **point}], {"bursts": {"threshold": threshold}}, **RUN)
+    arrays, _ = run_points([{**FIXED, **point}], {"bursts": {"threshold": threshold}}, **RUN)
     return int(arrays["chatter"][0])
 
 
@@ -189,9 +189,9 @@ def test_every_value_is_simulated_once(cube: xr.Dataset, monkeypatch: pytest.Mon
     def counting(parameters: Any, *arguments: Any, **keywords: Any) -> Any:
         parameters = list(parameters)
         seen.extend((values["mass_ratio"], values["restitution"]) for values in parameters)
-        return run_lanes(parameters, *arguments, **keywords)
+        return run_points(parameters, *arguments, **keywords)
 
-    monkeypatch.setattr(intervals_module, "run_lanes", counting)
+    monkeypatch.setattr(intervals_module, "run_points", counting)
     table_of(cube)
     assert len(seen) == len(set(seen)) > 10
     assert not {r for _, r in seen} & set(GRID), "grid values are known from the cube"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from damper.study import intervals as module
 from damper.study.intervals import PREDICATES, ChatterAt, intervals
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 
 class Steps:
@@ -244,9 +244,9 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     def counting(parameters: Any, *arguments: Any, **keywords: Any) -> Any:
         parameters = list(parameters)
         calls.extend(values["restitution"] for values in parameters)
-        return run_lanes(parameters, *arguments, **keywords)
+        return run_points(parameters, *arguments, **keywords)
 
-    monkeypatch.setattr(module, "run_lanes", counting)
+    monkeypatch.setattr(module, "run_points", counting)
     return calls
 
 
@@ -258,7 +258,7 @@ def test_chatter_at_is_that_of_a_lane_for_each_threshold() -> None:
         got = chatter_at(r)
         assert len(got) == 4
         for k, threshold in enumerate(thresholds):
-            arrays, _ = run_lanes(
+            arrays, _ = run_points(
                 [{**POINT, "restitution": r}], {"bursts": {"threshold": threshold}}, **RUN
             )
             assert got[k] == arrays["chatter"][0]

@@ -144,6 +144,13 @@ MISTAKES = [
     ),
     (
         "comparison",
+        ("scenes", "burst", "parameters", "yield_speed"),
+        0.1,
+        "scenes.burst.parameters.yield_speed",
+        "the other solvers have a constant restitution",
+    ),
+    (
+        "comparison",
         ("scenes", "burst", "parameters", "mass_ration"),
         0.1,
         "scenes.burst.parameters.mass_ration",
@@ -177,7 +184,7 @@ MISTAKES = [
         ("random", "box", "parameters", "mass_ratio"),
         [-1, 1],
         "random.box.parameters.mass_ratio",
-        "mass_ratio > 0",
+        "1e-06 <= mass_ratio <= 1e+18",
     ),
     (
         "stress",

@@ -146,11 +146,13 @@ def test_accumulation_table_needs_its_observer(tmp_path: Path) -> None:
     assert "tables.one.within\n    out of range" in blame(tmp_path, TRAJECTORY, tables=tables)
 
 
-def test_accumulation_is_of_the_rigid_damper(tmp_path: Path) -> None:
+def test_accumulation_is_of_the_rigid_damper_with_constant_restitution(tmp_path: Path) -> None:
     parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
     message = blame(tmp_path, TRAJECTORY, parameters=parameters)
     assert "observers.accumulation\n    its formulas are those of the rigid damper" in message
     assert "this is the grounded one" in message
+    message = blame(tmp_path, TRAJECTORY, parameters=GOOD["parameters"] | {"yield_speed": 0.1})
+    assert "observers.accumulation\n    its formulas have a constant restitution" in message
 
 
 # What is refused.
@@ -192,7 +194,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     ),
     "value out of range": (
         MAP | {"at": {"mass_ratio": -1}},
-        ("figures.one.at.mass_ratio\n", "out of range (value: -1)", "mass_ratio > 0"),
+        ("figures.one.at.mass_ratio\n", "out of range (value: -1)", "1e-06 <= mass_ratio <"),
     ),
     "value in quotes": (
         MAP | {"at": {"mass_ratio": "a"}},

@@ -223,6 +223,7 @@ def test_reference_says_what_the_classes_say():
         "| `transient` | integer | forcing periods | **required** | >= 0 |",
         "| `clearance` | $d$ | F0/K | **required** | >= 0 |",
         "| `primary_mass` | $M$ | kg | **required** | > 0 |",
+        r"| `yield_speed` | $v_\mathrm{y}$ | m/s | `inf` | > 0 (leave it out",
         "| `observers.impact_section.samples` | integer | | `100` | >= 1 and <= 100000 |",
         "| `observers.bursts.threshold.speed` | number | F0/sqrt(K M), m/s | | > 0 |",
         "| `axes.<name>.follow` | one of | | | `up`, `down`, `both` |",
@@ -242,8 +243,9 @@ def test_schema_tells_ranges_units_and_defaults():
     study = schema["else"]
     axis = study["properties"]["axes"]["properties"]["clearance"]["properties"]
     assert axis["start"]["description"].endswith("[F0/K]")
-    assert schema["$defs"]["mass_ratio"]["exclusiveMinimum"] == 0
-    assert schema["$defs"]["restitution"]["maximum"] == 1
+    mass_ratio = schema["$defs"]["mass_ratio"]
+    assert (mass_ratio["minimum"], mass_ratio["maximum"]) == (1e-6, 1e18)
+    assert schema["$defs"]["yield_speed"]["exclusiveMinimum"] == 0
     assert study["properties"]["periods"]["description"].endswith("[forcing periods]")
     section = study["properties"]["observers"]["properties"]["impact_section"]["properties"]
     wall = schema["$defs"][section["wall"]["$ref"].rpartition("/")[2]]
@@ -550,10 +552,11 @@ def test_what_the_template_has_commented_out_is_right(whole):
 ALONE = {"figures": None, "tables": None}
 
 
-@pytest.mark.parametrize("model", MODEL_NAMES)
+@pytest.mark.parametrize("model", [*MODEL_NAMES, "yield_speed"])
 def test_models_that_the_template_leaves_out(tmp_path, whole, model):
     data = data_of(TEMPLATE) | ALONE
-    given = {n: whole["parameters"][n] for n in MODEL_NAMES[model] if n not in SI_ONLY}
+    names = MODEL_NAMES.get(model, (model,))
+    given = {n: whole["parameters"][n] for n in names if n not in SI_ONLY}
     # Two ways to say one thing.
     given.pop("support_damping_factor", None)
     data["parameters"] |= given
@@ -572,9 +575,9 @@ def test_ways_that_the_template_leaves_out(tmp_path, whole, variant):
     match variant:
         case "SI":
             given = whole["parameters"]
-            models = {name for names in MODEL_NAMES.values() for name in names}
+            options = {name for name in ALL if ALL[name].option}
             data["parameters"] = {
-                n: given[n] for n in given if (n in SI_NAMES or "initial" in n) and n not in models
+                n: given[n] for n in given if (n in SI_NAMES or "initial" in n) and n not in options
             }
             data["axes"] = None
         case "draws":

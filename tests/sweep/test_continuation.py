@@ -14,9 +14,10 @@ from damper import Parameters, SIParameters, State, simulate
 from damper.comparison import reference_rigid as mp_reference
 from damper.engine.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING
 from damper.engine.trajectory import Trajectory
-from damper.sweep import runs as lanes
+from damper.models import start_run
+from damper.sweep import runs
 from damper.sweep.cube import gather
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
 
 #: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
@@ -44,7 +45,7 @@ AXES = {
 def ends(point: dict[str, float], start: State | None, length: int) -> tuple[float, ...]:
     """State `length` periods after the start, read off a longer run's section."""
     observers = {"stroboscopic_section": {"free_mass": True}}
-    arrays, _ = run_lanes([point], observers, transient=length, periods=1, state=start)
+    arrays, _ = run_points([point], observers, transient=length, periods=1, state=start)
     names = ("displacement", "velocity", "free_displacement", "free_velocity")
     return tuple(float(arrays[name][0, 0]) for name in names)
 
@@ -53,7 +54,7 @@ def chain(points: list[dict[str, float]], start: State | None) -> list[dict[str,
     """Results of each point, started by hand at the end of the one before."""
     found = []
     for this, following in itertools.zip_longest(points, points[1:]):
-        arrays, _ = run_lanes([this], SEEN, state=start, **RUN)
+        arrays, _ = run_points([this], SEEN, state=start, **RUN)
         found.append({name: array[0] for name, array in arrays.items()})
         if following is None:
             return found
@@ -70,21 +71,25 @@ def assert_close(cube: xr.Dataset, arrays: dict[str, np.ndarray]) -> None:
         np.testing.assert_allclose(cube[name].values, array, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-class Recorder(Trajectory):
+class Recorder:
     """Keeps parameters, state and first segment of every start."""
 
-    starts: list[tuple[Parameters, State | None, np.ndarray]]
+    def __init__(self) -> None:
+        self.starts: list[tuple[Parameters, State | None, np.ndarray]] = []
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        Recorder.starts.append((arguments[0], arguments[1], self._state.copy()))
+    def __call__(self, parameters: Parameters, state: State | None, *settings: Any) -> Trajectory:
+        trajectory = start_run(parameters, state, *settings)
+        self.starts.append((parameters, state, trajectory._state.copy()))
+        return trajectory
 
 
 @pytest.fixture
-def recorder(monkeypatch: pytest.MonkeyPatch) -> type[Recorder]:
-    Recorder.starts = []
-    monkeypatch.setattr(lanes, "Trajectory", Recorder)
-    return Recorder
+def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
+    # One thread keeps the starts in order.
+    monkeypatch.setattr(runs, "_threads", lambda *_: 1)
+    found = Recorder()
+    monkeypatch.setattr(runs, "start_run", found)
+    return found
 
 
 # --- chains made by hand
@@ -260,11 +265,11 @@ def test_single_value_starts_as_usual() -> None:
         assert cube.sel(direction=direction).drop_vars("direction").equals(alone)
 
 
-def test_progress_counts_every_lane() -> None:
+def test_progress_counts_every_run() -> None:
     done: list[int] = []
     points = [{**SCENE, "clearance": d} for d in (1.0, 2.0, 3.0, 4.0)]
-    run = {"transient": 0, "periods": 1, "progress": done.append}
-    arrays, _ = run_lanes(points, ["impacts"], after=[1, 2, -1, -1], **run)
+    run = {"transient": 0, "periods": 1, "progress": lambda number, _: done.append(number)}
+    arrays, _ = run_points(points, ["impacts"], after=[1, 2, -1, -1], **run)
     assert done == [1, 2, 3, 4]
     assert not np.isnan(arrays["impacts_per_period"]).any()
 
@@ -306,7 +311,7 @@ def test_every_lane_stopped() -> None:
 # --- what goes on
 
 
-def test_forcing_goes_on_without_a_jump(recorder: type[Recorder]) -> None:
+def test_forcing_goes_on_without_a_jump(recorder: Recorder) -> None:
     """Followed along the frequency, the phase of the force continues; time is scaled with it."""
     values = np.linspace(0.5, 2.0, 12).tolist()
     start = State(0.0, 0.0, 0.0, 0.0, 1.7)
@@ -322,7 +327,7 @@ def test_forcing_goes_on_without_a_jump(recorder: type[Recorder]) -> None:
     np.testing.assert_allclose(turns, 1.7 * 0.5, rtol=1e-13)
 
 
-def test_sticking_pair_sticks_at_the_next_clearance(recorder: type[Recorder]) -> None:
+def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
     """Contact is kept from tiny clearances to large ones, and no burst comes up from nothing."""
     scene = {**SCENE, "restitution": 0.3, "frequency_ratio": 0.3}
     values = np.geomspace(1e-4, 1.0, 3).tolist()
@@ -331,7 +336,7 @@ def test_sticking_pair_sticks_at_the_next_clearance(recorder: type[Recorder]) ->
         for phase in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5):
             recorder.starts = []
             points = [{**scene, "clearance": d, "phase": phase} for d in values]
-            run_lanes(points, [], transient=length, periods=1, after=after)
+            run_points(points, [], transient=length, periods=1, after=after)
             for parameters, state, row in recorder.starts[1:]:
                 # Ended in contact, to the rounding of positions at a tiny clearance.
                 place = (state.y - state.x) / parameters.clearance
@@ -343,7 +348,7 @@ def test_sticking_pair_sticks_at_the_next_clearance(recorder: type[Recorder]) ->
     assert stuck > 30
 
 
-def test_clearance_of_nothing_and_back(recorder: type[Recorder]) -> None:
+def test_clearance_of_nothing_and_back(recorder: Recorder) -> None:
     scene = {**SCENE, "clearance": [0.0, 0.5, 1.0]}
     cube = simulate(**scene, **RUN, observers=SEEN, follow={"clearance": "both"})
     assert (cube.status == 0).all()
@@ -463,10 +468,10 @@ def test_misuse_is_refused(change: dict[str, Any], follow: dict[str, str], messa
 
 
 @pytest.mark.parametrize("after", [[-1, 0, 0], [-1, 2, 1], [0, -1, -1], [-1, 0], [-1, 0, 3]])
-def test_lanes_that_are_no_chains_are_refused(after: list[int]) -> None:
+def test_runs_that_are_no_chains_are_refused(after: list[int]) -> None:
     """Rather than left out without a word, with status 0."""
     with pytest.raises(ValueError, match="after"):
-        run_lanes([SCENE] * 3, ["impacts"], transient=0, periods=1, after=after)
+        run_points([SCENE] * 3, ["impacts"], transient=0, periods=1, after=after)
 
 
 def test_follow_that_is_no_mapping_is_told_in_words() -> None:

@@ -1,6 +1,11 @@
-"""Many lanes through engine and observers: observers only read, lanes do not touch each other."""
+"""Many points through engine and observers: observers only read, runs do not touch each other."""
 
 import itertools
+import signal
+import subprocess
+import sys
+import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,11 +14,13 @@ import pytest
 from new_process import in_new_process, plain_lanes
 
 from damper import State
+from damper.engine.compiled import COMPILED
 from damper.engine.trajectory import Trajectory
+from damper.models import start_run
 from damper.observers import OBSERVERS
-from damper.sweep import runs as lanes
+from damper.sweep import runs
 from damper.sweep.grid import product
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 POINT = {
     "mass_ratio": 0.1,
@@ -22,8 +29,8 @@ POINT = {
     "clearance": 0.05,
     "restitution": 0.6,
 }
-#: One lane of each kind; the last one stops at LIMIT events.
-LANES = [
+#: One point of each kind; the last run stops at LIMIT events.
+POINTS = [
     POINT,
     {**POINT, "restitution": 0.9, "clearance": 0.4},
     {**POINT, "restitution": 0.0},
@@ -52,47 +59,43 @@ SETTINGS: dict[str, dict[str, Any]] = {
 }
 
 
-class Recorder(Trajectory):
-    """Keeps the bytes of the log before and after observers saw it, and the final state."""
+class Recorder:
+    """Stands for a trajectory; keeps the bytes of the log before and after observers saw it."""
 
-    made: list["Recorder"]
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, trajectory: Trajectory) -> None:
+        self.trajectory = trajectory
         self.before: list[bytes] = []
         self.after: list[bytes] = []
 
-    def _run(self, *arguments: Any) -> tuple[bool, int]:
-        if self not in Recorder.made:
-            Recorder.made.append(self)
-        return super()._run(*arguments)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.trajectory, name)
 
     def segments(self, *arguments: Any) -> Iterator[np.ndarray]:
-        for log in super().segments(*arguments):
+        for log in self.trajectory.segments(*arguments):
             self.before.append(log.tobytes())
             yield log
             self.after.append(log.tobytes())
 
-    def outcome(self) -> tuple[bytes, bytes, bytes, int, tuple]:
-        return (
-            b"".join(self.before),
-            self._state.tobytes(),
-            self._counts.tobytes(),
-            self.status,
-            self.model,
-        )
+    def outcome(self) -> tuple[bytes, bytes, int, int, tuple]:
+        run = self.trajectory
+        return b"".join(self.before), run._state.tobytes(), run.events, run.status, run.model
 
 
 def recorded(
     monkeypatch: pytest.MonkeyPatch, observers: Any, **run: Any
 ) -> tuple[list[tuple], dict[str, np.ndarray]]:
-    """Log, final state and so on of every lane, and the results."""
-    Recorder.made = []
-    monkeypatch.setattr(lanes, "Trajectory", Recorder)
-    arrays, _ = run_lanes(LANES, observers, **run)
-    for one in Recorder.made:
+    """Log, final state and so on of every run, and the results."""
+    made = []
+
+    def start(*arguments: Any) -> Recorder:
+        made.append(Recorder(start_run(*arguments)))
+        return made[-1]
+
+    monkeypatch.setattr(runs, "start_run", start)
+    arrays, _ = run_points(POINTS, observers, **run)
+    for one in made:
         assert one.before == one.after, "an observer wrote into the log"
-    return [one.outcome() for one in Recorder.made], arrays
+    return [one.outcome() for one in made], arrays
 
 
 # --- observers only read
@@ -106,7 +109,7 @@ def test_event_rows_are_identical_under_every_set_of_observers(
     run = {"transient": transient, "periods": 12, "max_events": LIMIT}
     reference, _ = recorded(monkeypatch, ["stroboscopic_section"], **run)
     assert all(log for log, *_ in reference[:5])
-    assert len(reference) == len(LANES)
+    assert len(reference) == len(POINTS)
     found, arrays = recorded(monkeypatch, {name: SETTINGS[name] for name in subset}, **run)
     assert found == reference
     assert arrays["status"].tolist() == [0, 0, 0, 0, 0, 1]
@@ -114,45 +117,45 @@ def test_event_rows_are_identical_under_every_set_of_observers(
 
 @pytest.mark.parametrize("transient", [0, 4])
 def test_status_does_not_depend_on_what_is_observed(transient: int) -> None:
-    """A lane that stops within the record says so, even if nobody looks."""
+    """A run that stops within the record says so, even if nobody looks."""
     run = {"transient": transient, "periods": 12, "max_events": LIMIT}
-    seen, _ = run_lanes(LANES, ["impacts"], **run)
-    unseen, _ = run_lanes(LANES, [], **run)
+    seen, _ = run_points(POINTS, ["impacts"], **run)
+    unseen, _ = run_points(POINTS, [], **run)
     assert unseen["status"].tolist() == seen["status"].tolist()
 
 
 @pytest.mark.parametrize("subset", [s for s in SUBSETS if len(s) > 1], ids="+".join)
 def test_results_of_an_observer_do_not_depend_on_the_others(subset: tuple[str, ...]) -> None:
     run = {"transient": 4, "periods": 12, "max_events": LIMIT}
-    together, made = run_lanes(LANES, {name: SETTINGS[name] for name in subset}, **run)
+    together, made = run_points(POINTS, {name: SETTINGS[name] for name in subset}, **run)
     assert len(made) == len(subset)
     for name in subset:
-        alone, _ = run_lanes(LANES, {name: SETTINGS[name]}, **run)
+        alone, _ = run_points(POINTS, {name: SETTINGS[name]}, **run)
         for variable, array in alone.items():
             np.testing.assert_array_equal(together[variable], array)
 
 
-# --- lanes do not touch each other
+# --- runs do not touch each other
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_a_lane_is_what_it_is_alone(section: str) -> None:
+def test_a_run_is_what_it_is_alone(section: str) -> None:
     observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
     run = {"transient": 3, "periods": 10, "max_events": LIMIT}
-    together, _ = run_lanes(LANES, observers, **run)
-    backwards, _ = run_lanes(LANES[::-1], observers, **run)
-    for lane, values in enumerate(LANES):
-        alone, _ = run_lanes([values], observers, **run)
+    together, _ = run_points(POINTS, observers, **run)
+    backwards, _ = run_points(POINTS[::-1], observers, **run)
+    for number, values in enumerate(POINTS):
+        alone, _ = run_points([values], observers, **run)
         assert set(alone) == set(together)
         for name, array in alone.items():
-            np.testing.assert_array_equal(together[name][lane], array[0], err_msg=name)
-            np.testing.assert_array_equal(backwards[name][-1 - lane], array[0], err_msg=name)
+            np.testing.assert_array_equal(together[name][number], array[0], err_msg=name)
+            np.testing.assert_array_equal(backwards[name][-1 - number], array[0], err_msg=name)
     assert together["status"].tolist() == [0, 0, 0, 0, 0, 1]
 
 
-def test_stopped_lane_has_no_numbers() -> None:
+def test_stopped_run_has_no_numbers() -> None:
     names = ["impacts", "bursts"]
-    arrays, made = run_lanes(LANES, names, transient=3, periods=10, max_events=LIMIT)
+    arrays, made = run_points(POINTS, names, transient=3, periods=10, max_events=LIMIT)
     for observer in made:
         for variable in observer.variables:
             last = arrays[variable.name][-1]
@@ -165,7 +168,7 @@ def test_stopped_lane_has_no_numbers() -> None:
 def test_arrays_have_the_types_and_sizes_described() -> None:
     sizes = {"sample": 7, "threshold": 1, "burst": 5}
     observers = {name: SETTINGS[name] for name in ("stroboscopic_section", "impacts", "bursts")}
-    arrays, made = run_lanes(LANES[:2], observers, transient=0, periods=7)
+    arrays, made = run_points(POINTS[:2], observers, transient=0, periods=7)
     described = [variable for observer in made for variable in observer.variables]
     assert {variable.name for variable in described} | {"status"} == set(arrays)
     for variable in described:
@@ -175,31 +178,107 @@ def test_arrays_have_the_types_and_sizes_described() -> None:
     assert arrays["status"].dtype == np.dtype("i1")
 
 
-def test_no_lanes() -> None:
-    arrays, _ = run_lanes([], ["stroboscopic_section", "bursts"], transient=0, periods=4)
+def test_no_points() -> None:
+    arrays, _ = run_points([], ["stroboscopic_section", "bursts"], transient=0, periods=4)
     assert arrays["status"].shape == (0,)
     assert arrays["displacement"].shape == (0, 4)
 
 
 def test_phase_may_be_missing() -> None:
-    without, _ = run_lanes([POINT], ["impacts"], transient=0, periods=5)
-    zero, _ = run_lanes([{**POINT, "phase": 0.0}], ["impacts"], transient=0, periods=5)
-    other, _ = run_lanes([{**POINT, "phase": 1.0}], ["impacts"], transient=0, periods=5)
+    without, _ = run_points([POINT], ["impacts"], transient=0, periods=5)
+    zero, _ = run_points([{**POINT, "phase": 0.0}], ["impacts"], transient=0, periods=5)
+    other, _ = run_points([{**POINT, "phase": 1.0}], ["impacts"], transient=0, periods=5)
     assert without["max_approach_speed"] == zero["max_approach_speed"]
     assert without["max_approach_speed"] != other["max_approach_speed"]
 
 
 def test_start_is_the_state_given() -> None:
     state = State(0.2, 0.1, 0.21, 0.05)
-    arrays, _ = run_lanes([POINT], ["stroboscopic_section"], transient=0, periods=1, state=state)
+    arrays, _ = run_points([POINT], ["stroboscopic_section"], transient=0, periods=1, state=state)
     assert arrays["displacement"][0, 0] == 0.2
     assert arrays["velocity"][0, 0] == 0.1
 
 
-def test_progress_counts_lanes() -> None:
+def test_progress_counts_runs() -> None:
+    done: list[tuple[int, int]] = []
+    run_points(
+        POINTS, ["impacts"], transient=0, periods=1, progress=lambda *number: done.append(number)
+    )
+    assert done == [(1, 6), (2, 6), (3, 6), (4, 6), (5, 6), (6, 6)]
+
+
+# --- threads
+
+
+@pytest.mark.parametrize("followed", [False, True])
+def test_same_bytes_for_any_number_of_threads(followed: bool) -> None:
+    points = [{**POINT, "clearance": float(d)} for d in np.geomspace(3e-4, 3.0, 24)]
+    points[5] = POINTS[-1]
+    # Two chains in opposite directions, three of their runs apart from them.
+    after = [-1, *range(11), *range(13, 22), -1, -1, -1] if followed else None
+    settings = {name: SETTINGS[name] for name in OBSERVERS if name != "impact_section"}
+    run = {"transient": 2, "periods": 6, "max_events": LIMIT, "after": after}
+    one, *others = (run_points(points, settings, **run, workers=n)[0] for n in (1, 2, 3))
+    assert {0, 1} <= set(one["status"].tolist())
+    for arrays in others:
+        assert list(arrays) == list(one)
+        for name, array in one.items():
+            assert arrays[name].tobytes() == array.tobytes(), name
+
+
+def test_threads_share_out_the_runs() -> None:
+    names: dict[int, str] = {}
     done: list[int] = []
-    run_lanes(LANES, ["impacts"], transient=0, periods=1, progress=done.append)
-    assert done == [1, 2, 3, 4, 5, 6]
+
+    def progress(number: int, total: int) -> None:
+        done.append(number)
+        names[number] = threading.current_thread().name
+        time.sleep(0.01)
+
+    run_points([POINT] * 12, [], transient=0, periods=1, progress=progress, workers=3)
+    assert done == list(range(1, 13))
+    assert len(set(names.values())) == (3 if COMPILED else 1)
+
+
+@pytest.mark.parametrize(("points", "most"), [(1, 1), (7, 1), (8, 2), (400, 100)])
+def test_a_few_points_start_no_threads(points: int, most: int) -> None:
+    assert 1 <= runs._threads(None, points, points) <= most
+    assert runs._threads(None, points, 1) == 1
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5])
+def test_number_of_threads_is_checked(workers: float) -> None:
+    with pytest.raises(ValueError, match=r"workers = .*: must be a whole number >= 1"):
+        run_points([POINT], [], transient=0, periods=1, workers=workers)
+
+
+def test_an_error_in_any_thread_stops_all() -> None:
+    def progress(number: int, total: int) -> None:
+        if number == 5:
+            raise RuntimeError("no more")
+
+    with pytest.raises(RuntimeError, match="no more"):
+        run_points([POINT] * 1000, [], transient=0, periods=1, progress=progress, workers=3)
+    assert threading.active_count() == 1
+
+
+INTERRUPTED = """
+import os, signal
+from damper.sweep.runs import run_points
+def progress(number, total):
+    if number == 20:
+        os.kill(os.getpid(), signal.SIGINT)
+run_points([{point}] * 100_000, ["impacts"], transient=0, periods=5, progress=progress, workers=3)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+def test_interrupt_stops_all_threads() -> None:
+    code = INTERRUPTED.format(point=POINT)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == -signal.SIGINT
+    assert done.stderr.count("Traceback") == 1
+    assert "concurrent" not in done.stderr
 
 
 # --- refusals come before anything is run
@@ -236,22 +315,22 @@ def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: s
     arguments = {"points": [POINT, POINT], "observers": ["impacts"]}
     arguments |= {"transient": 1, "periods": 1, "progress": done.append, **change}
     with pytest.raises(ValueError, match=message):
-        run_lanes(**arguments)
+        run_points(**arguments)
     assert done == []
 
 
 def test_misspelt_parameter_or_setting_is_refused() -> None:
     with pytest.raises(TypeError, match="restituton"):
-        run_lanes([{**POINT, "restituton": 0.5}], ["impacts"], transient=0, periods=1)
+        run_points([{**POINT, "restituton": 0.5}], ["impacts"], transient=0, periods=1)
     with pytest.raises(TypeError, match="treshold"):
-        run_lanes([POINT], {"impacts": {"treshold": 0.5}}, transient=0, periods=1)
+        run_points([POINT], {"impacts": {"treshold": 0.5}}, transient=0, periods=1)
 
 
 def test_whole_numbers_may_be_floats() -> None:
     """5.0 periods are a whole number of periods."""
     names = ["stroboscopic_section", "impacts", "bursts"]
-    whole, _ = run_lanes([POINT], names, transient=2, periods=5)
-    floats, _ = run_lanes([POINT], names, transient=2.0, periods=5.0)
+    whole, _ = run_points([POINT], names, transient=2, periods=5)
+    floats, _ = run_points([POINT], names, transient=2.0, periods=5.0)
     for name, array in whole.items():
         np.testing.assert_array_equal(floats[name], array)
 
@@ -269,10 +348,10 @@ def test_product_has_the_last_axis_fastest() -> None:
 
 LOADED = """
 import json, sys
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.observers import OBSERVERS
 before = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
-run_lanes([{point}], [{name!r}], transient=1, periods=2)
+run_points([{point}], [{name!r}], transient=1, periods=2)
 after = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
 heavy = [m for m in ("xarray", "netCDF4", "matplotlib", "scipy", "pydantic") if m in sys.modules]
 print(json.dumps([before, after, heavy]))
@@ -293,10 +372,10 @@ def test_observer_not_asked_for_is_not_imported(name: str) -> None:
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_plain_python_gives_the_same(section: str) -> None:
-    """Without numba, to rounding: nothing raises where compiled code gives nan or inf."""
+    """Without numba, to the last bit: nothing raises where compiled code gives nan or inf."""
     observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
-    plain = plain_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
-    here, _ = run_lanes(LANES, observers, transient=1, periods=3, max_events=LIMIT)
+    plain = plain_lanes(POINTS, observers, transient=1, periods=3, max_events=LIMIT)
+    here, _ = run_points(POINTS, observers, transient=1, periods=3, max_events=LIMIT)
     assert set(plain) == set(here)
     for name, array in here.items():
-        np.testing.assert_allclose(np.array(plain[name]), array, rtol=1e-8, atol=1e-10)
+        np.testing.assert_array_equal(np.array(plain[name]), array)

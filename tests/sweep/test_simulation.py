@@ -1,6 +1,10 @@
 """`damper.simulate`: dimensions, coordinates, refusals, and the same numbers as single runs."""
 
+import inspect
 import math
+import sys
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -8,7 +12,8 @@ import pytest
 
 import damper
 from damper import Parameters, State, events, simulate
-from damper.sweep.runs import run_lanes
+from damper.parameters.quantities import ALL
+from damper.sweep.runs import run_points
 
 POINT: dict[str, Any] = {
     "mass_ratio": 0.1,
@@ -77,7 +82,7 @@ def test_same_numbers_as_single_lanes() -> None:
                     "clearance": clearance,
                     "restitution": restitution,
                 }
-                arrays, _ = run_lanes([{**POINT, **point}], observers, **SHORT)
+                arrays, _ = run_points([{**POINT, **point}], observers, **SHORT)
                 place = cube.sel(point)
                 assert set(place.data_vars) == set(arrays)
                 for name, array in arrays.items():
@@ -201,6 +206,21 @@ def test_settings_out_of_range_are_refused(change: dict[str, Any], message: str)
         simulate(**{**POINT, **SHORT, **change})
 
 
+def test_arguments_are_the_quantities_and_the_settings() -> None:
+    parameters = inspect.signature(simulate).parameters
+    assert [*parameters][: len(ALL)] == [*ALL]
+    assert [*parameters][len(ALL) :] == [
+        *("transient", "periods", "observers", "follow"),
+        *("initial", "state", "accuracy", "max_events", "workers"),
+    ]
+    for name in parameters:
+        assert name in simulate.__doc__
+    for wrong, right in (("clearence", "clearance"), ("mu", "mass_ratio"), ("periodes", "periods")):
+        message = rf"unknown argument '{wrong}' \(did you mean '{right}'\?\): must be one of mass_"
+        with pytest.raises(TypeError, match=message):
+            simulate(**POINT, **{wrong: 1.0})
+
+
 def test_positional_arguments_are_refused() -> None:
     with pytest.raises(TypeError):
         simulate(0.1, 0.02, 1.3, 0.05, 0.6)  # type: ignore[misc]
@@ -217,3 +237,47 @@ def test_one_observer_may_be_given_by_its_name() -> None:
     assert cube.identical(simulate(**POINT, observers=["impacts"], **SHORT))
     with pytest.raises(ValueError, match="unknown observer 'impact'"):
         simulate(**POINT, observers="impact", **SHORT)
+
+
+def test_any_number_of_threads_gives_the_same() -> None:
+    axes = {"clearance": np.geomspace(0.01, 1.0, 9), "restitution": [0.4, 0.8]}
+    cubes = [simulate(**{**POINT, **axes}, **SHORT, workers=n) for n in (1, 3, None)]
+    assert cubes[0].identical(cubes[1])
+    assert cubes[0].identical(cubes[2])
+    with pytest.raises(ValueError, match="workers = 0"):
+        simulate(**POINT, **SHORT, workers=0)
+
+
+class Bar:
+    """Stands for `tqdm.auto.tqdm`, which need not be installed."""
+
+    made: list["Bar"]
+
+    def __init__(self, **_: Any) -> None:
+        self.total, self.n, self.closed = None, 0, False
+        Bar.made.append(self)
+
+    def __enter__(self) -> "Bar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.closed = True
+
+    def update(self, more: int) -> None:
+        self.n += more
+
+
+@pytest.mark.parametrize("watched", [True, False])
+def test_progress_bar_is_for_a_person_at_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, watched: bool
+) -> None:
+    Bar.made = []
+    package, module = ModuleType("tqdm"), ModuleType("tqdm.auto")
+    package.__spec__ = ModuleSpec("tqdm", None)
+    module.tqdm = Bar
+    monkeypatch.setitem(sys.modules, "tqdm", package)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", module)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: watched, raising=False)
+    axes = {"restitution": [0.2, 0.4, 0.6], "clearance": [0.1, 0.2]}
+    simulate(**{**POINT, **axes}, **SHORT, follow={"clearance": "both"})
+    assert [(bar.total, bar.n, bar.closed) for bar in Bar.made] == ([(12, 12, True)] * watched)

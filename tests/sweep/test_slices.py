@@ -11,7 +11,7 @@ from new_process import in_new_process
 
 from damper.parameters.variables import Variable
 from damper.sweep.grid import product
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
 
 FIXED = {
@@ -48,7 +48,7 @@ def assert_equal(a: Slice, b: Slice) -> None:
 
 def test_slice_holds_the_lanes_of_its_axes() -> None:
     part = simulate_slice(FIXED, {"clearance": [0.05, 0.2], **AXES}, **RUN)
-    arrays, made = run_lanes(product({"clearance": [0.05, 0.2], **AXES}, FIXED), **RUN)
+    arrays, made = run_points(product({"clearance": [0.05, 0.2], **AXES}, FIXED), **RUN)
     assert part.arrays["displacement"].shape == (6, 5)
     assert set(part.arrays) == set(arrays)
     for name, array in arrays.items():
@@ -127,9 +127,9 @@ def test_same_bytes_each_time(tmp_path: Path) -> None:
 
 
 def test_progress_is_passed_on() -> None:
-    done: list[int] = []
-    simulate_slice(FIXED, AXES, **RUN, progress=done.append)
-    assert done == [1, 2, 3]
+    done: list[tuple[int, int]] = []
+    simulate_slice(FIXED, AXES, **RUN, progress=lambda *number: done.append(number))
+    assert done == [(1, 3), (2, 3), (3, 3)]
 
 
 def test_bad_values_are_refused() -> None:

@@ -57,10 +57,10 @@ def test_stability_of_the_map(restitution: float) -> None:
 def test_limit_of_the_closed_form_motion(theta: float, restitution: float) -> None:
     omega, zeta = 1.3, 0.1
     d = steady_amplitude(zeta, omega) / float(amplitude(theta, restitution))
-    found = orbits(damper.Parameters(1e-9, zeta, omega, d, restitution))
+    found = orbits(damper.Parameters(1e-6, zeta, omega, d, restitution))
     peaks = [(orbit.displacement + d) / d for orbit in found]
     near = int(np.argmin([abs(peak - theta) for peak in peaks]))
-    assert peaks[near] == pytest.approx(theta, abs=1e-7)
+    assert peaks[near] == pytest.approx(theta, abs=1e-4)
     assert found[near].stable == stable(theta, restitution)
 
 

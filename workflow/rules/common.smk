@@ -92,9 +92,11 @@ EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
 
 def simulation_modules(study):
     """Modules of the model and the observers of a study: others do not concern its results."""
+    # Points of any model that do not ask for it, such as those without modulation, are rigid.
+    models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
     return [
-        # Points of any model that do not ask for it, such as those without modulation, are rigid.
-        *sorted({"damper.models.rigid", f"damper.models.{study.model}"}),
+        *models,
+        *(f"{model}.response" for model in models if "response" in study.observers),
         *sorted(f"damper.observers.{name}" for name in study.observers),
     ]
 

@@ -18,23 +18,42 @@ def _inner_axes(wildcards):
 
 
 def compiled_for(wildcards):
-    """Return the mark that the code a study needs is compiled; named by what it asks for."""
+    """Return the marks that the code a study needs is compiled.
+
+    Points of any model that do not ask for it, such as those without modulation, are rigid.
+    """
     study = STUDIES[wildcards.study]
-    return f"{RESULTS}/compiled/{study.model}/{'+'.join(sorted(study.observers))}.txt"
+    return [
+        f"{RESULTS}/compiled/{model}/{part}.txt"
+        for model in sorted({"rigid", study.model})
+        for part in ("engine", *sorted(study.observers))
+    ]
 
 
 # No params, on purpose: Snakemake 9 checks no further reason to run a job whose (even ancient) input
 # is about to be made again, so a compile job that reran after an edit would hide, for that run, that
 # the simulations must rerun too. After an edit the simulation jobs compile for themselves.
+#
+# One job for the event loop of a model and one for each observer of it, so that no two jobs compile
+# the same code.
 rule compile:
+    input:
+        lambda wildcards: (
+            ancient(f"{RESULTS}/compiled/{wildcards.model}/engine.txt")
+            if wildcards.part != "engine"
+            else []
+        ),
     output:
-        f"{RESULTS}/compiled/{{model}}/{{observers}}.txt",
+        f"{RESULTS}/compiled/{{model}}/{{part}}.txt",
     log:
-        "logs/compile/{model}/{observers}.log",
+        "logs/compile/{model}/{part}.log",
     benchmark:
-        "logs/benchmarks/compile/{model}/{observers}.tsv"
+        "logs/benchmarks/compile/{model}/{part}.tsv"
+    wildcard_constraints:
+        model=one_of(("rigid", *MODEL_NAMES)),
+        part=r"\w+",
     message:
-        "Compile the engine once, so that parallel jobs find it in the cache"
+        "Compile {wildcards.part} of the {wildcards.model} model"
     script:
         "../scripts/compile.py"
 

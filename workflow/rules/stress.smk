@@ -4,10 +4,18 @@ STRESSES = {name: study for name, study in VERIFICATIONS.items() if study.kind =
 # (study, part) -> what is run in it
 PARTS = {(s.name, part): run for s in STRESSES.values() for part, run in s.parts().items()}
 TWINS = {(s.name, part): run for s in STRESSES.values() for part, run in s.twins().items()}
+# What the checks load by name.
+CHECK_MODULES = [
+    *EVERY_MODEL,
+    *(f"{model}.response" for model in EVERY_MODEL),
+    "damper.stress.compliant_checks",
+    "damper.stress.grounded_checks",
+]
+COMPILED_CHECKS = [f"{RESULTS}/compiled_checks/{model}.txt" for model in ("rigid", *MODEL_NAMES)]
 
 
 def _groups(wildcards):
-    """Lists of lanes, with the files of their parts."""
+    """Lists of runs, with the files of their parts."""
     study = STRESSES[wildcards.study]
     return {
         origin: [f"{RESULTS}/{study.name}/parts/{part}.npz" for part in parts]
@@ -17,21 +25,25 @@ def _groups(wildcards):
 
 # Without params, like the rule compile and for the same reason.
 rule compile_checks:
+    input:
+        ancient(f"{RESULTS}/compiled/{{model}}/engine.txt"),
     output:
-        f"{RESULTS}/compiled_checks.txt",
+        f"{RESULTS}/compiled_checks/{{model}}.txt",
     log:
-        "logs/compile/checks.log",
+        "logs/compile/checks/{model}.log",
     benchmark:
-        "logs/benchmarks/compile/checks.tsv"
+        "logs/benchmarks/compile/checks/{model}.tsv"
+    wildcard_constraints:
+        model=one_of(("rigid", *MODEL_NAMES)),
     message:
-        "Compile the checks once, so that parallel jobs find them in the cache"
+        "Compile the checks of the {wildcards.model} model"
     script:
         "../scripts/compile_checks.py"
 
 
 rule checks:
     input:
-        ancient(f"{RESULTS}/compiled_checks.txt"),
+        ancient(COMPILED_CHECKS),
     output:
         f"{RESULTS}/{{study}}/parts/{{part}}.npz",
     log:
@@ -45,7 +57,7 @@ rule checks:
         run=lambda wildcards: PARTS[wildcards.study, wildcards.part],
         accuracy=lambda wildcards: STRESSES[wildcards.study].accuracy,
         max_events=lambda wildcards: STRESSES[wildcards.study].max_events,
-        code=code_digest(SCRIPTS / "checks.py", EVERY_MODEL),
+        code=code_digest(SCRIPTS / "checks.py", CHECK_MODULES),
     message:
         "Check {wildcards.study}: {wildcards.part}"
     script:
@@ -54,7 +66,7 @@ rule checks:
 
 rule twins:
     input:
-        ancient(f"{RESULTS}/compiled_checks.txt"),
+        ancient(COMPILED_CHECKS),
     output:
         f"{RESULTS}/{{study}}/twins/{{part}}.npz",
     log:
@@ -66,9 +78,9 @@ rule twins:
         part=one_of({part for _, part in TWINS}),
     params:
         run=lambda wildcards: TWINS[wildcards.study, wildcards.part],
-        code=code_digest(SCRIPTS / "twins.py", EVERY_MODEL),
+        code=code_digest(SCRIPTS / "twins.py", CHECK_MODULES),
     message:
-        "Run lanes of {wildcards.study} in other ways: {wildcards.part}"
+        "Run points of {wildcards.study} in other ways: {wildcards.part}"
     script:
         "../scripts/twins.py"
 
@@ -92,7 +104,7 @@ rule stress:
     params:
         groups=_groups,
         about=lambda wildcards: STRESSES[wildcards.study].attributes(),
-        code=code_digest(SCRIPTS / "stress.py", EVERY_MODEL),
+        code=code_digest(SCRIPTS / "stress.py", CHECK_MODULES),
     message:
         "Gather {wildcards.study}"
     script:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from damper.comparison.scene import read_scene
 from damper.comparison.solvers import load
-from damper.engine.compiled import COMPILED
+from damper.engine.compiled import COMPILED, compile_at_once
 
 POINT = {
     "mass_ratio": 0.1,
@@ -26,6 +26,7 @@ SETTINGS = {
     "contact_stiffness": 1e4,
 }
 
+compile_at_once()
 for name in snakemake.wildcards.solvers.split("+"):
     solver = load(name)
     for model in solver.MODELS:

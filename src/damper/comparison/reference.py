@@ -2,7 +2,7 @@
 
 `make_reference` computes it, with `reference_rigid` or `reference_compliant`; nothing of the engine
 is used. Parameters and start count as the exact binary values they are, but for a start so near a
-wall that only rounding keeps it off: that is a start on the wall.
+wall that only roundoff keeps it off: that is a start on the wall.
 """
 
 import json
@@ -16,11 +16,11 @@ from mpmath import mp, mpf
 
 from damper.comparison import reference_compliant, reference_rigid
 from damper.comparison.scene import Scene
-from damper.engine.search import ROUNDING
+from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
 #: Impacts slower than this are not listed (they are computed all the same). A bounce of speed w
-#: rises w^2 / (2 a) above its wall, which is lost in the rounding of doubles of size 1 at w of some
+#: rises w^2 / (2 a) above its wall, which is lost in the roundoff of doubles of size 1 at w of some
 #: 1e-8. So nothing that works with absolute positions can tell slower impacts from contact; this
 #: leaves them a decade.
 RESOLVED = 1e-9
@@ -71,7 +71,7 @@ class Reference:
 
     @property
     def stick_times(self) -> np.ndarray:
-        """When sticking begins, shape (sticks,). Walls that give: when a contact has lasted one
+        """When sticking begins, shape (sticks,). Compliant contact: when one has lasted one
         period of its own oscillation, which is what `damper.models.compliant` calls sticking."""
         return _floats(self.stick_time_digits)
 
@@ -96,7 +96,7 @@ def make_reference(scene: Scene, digits: int = 50) -> Reference:
     Parameters
     ----------
     scene : Scene
-        Rigid walls, or walls that give.
+        With rigid walls or compliant contact.
     digits : int, default 50
         Decimal digits; 20 or more.
 
@@ -208,11 +208,11 @@ class _Text:
 
 
 def _start(scene: Scene) -> tuple[mpf, ...]:
-    """x, v, y, u; a free mass within rounding of a wall is on it, as it is for the engine."""
+    """x, v, y, u; a free mass within roundoff of a wall is on it, as it is for the engine."""
     s, d = scene.state, scene.parameters.clearance
     x, v, y, u = (mpf(value) for value in (s.x, s.v, s.y, s.u))
     side = 1 if y >= x else -1
-    if abs(d - side * (y - x)) <= ROUNDING * (d + abs(s.x) + abs(s.y)):
+    if abs(d - side * (y - x)) <= slack(d, s.x, s.y):
         y = x + side * mpf(d)
     return x, v, y, u
 

@@ -19,8 +19,8 @@ from damper.comparison.integration import (
 )
 from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
-from damper.engine.trajectory import slack
 from damper.models.compliant.restitution import contact_damping
+from damper.models.walls import slack
 
 #: What a free mass and a wall that gives are doing; loose: the wall springs back behind the mass.
 FLIGHT, CONTACT, LOOSE = "flight", "contact", "loose"

@@ -1,4 +1,4 @@
-"""Walls that give: in place of rigid ones, and how deep the free mass gets into them."""
+"""Compliant contact: in place of rigid walls, and how deep the free mass gets into it."""
 
 import math
 from dataclasses import replace
@@ -7,13 +7,13 @@ import numpy as np
 
 from damper.comparison.scene import Scene
 from damper.engine.segment import CONTACT, DURATION, MODE, SPEED
-from damper.models import Model, motion
+from damper.engine.trajectory import Trajectory
 
 
 def with_springs(scene: Scene, stiffness: float) -> Scene:
     """Replace rigid walls by springs with dashpots that keep the restitution.
 
-    A contact lets go when its force vanishes. One of restitution 0 never would: it may pull, and is
+    A contact ends when its force vanishes. One of restitution 0 never would: it may pull, and is
     critically damped.
 
     Parameters
@@ -31,26 +31,28 @@ def with_springs(scene: Scene, stiffness: float) -> Scene:
     return replace(scene, parameters=parameters)
 
 
-def deepest(model: Model, log: np.ndarray) -> float:
+def deepest(run: Trajectory, log: np.ndarray) -> float:
     """Depth that the fastest impact in a piece of the engine's log gets to.
 
     Taken where two free bodies would be deepest, at acos(z) / (w sqrt(1 - z^2)) with the contact's
-    frequency w and damping ratio z. The depth is level there, so what else pushes them changes it
+    frequency w and damping ratio z. The depth is level there, so what else acts on them changes it
     to second order only.
 
     Parameters
     ----------
-    model : damper.models.compliant.Compliant
+    run : Trajectory
+        With compliant contact.
     log : ndarray (rows, COLUMNS)
     """
     contacts = log[log[:, MODE] == CONTACT]
     if len(contacts) == 0:
         return 0.0
     row = contacts[contacts[:, SPEED].argmax()]
-    frequency = math.sqrt(model.touch.relative_stiffness)
-    z = 0.5 * model.touch.relative_damping / frequency
+    touch = run.model.touch
+    frequency = math.sqrt(touch.relative_stiffness)
+    z = 0.5 * touch.relative_damping / frequency
     root = math.sqrt(abs((1.0 - z) * (1.0 + z)))
     angle = math.atan2(root, z) if z < 1.0 else math.asinh(root)
     duration = (angle / root if root > 1e-8 else 1.0) / frequency
-    _, _, gap, _ = motion(model, row, min(duration, float(row[DURATION])))
+    _, _, gap, _ = run.motion_in(row, min(duration, float(row[DURATION])))
     return max(-gap, 0.0)

@@ -25,6 +25,7 @@ from damper.comparison.scene import Scene
 from damper.comparison.solution import OUTCOMES, Solution
 from damper.comparison.solvers import load
 from damper.cost.machine import processor
+from damper.engine.compiled import compile_at_once
 
 #: A run shorter than this, in seconds, is repeated within a sample until the sample is as long.
 SHORTEST = 1e-3
@@ -39,6 +40,8 @@ started = time.perf_counter()
 from importlib import import_module
 solver = import_module("damper.comparison.solvers." + sys.argv[1])
 imported = time.perf_counter()
+from damper.engine.compiled import compile_at_once
+compile_at_once()
 import pickle
 scene, setting, most = pickle.loads(sys.stdin.buffer.read())
 times = [time.perf_counter()]
@@ -100,6 +103,7 @@ def time_solvers(
         if first is not None:
             costs = first_use(name, first, settings[name][0], cap)
             arrays["import_time"][row], arrays["warm_up_time"][row] = costs
+    compile_at_once()
     warm: set[tuple[str, str]] = set()
     for number, scene in enumerate(scenes.values()):
         points = {}

@@ -18,11 +18,14 @@ import numpy as np
 
 from damper.cost.paired import spread, take_turns
 from damper.cost.process import fresh, peak_memory
-from damper.engine.segment import COLUMNS, FINISHED
-from damper.engine.trajectory import LOG_ROWS, Trajectory
+from damper.engine.compiled import compile_at_once
+from damper.engine.loop import FINISHED
+from damper.engine.segment import COLUMNS
+from damper.engine.trajectory import LOG_ROWS
+from damper.models import start_run
 from damper.parameters.quantities import MODEL_NAMES
 from damper.sweep.points import read_point
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 Observers = Mapping[str, Mapping[str, Any] | None]
 
@@ -103,10 +106,11 @@ def rigid_part(parameters: Mapping[str, float]) -> dict[str, float]:
 
 def bare(points: Iterable[Mapping[str, float]], periods: int) -> int:
     """Run the bare engine over points; return the number of events."""
+    compile_at_once()
     events = 0
     for values in points:
         point = read_point(values)
-        trajectory = Trajectory(point.parameters, point.start(), max_events=NO_BUDGET)
+        trajectory = start_run(point.parameters, point.start(), max_events=NO_BUDGET)
         trajectory.skip(periods)
         if trajectory.status != FINISHED:
             raise RuntimeError(f"{values} did not finish: nothing to measure")
@@ -116,7 +120,8 @@ def bare(points: Iterable[Mapping[str, float]], periods: int) -> int:
 
 def observed(points: Sequence[Mapping[str, float]], periods: int, observers: Observers) -> int:
     """Run points as a simulation job does; return the bytes of what the observers keep."""
-    arrays, _ = run_lanes(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
+    compile_at_once()
+    arrays, _ = run_points(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
     log = LOG_ROWS * COLUMNS * 8 if observers else 0
     return log + sum(array.nbytes for array in arrays.values())
 

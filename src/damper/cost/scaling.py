@@ -15,7 +15,8 @@ import numpy as np
 
 from damper.cost.ladder import NO_BUDGET, SPREAD, Observers, bare
 from damper.cost.process import fresh, peak_memory
-from damper.sweep.runs import run_lanes
+from damper.engine.compiled import compile_at_once
+from damper.sweep.runs import run_points
 
 #: Seconds that one size may take: it is repeated within them.
 PATIENCE = 0.5
@@ -91,12 +92,15 @@ def run_size(
         if observers is None:
             bare(points, periods)
             return 0
-        arrays, _ = run_lanes(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
+        arrays, _ = run_points(
+            points, observers, transient=0, periods=periods, max_events=NO_BUDGET
+        )
         if arrays["status"].any():
             raise RuntimeError(f"{parameters} did not finish: nothing to measure")
         return sum(array.nbytes for array in arrays.values())
 
-    run(1, 1)  # compile
+    compile_at_once()
+    run(1, 1)
     before = peak_memory()
     seconds: list[float] = []
     while not seconds or (len(seconds) < repeats and sum(seconds) < PATIENCE):

@@ -7,21 +7,22 @@ where it is what a process has loaded, each side has its own process.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
-from damper import models
 from damper.cost.ladder import bare
 from damper.cost.paired import spread, take_turns
 from damper.cost.process import Worker
-from damper.engine.oscillator import Oscillator
+from damper.engine import model as declared
+from damper.engine.compiled import compile_at_once
 from damper.engine.trajectory import Trajectory
+from damper.models import model_of, start_run, walls
 from damper.models.rigid import Rigid
 from damper.observers import OBSERVERS
 from damper.parameters import Parameters
-from damper.parameters.quantities import ALL, MODEL_NAMES, PARAMETER_NAMES, check_quantity
-from damper.sweep.runs import run_lanes
+from damper.parameters.quantities import QUANTITIES
+from damper.parameters.quantity import Declared, shared
+from damper.sweep.runs import run_points
 
 #: A scene of each model, for a process that has run them all.
 _OTHER_MODELS: Mapping[str, Mapping[str, float]] = {
@@ -31,54 +32,32 @@ _OTHER_MODELS: Mapping[str, Mapping[str, float]] = {
 }
 
 
-class _Burstless(NamedTuple):
-    """A rigid damper whose engine does not know bursts; the fields are those of `Rigid`."""
-
-    mass_ratio: float
-    clearance: float
-    restitution: float
-    phase: float
-    period: float
-    tolerance: float
-    free: Oscillator
-    stuck: Oscillator
+class _Unclosed(Rigid):
+    """A rigid damper whose engine closes no chatter sequence."""
 
 
-for _declaration in (
-    models.flight,
-    models.cut_flight,
-    models.sticking,
-    models.rests,
-    models.settle,
-    models.motion,
-):
-    _declaration.share(_Burstless, Rigid)
+walls.have_rigid_walls(_Unclosed)
+for _function in (declared.motion, walls.fly, walls.stick, walls.stays, walls.complete):
+    _function.share(_Unclosed, Rigid)
 
 
-@models.time_to_sticking.of(_Burstless)
-def _never(model, periods, time, side, x, v, rate, a, j, sin, cos):
+@walls.time_to_completion.of(_Unclosed)
+def _never(model, segment, start):
     return 0.0, math.inf
 
 
-@dataclass(frozen=True)
-class _RigidAlone:
+class _RigidAlone(Declared, shares=Parameters):
     """Parameters of a software that knows the rigid damper only."""
 
-    mass_ratio: float
-    damping_ratio: float
-    frequency_ratio: float
-    clearance: float
-    restitution: float
-    phase: float = 0.0
+    mass_ratio: float = shared()
+    damping_ratio: float = shared()
+    frequency_ratio: float = shared()
+    clearance: float = shared()
+    restitution: float = shared()
+    phase: float = shared(default=0.0)
 
     def __post_init__(self) -> None:
-        for name in _RIGID_NAMES:
-            object.__setattr__(self, name, check_quantity(name, getattr(self, name)))
-
-
-_RIGID_NAMES = tuple(
-    name for name in PARAMETER_NAMES if not any(name in names for names in MODEL_NAMES.values())
-)
+        self.check_each()
 
 
 def unused(
@@ -115,7 +94,8 @@ def unused(
     ]
     if Parameters(**parameters).model != "rigid":
         raise ValueError("parameters: must be those of a rigid damper")
-    known, unknown = (run_as(kind, points, periods) for kind in (Rigid, _Burstless))
+    compile_at_once()
+    known, unknown = (run_as(kind, points, periods) for kind in (Rigid, _Unclosed))
     if known != unknown:
         raise ValueError(f"parameters: must give no bursts within {periods} periods")
     ready = [Parameters(**point) for point in points]
@@ -127,7 +107,7 @@ def unused(
             "noise": (partial(bare, points, periods), partial(bare, points, periods)),
             "bursts in the engine": (
                 partial(run_as, Rigid, points, periods),
-                partial(run_as, _Burstless, points, periods),
+                partial(run_as, _Unclosed, points, periods),
             ),
             "parameters of other models": (
                 partial(run_checked, Parameters, points, periods, ready),
@@ -153,8 +133,7 @@ def run_as(kind: type, points: Sequence[Mapping[str, float]], periods: int) -> i
     """Run rigid dampers in the engine of another kind of model; return the number of events."""
     events = 0
     for values in points:
-        trajectory = Trajectory(Parameters(**values))
-        trajectory.model = kind(*trajectory.model)
+        trajectory = Trajectory(kind(*model_of(Parameters(**values))))
         trajectory.skip(periods)
         events += trajectory.events
     return events
@@ -170,7 +149,7 @@ def run_checked(
     events = 0
     for values, parameters in zip(points, ready, strict=True):
         kind(**values)
-        trajectory = Trajectory(parameters)
+        trajectory = start_run(parameters)
         trajectory.skip(periods)
         events += trajectory.events
     return events
@@ -181,13 +160,9 @@ def load_all(parameters: Mapping[str, float]) -> None:
     for extra in _OTHER_MODELS.values():
         bare([dict(parameters) | extra], 2)
     for name in OBSERVERS:
-        run_lanes([dict(parameters)], [name], transient=0, periods=2)
+        run_points([dict(parameters)], [name], transient=0, periods=2)
 
 
 def _written_out() -> dict[str, float]:
     """Return the parameters of other models with the values that ask for none."""
-    return {
-        name: ALL[name].default
-        for name in PARAMETER_NAMES
-        if name not in _RIGID_NAMES and ALL[name].default is not None
-    }
+    return {q.name: q.default for q in QUANTITIES if q.model and q.default is not None}

@@ -3,18 +3,24 @@
 One source serves both: functions under `compiled` use floats and `math` only. Set the
 environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there.
 
+Both give the same bytes, so a process begins with the plain version: to load numba takes longer
+than a few hundred events, and to compile longer than 100 000. After `PATIENCE` seconds of plain
+running, what is called next is compiled.
+
 numba's disk cache does not notice an edit in a *called* module: a cached caller keeps the old
 result. The cache therefore lives in a folder named by the digest of all of damper's source.
 """
 
 import hashlib
+import importlib.util
 import os
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from functools import wraps
+from functools import update_wrapper
 from pathlib import Path
 from typing import Any
 
@@ -90,71 +96,127 @@ def _drop_unused(folder: Path) -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
-def _load_numba() -> Any:
-    if os.environ.get("DAMPER_COMPILE", "1") == "0":
-        return None
-    try:
-        import numba
-    except ImportError:
-        return None
-    return numba
-
-
-_numba = _load_numba()
-#: How compiled code treats x / 0: as arithmetic does, not as Python.
-_OPTIONS = {"error_model": "numpy"}
-_folder = _make_cache_folder() if _numba else None
+#: How compiled code treats x / 0: as arithmetic does, not as Python. It runs without the
+#: interpreter's lock, so threads share the cores.
+OPTIONS = {"error_model": "numpy", "nogil": True}
+#: The same for what only compiled code calls. It becomes a part of its caller, so that things such
+#: as a segment stay in registers, and has no entry for Python, which takes long to compile.
+INNER_OPTIONS = {
+    **OPTIONS,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "forceinline": True,
+}
 
 #: True when the core runs as compiled code.
-COMPILED = _numba is not None
+COMPILED = (
+    os.environ.get("DAMPER_COMPILE", "1") != "0" and importlib.util.find_spec("numba") is not None
+)
+
+#: Seconds that a process runs plain Python before it compiles.
+PATIENCE = 0.3
+
+_lock = threading.RLock()
+_plain = threading.local()
+_spent = 0.0
+_numba: Any = None
+_folder: Path | None = None
+_waiting: list[Callable[[], None]] = []
+
+
+def when_numba_loads(action: Callable[[], None]) -> None:
+    """Do something as soon as numba is loaded: at once if it is, never where it is not used."""
+    if _numba is not None:
+        action()
+    elif COMPILED:
+        _waiting.append(action)
+
+
+def _load_numba() -> Any:
+    """Import numba and make the declarations that waited for it; compilation is single-file."""
+    global _numba, _folder
+    with _lock:
+        if _numba is None:
+            import numba
+            from numba.core import types
+            from numba.extending import typeof_impl
+
+            # To compiled code a `Compiled` is the function that it holds.
+            typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
+            _folder = _make_cache_folder()
+            _numba = numba
+            for action in _waiting:
+                action()
+            _waiting.clear()
+    return _numba
+
+
+class Compiled:
+    """A function that numba compiles when it is first called.
+
+    Called from Python it is compiled with all that it calls and kept in the cache. Called from
+    compiled code it becomes a part of the caller, without an entry of its own for Python and for
+    the cache: those cost more than half of the time that compiling takes.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self._inner: Any = None
+        self._outer: Any = None
+
+    @property
+    def inner(self) -> Any:
+        """The function as compiled code calls it."""
+        with _lock:
+            if self._inner is None:
+                self._inner = _load_numba().njit(**INNER_OPTIONS)(self.py_func)
+        return self._inner
+
+    @property
+    def outer(self) -> Any:
+        """The function as Python calls it."""
+        with _lock:
+            if self._outer is None:
+                numba = _load_numba()
+                before = numba.config.CACHE_DIR
+                # numba reads this when it decorates; other packages' caches keep their place.
+                numba.config.CACHE_DIR = str(_folder) if _folder else ""
+                try:
+                    self._outer = numba.njit(cache=_folder is not None, **OPTIONS)(self.py_func)
+                finally:
+                    numba.config.CACHE_DIR = before
+        return self._outer
+
+    @property
+    def waits(self) -> bool:
+        """Whether the next call from Python runs plain, for the process is still young."""
+        return self._outer is None and _spent < PATIENCE
+
+    def __call__(self, *arguments: Any) -> Any:
+        if getattr(_plain, "running", False):
+            return self.py_func(*arguments)
+        if self.waits:
+            return self._run_plain(*arguments)
+        return (self._outer or self.outer)(*arguments)
+
+    def _run_plain(self, *arguments: Any) -> Any:
+        global _spent
+        started = time.perf_counter()
+        _plain.running = True
+        try:
+            return self.py_func(*arguments)
+        finally:
+            _plain.running = False
+            _spent += time.perf_counter() - started
+
+
+def compile_at_once() -> None:
+    """Let this process compile what it calls without running it plain first."""
+    global _spent
+    _spent = PATIENCE
 
 
 def compiled(function: Callable) -> Callable:
     """Compile `function` (a decorator); return it unchanged where numba is missing or off."""
-    if _numba is None:
-        return function
-    before = _numba.config.CACHE_DIR
-    # numba reads this setting while it decorates; other packages' caches keep their place.
-    _numba.config.CACHE_DIR = str(_folder) if _folder else ""
-    try:
-        return _numba.njit(cache=_folder is not None, **_OPTIONS)(function)
-    finally:
-        _numba.config.CACHE_DIR = before
-
-
-def by_model(function: Callable) -> Callable:
-    """Make a function that each model of the damper implements for itself (a decorator).
-
-    A model is a NamedTuple of constants. ``@function.of(Model)`` gives the implementation for one
-    class of model, and ``function.share(Model, Other)`` takes over that of another; the class of
-    the first argument chooses among them. The function itself is for the classes without one.
-    Compiled code chooses while it is compiled, so a run pays nothing for the choice, nor for models
-    it does not use: those need not even be imported.
-    """
-    chosen: dict[type, Callable] = {}
-
-    @wraps(function)
-    def choose(model: tuple, *rest: Any) -> Any:
-        return chosen.get(type(model), function)(model, *rest)
-
-    def of(kind: type) -> Callable:
-        def implement(implementation: Callable) -> Callable:
-            chosen[kind] = compiled(implementation)
-            return chosen[kind]
-
-        return implement
-
-    def share(kind: type, other: type) -> None:
-        chosen[kind] = chosen[other]
-
-    choose.share = share  # type: ignore[attr-defined]
-    choose.of = of  # type: ignore[attr-defined]
-    if _numba is not None:
-        from numba.extending import overload
-
-        def typed(model: Any, *rest: Any) -> Callable:
-            implementation = chosen.get(model.instance_class, function)
-            return getattr(implementation, "py_func", implementation)
-
-        overload(choose, jit_options=_OPTIONS, strict=False)(typed)
-    return choose
+    return Compiled(function) if COMPILED else function

@@ -1,22 +1,112 @@
-"""Rows of the segment log: one row per segment, described at its start.
+"""Segments, the pieces of a run between events, and the log that holds one of them a row.
 
 The log *is* the solution: between events every model's motion is known in closed form or to
-rounding, so a run is the list of its segments. Models write rows, observers read them.
+roundoff. The event loop writes rows, observers read them as `Segment` by field name.
 """
 
-# FIRST is the approach speed of the first impact of the burst under way, zero if there is none.
-PERIOD, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, DURATION = range(12)
-COLUMNS = 12
+import math
+from typing import NamedTuple
 
-#: How the masses move in a segment. A tail is the closed rest of a complete burst.
+import numpy as np
+
+from damper.engine.compiled import compiled
+
+
+class Segment(NamedTuple):
+    """One segment, described at its start; a row of the log holds these fields in this order.
+
+    Gap and gap rate belong to the segment's wall, `side` (+1 right, -1 left): the gap is
+    clearance - side (y - x), zero in contact.
+    """
+
+    periods: float
+    """Whole forcing periods before the start."""
+    time: float
+    """Time since then, in [0, period)."""
+    x: float
+    v: float
+    """Displacement and velocity of the primary, just after what began the segment."""
+    gap: float
+    rate: float
+    side: float
+    mode: float
+    """How the masses move: FLIGHT, TAIL, STICKING or CONTACT."""
+    cause: float
+    """What began the segment: NOTHING, IMPACT, STICK, RELEASE or SEPARATION."""
+    speed: float
+    """Approach speed of the impact that began it, else 0."""
+    v_before: float
+    """Velocity of the primary just before what began it."""
+    first_speed: float
+    """Approach speed of the first impact of the burst under way, 0 if there is none."""
+    completion: float
+    """Time to the completion point of a TAIL, else 0."""
+    duration: float
+    """Length of the segment; where the run stops, up to there."""
+
+
+(PERIODS, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, V_BEFORE) = range(11)
+(FIRST_SPEED, COMPLETION, DURATION) = range(11, 14)
+COLUMNS = len(Segment._fields)
+
+#: How the masses move in a segment. A tail is the closed rest of a complete chatter sequence.
 FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
-#: A contact that has not lasted yet, where walls give; a row that an impact begins has the state
-#: before it, with no jump.
+#: Compliant contact that has not lasted yet. An impact that begins one does not jump.
 CONTACT = 3.0
 #: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
 NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
-#: The end of a contact that has not lasted, where walls give; `damper.events` does not list it.
+#: The end of a compliant contact that has not lasted; `damper.events` does not list it.
 SEPARATION = -2.0
 
-#: Why a run returned: FINISHED, or the reason that `damper.parameters.variables.STATUS` explains.
-FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
+
+@compiled
+def segment_at(row: np.ndarray) -> Segment:
+    """Read a row of the log."""
+    # float(): plain Python would otherwise carry slow NumPy scalars through the loop.
+    return Segment(
+        float(row[0]),
+        float(row[1]),
+        float(row[2]),
+        float(row[3]),
+        float(row[4]),
+        float(row[5]),
+        float(row[6]),
+        float(row[7]),
+        float(row[8]),
+        float(row[9]),
+        float(row[10]),
+        float(row[11]),
+        float(row[12]),
+        float(row[13]),
+    )
+
+
+@compiled
+def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
+    """Write a segment of this duration into a row of the log."""
+    row[0] = segment.periods
+    row[1] = segment.time
+    row[2] = segment.x
+    row[3] = segment.v
+    row[4] = segment.gap
+    row[5] = segment.rate
+    row[6] = segment.side
+    row[7] = segment.mode
+    row[8] = segment.cause
+    row[9] = segment.speed
+    row[10] = segment.v_before
+    row[11] = segment.first_speed
+    row[12] = segment.completion
+    row[13] = duration
+
+
+@compiled
+def clock_after(period: float, periods: float, time: float, duration: float) -> tuple[float, float]:
+    """Whole periods and local time after a duration."""
+    left = period - time
+    if duration < left:
+        return periods, time + duration
+    # In an order that loses no digit: a flight cut many times would lose the same one.
+    rest = duration - left
+    time = rest % period
+    return periods + (1.0 + math.floor((rest - time) / period + 0.5)), time

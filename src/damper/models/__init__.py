@@ -1,190 +1,79 @@
-"""The models of the damper: what the event loop asks of each, one package for each.
+"""The models of the damper, a room each: motion, search, sticking, response integrals.
 
-A model is a NamedTuple of constants that starts with the fields of `damper.models.rigid.Rigid`.
-The functions below are declarations: each model's package implements them for its class
-(`damper.engine.compiled.by_model`). Only the package of the model in use is imported.
-
-Side, gap and its rate are relative to the wall of the segment, as in `damper.engine.search`; `a`
-and `j` are the primary's second and third derivative in flight, `sin` and `cos` those of the
-forcing phase, `periods` and `time` the moment as whole forcing periods and the rest.
+To add one, write its folder and enter it in `MODELS`. Only the model in use is imported.
 """
 
-from collections.abc import Callable
-from functools import lru_cache
+import math
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
-import numpy as np
+from damper.engine.impact import ConstantRestitution, YieldingRestitution
+from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
+from damper.models.walls import slack
+from damper.parameters import NO_UNITS, Parameters, State, Units
 
-from damper.engine.compiled import by_model
-from damper.parameters import Parameters
-
-#: Constants of one run, a NamedTuple of floats and of tuples of floats.
-Model = Any
+#: Name of each model, which is that of its folder here.
+MODELS = ("rigid", "grounded", "compliant", "time_varying")
 
 
-def model_of(parameters: Parameters, accuracy: float) -> Model:
-    """Constants of a run of the model that these parameters ask for.
+def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:
+    """Constants of a run, a NamedTuple of the model that these parameters ask for.
 
     Parameters
     ----------
     parameters : Parameters
-    accuracy : float
-        Largest error of an accumulation time.
+    accuracy : float, default 1e-12
+        Largest error of a completion time, in units of sqrt(M/K) (of 1/omega where that is
+        shorter). Everything else is exact to roundoff.
     """
-    return _module(parameters.model).prepare(parameters, accuracy)
+    room = import_module(f"damper.models.{parameters.model}")
+    return room.prepare(parameters, law_of(parameters), float(accuracy))
 
 
-@lru_cache
-def loop_of(model: str, run: Callable, place: Callable) -> tuple[Callable, Callable]:
-    """Event loop and start of a run: the model's own where it has them, else those given."""
-    module = _module(model)
-    return getattr(module, "run", run), getattr(module, "place", place)
+def start_run(
+    parameters: Parameters,
+    state: State | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+    max_events: int = DEFAULT_MAX_EVENTS,
+) -> Trajectory:
+    """Start one run.
 
-
-@lru_cache
-def _module(model: str) -> ModuleType:
-    return import_module(f"damper.models.{model}")
-
-
-@by_model
-def flight(
-    model: Model,
-    cause: float,
-    side: float,
-    x: float,
-    v: float,
-    gap: float,
-    rate: float,
-    a: float,
-    j: float,
-    sin: float,
-    cos: float,
-) -> tuple[float, ...]:
-    """First contact with either wall after a segment's start; `cause` is what began it.
-
-    Returns
-    -------
-    duration, hit, dx, v, rate, steps : float
-        As `damper.engine.search.find_impact`.
+    Raises
+    ------
+    ValueError
+        When the state lies outside the box, or accuracy or max_events is out of range.
     """
+    check_settings(accuracy, max_events)
+    if state is not None:
+        check_state(parameters, state)
+    return Trajectory(model_of(parameters, accuracy), state, max_events)
 
 
-@by_model
-def cut_flight(
-    model: Model,
-    side: float,
-    x: float,
-    v: float,
-    gap: float,
-    rate: float,
-    sin: float,
-    cos: float,
-    duration: float,
-) -> tuple[float, ...]:
-    """State after a flight without an event.
+def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -> None:
+    """Raise ValueError unless the free mass is between the walls; SI `units` speak of the gap.
 
-    Returns
-    -------
-    dx, v, gap, rate : float
-        Change of the primary's displacement, its velocity, the gap and its rate.
+    Compliant walls let it in deeper.
     """
+    distance = abs(state.y - state.x)
+    allowed = parameters.clearance + slack(parameters.clearance, state.x, state.y)
+    if distance > allowed and parameters.model != "compliant":
+        limit = "clearance" if units is NO_UNITS else "gap / 2"
+        raise ValueError(
+            f"state: |y - x| = {distance * units.length!r} is outside the box: "
+            f"must be at most {limit} = {parameters.clearance * units.length!r}"
+        )
 
 
-@by_model
-def sticking(
-    model: Model,
-    periods: float,
-    time: float,
-    side: float,
-    x: float,
-    v: float,
-    sin: float,
-    cos: float,
-) -> tuple[float, ...]:
-    """End of sticking; `side` is 0 where there is no clearance, and then there is no release.
-
-    Returns
-    -------
-    duration, released, dx, v, steps : float
-        As `damper.engine.search.find_release`.
-    """
+def check_settings(accuracy: float, max_events: int) -> None:
+    """Raise ValueError with name, value and range unless both engine settings are sensible."""
+    if not 1e-15 <= accuracy <= 1e-3:
+        raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
+    if int(max_events) != max_events or max_events < 1:
+        raise ValueError(f"max_events = {max_events!r}: must be a whole number >= 1")
 
 
-@by_model
-def rests(
-    model: Model,
-    periods: float,
-    time: float,
-    side: float,
-    x: float,
-    v: float,
-    a: float,
-    j: float,
-    sin: float,
-    cos: float,
-) -> bool:
-    """Whether masses in contact with no relative velocity stay together."""
-
-
-@by_model
-def time_to_sticking(
-    model: Model,
-    periods: float,
-    time: float,
-    side: float,
-    x: float,
-    v: float,
-    rate: float,
-    a: float,
-    j: float,
-    sin: float,
-    cos: float,
-) -> tuple[float, ...]:
-    """Time that is left of a complete burst after an impact with rebound speed `rate`.
-
-    Returns
-    -------
-    duration, error : float
-        As `damper.engine.search.tail_duration`.
-    """
-
-
-@by_model
-def settle(
-    model: Model,
-    periods: float,
-    time: float,
-    side: float,
-    x: float,
-    v: float,
-    rate: float,
-    sin: float,
-    cos: float,
-    duration: float,
-) -> tuple[float, ...]:
-    """Motion over the closed rest of a burst.
-
-    Returns
-    -------
-    dx, v : float
-        Change of the primary's displacement, and the common velocity at sticking.
-    """
-
-
-@by_model
-def mass_ratio_at(model: Model, periods: float, time: float) -> float:
-    """Mass ratio at a moment: constant unless a model says otherwise."""
-    return model.mass_ratio
-
-
-@by_model
-def motion(model: Model, row: np.ndarray, tau: float) -> tuple[float, ...]:
-    """State inside a segment, a time `tau` after its start.
-
-    Returns
-    -------
-    x, v, gap, rate : float
-        Of the primary, and of the gap at the segment's wall.
-    """
+def law_of(parameters: Parameters) -> Any:
+    """Contact law of a run."""
+    if parameters.yield_speed < math.inf:
+        return YieldingRestitution(parameters.restitution, parameters.yield_speed)
+    return ConstantRestitution(parameters.restitution)

@@ -3,8 +3,8 @@
 An observer is a class with
 
 - ``variables``: the `Variable` descriptions of what it adds to a cube;
-- ``arrays``: name -> array with the lane as first axis, allocated by ``allocate(lanes)``;
-- ``begin(lane, trajectory, window)``, ``observe(log)`` for every piece of the log, and
+- ``arrays``: name -> array with the run as first axis, allocated by ``allocate(runs, periods)``;
+- ``begin(run, trajectory, window)``, ``observe(log)`` for every piece of the log, and
   ``finish(finished)`` with whether the run reached its end.
 
 An observer that is not asked for is neither imported nor compiled. None of them can change the

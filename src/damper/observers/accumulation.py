@@ -9,29 +9,16 @@ error is well above that: each burst says how sharply its end is known.
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import acceleration, sine_cosine
-from damper.engine.search import tail_duration
-from damper.engine.segment import (
-    CAUSE,
-    FIRST,
-    IMPACT,
-    MODE,
-    PERIOD,
-    RATE,
-    SIDE,
-    STICK,
-    TAIL,
-    TIME,
-    V,
-    X,
-)
+from damper.engine.model import begin
+from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.rigid import Rigid
-from damper.observers.base import Observer, Window, since
+from damper.models.walls import time_to_completion
+from damper.observers.base import Observer, Window, record_type, since
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
-from damper.theory.accumulation import predict_tail
+from damper.theory.accumulation import predict_rest
 
 _OF_IMPACTS = (
     Variable("rebound_speed", "rate of the gap just after the impact", SPEED_UNIT),
@@ -53,7 +40,6 @@ _OF_IMPACTS = (
         "the wall does not push just after the impact, so that there is no prediction",
     ),
 )
-(_W, _LEFT, _LEFT_X, _T1, _T2, _X1, _X2, _ESTIMATE) = range(len(_OF_IMPACTS))
 
 _OF_BURSTS = (
     Variable("completion_wall", "wall of the burst: -1 left, +1 right", "1"),
@@ -72,13 +58,14 @@ _OF_BURSTS = (
     ),
 )
 
-# The burst under way: its wall, its impacts so far, and how sharply its end will be known.
-_WALL, _COUNT, _TAIL_ERROR, _COMPLETE = range(4)
-# No burst under way; nothing read yet. A burst that began before the window has a count of -1.
+_IMPACT = record_type(*(variable.name for variable in _OF_IMPACTS))
+_BURST = record_type(*(variable.name for variable in _OF_BURSTS))
+#: The burst under way: its wall, its impacts so far (-1 if it began before the window), the error
+#: of its completion time; and how many bursts are complete.
+_STATE = record_type("wall", "impacts", "error", "complete")
+# Walls: no burst under way; nothing read yet.
 _NONE, _UNKNOWN = 0.0, 3.0
-# What is kept of an impact until its burst is complete.
-_KEPT = (PERIOD, TIME, X, V, RATE)
-_ROUNDING = 2.220446049250313e-16
+_ROUNDOFF = 2.220446049250313e-16
 
 
 class Accumulation(Observer):
@@ -87,7 +74,7 @@ class Accumulation(Observer):
     Parameters
     ----------
     bursts : int, default 20
-        Most complete bursts of each lane to use, the first ones that begin in the window.
+        Most complete bursts of each run to use, the first ones that begin in the window.
     impacts : int, default 100
         Most impacts of each burst to use, the first ones; NaN fills the rest.
 
@@ -121,118 +108,90 @@ class Accumulation(Observer):
         """Count bursts and impacts from 1."""
         return {dim: np.arange(1.0, size + 1.0) for dim, size in self._sizes.items()}
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
         if not isinstance(trajectory.model, Rigid):
             raise ValueError(
                 "accumulation: its formulas are those of the rigid damper without support, "
                 "not of this model"
             )
-        super().begin(lane, trajectory, window)
+        super().begin(run, trajectory, window)
         bursts, impacts = self._sizes.values()
-        self._now = np.array([_UNKNOWN, 0.0, 0.0, 0.0])
-        self._kept = np.empty((impacts, len(_KEPT)))
-        self._of_bursts = np.full((bursts, len(_OF_BURSTS)), np.nan)
-        self._of_impacts = np.full((bursts, impacts, len(_OF_IMPACTS)), np.nan)
+        self._state = np.zeros(1, _STATE)
+        self._state["wall"] = _UNKNOWN
+        # Segments that the burst's impacts begin, until it is complete.
+        self._kept = np.empty((impacts, COLUMNS))
+        self._of_bursts = np.full(bursts, np.nan, _BURST)
+        self._of_impacts = np.full((bursts, impacts), np.nan, _IMPACT)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         _follow(
             self._model,
             log,
-            self._window.period,
-            self._window.time,
-            self._now,
+            self._window,
+            self._state,
             self._kept,
             self._of_bursts,
             self._of_impacts,
         )
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's results; bursts that ended before an early stop are kept."""
-        self._put({v.name: self._of_bursts[:, k] for k, v in enumerate(_OF_BURSTS)})
-        self._put({v.name: self._of_impacts[..., k] for k, v in enumerate(_OF_IMPACTS)})
+        """Write the run's results; bursts that ended before an early stop are kept."""
+        self._put({name: self._of_bursts[name] for name in _BURST.names})
+        self._put({name: self._of_impacts[name] for name in _IMPACT.names})
         if finished:
-            self._put({"complete_bursts": self._now[_COMPLETE]})
+            self._put({"complete_bursts": self._state["complete"][0]})
 
 
 @compiled
-def _follow(model, log, periods, time, now, kept, of_bursts, of_impacts):
-    if now[_WALL] == _UNKNOWN and len(log) > 0:
-        now[_WALL] = log[0][SIDE] if log[0][FIRST] > 0.0 else _NONE
-        now[_COUNT] = -1.0
+def _follow(model, log, window, states, kept, of_bursts, of_impacts):
+    state = states[0]
+    if state.wall == _UNKNOWN and len(log) > 0:
+        first = segment_at(log[0])
+        state.wall = first.side if first.first_speed > 0.0 else _NONE
+        state.impacts = -1.0
     for index in range(len(log)):
-        row = log[index]
-        cause = float(row[CAUSE])
-        if cause == STICK:
-            if now[_WALL] != _NONE and now[_COUNT] > 0.0:
-                number = int(now[_COMPLETE])
+        s = segment_at(log[index])
+        if s.cause == STICK:
+            if state.wall != _NONE and state.impacts > 0.0:
+                number = int(state.complete)
                 if number < len(of_bursts):
-                    _close(model, row, now, kept, of_bursts[number], of_impacts[number])
-                now[_COMPLETE] += 1.0
-            now[_WALL] = _NONE
-        elif cause == IMPACT:
-            if row[SIDE] != now[_WALL]:
-                now[_WALL] = row[SIDE]
-                now[_COUNT] = 0.0 if since(row, model.period, periods, time) >= 0.0 else -1.0
-            if now[_COUNT] < 0.0:
+                    _close(model, s, state, kept, of_bursts[number], of_impacts[number])
+                state.complete += 1.0
+            state.wall = _NONE
+        elif s.cause == IMPACT:
+            if s.side != state.wall:
+                state.wall = s.side
+                start = since(s, model.period, window.periods, window.time)
+                state.impacts = 0.0 if start >= 0.0 else -1.0
+            if state.impacts < 0.0:
                 continue
-            count = int(now[_COUNT])
-            if count < len(kept):
-                entry = kept[count]
-                entry[0] = row[PERIOD]
-                entry[1] = row[TIME]
-                entry[2] = row[X]
-                entry[3] = row[V]
-                entry[4] = row[RATE]
-            now[_COUNT] += 1.0
-            if row[MODE] == TAIL:
-                now[_TAIL_ERROR] = _tail_error(model, row)
+            if state.impacts < len(kept):
+                kept[int(state.impacts)] = log[index]
+            state.impacts += 1.0
+            if s.mode == TAIL:
+                _, state.error = time_to_completion(model, s, begin(model, s))
 
 
 @compiled
-def _tail_error(model, row):
-    free = model.free
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
-    _, error = tail_duration(
-        free, model.mass_ratio, model.restitution, float(row[SIDE]), a, j, sin, float(row[RATE])
-    )
-    return error
-
-
-@compiled
-def _close(model, end, now, kept, of_burst, of_impacts):
-    """Compare a burst with theory; it ends where the row `end` starts."""
-    side = float(end[SIDE])
-    x_end = float(end[X])
-    sharp = float(now[_TAIL_ERROR]) + 2.0 * _ROUNDING * model.period
-    of_burst[0] = side
-    of_burst[1] = now[_COUNT]
-    of_burst[2] = x_end
-    of_burst[3] = sharp
-    of_burst[4] = abs(float(end[V])) * sharp + 2.0 * _ROUNDING * abs(x_end)
-    for k in range(min(int(now[_COUNT]), len(kept))):
-        time = float(kept[k, 1])
-        x = float(kept[k, 2])
-        rate = float(kept[k, 4])
-        first, second, dx1, dx2, error = predict_tail(
-            model.free,
-            model.stuck,
-            model.mass_ratio,
-            model.restitution,
-            side,
-            model.free[3] * time + model.phase,
-            x,
-            float(kept[k, 3]),
-            rate,
-        )
-        entry = of_impacts[k]
-        entry[_W] = rate
-        entry[_LEFT] = since(end, model.period, float(kept[k, 0]), time)
-        entry[_LEFT_X] = x_end - x
-        entry[_T1] = first
-        entry[_T2] = second
-        entry[_X1] = dx1
-        entry[_X2] = dx2
-        entry[_ESTIMATE] = error
+def _close(model, end, state, kept, burst, of_impacts):
+    """Compare a burst with theory; it ends where the segment `end` starts."""
+    error = state.error + 2.0 * _ROUNDOFF * model.period
+    burst.completion_wall = end.side
+    burst.completion_impacts = state.impacts
+    burst.completion_displacement = end.x
+    burst.completion_time_uncertainty = error
+    burst.completion_displacement_uncertainty = abs(end.v) * error + 2.0 * _ROUNDOFF * abs(end.x)
+    for k in range(min(int(state.impacts), len(kept))):
+        s = segment_at(kept[k])
+        found = predict_rest(model, s)
+        impact = of_impacts[k]
+        impact.rebound_speed = s.rate
+        impact.remaining_time = since(end, model.period, s.periods, s.time)
+        impact.remaining_displacement = end.x - s.x
+        impact.first_order_time = found.first_order_time
+        impact.second_order_time = found.second_order_time
+        impact.first_order_displacement = found.first_order_displacement
+        impact.second_order_displacement = found.second_order_displacement
+        impact.prediction_error_estimate = found.error

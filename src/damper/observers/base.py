@@ -2,34 +2,36 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import PERIOD, RATE, TIME
+from damper.engine.impact import restitution_at
+from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.parameters.variables import Variable
 
 
 class Window(NamedTuple):
-    """Recorded stretch: from `period` whole periods plus `time` on, `length` periods long."""
+    """Record of a run: from `periods` whole periods plus `time` on, `length` periods long."""
 
-    period: float
+    periods: float
     time: float
-    length: int
+    length: float
 
 
 class Observer:
-    """Base of the observers: allocates one array per variable with the lane as first axis."""
+    """Base of the observers: allocates one array per variable with the run as first axis."""
 
     variables: Sequence[Variable] = ()
 
-    def allocate(self, lanes: int, window_length: int) -> None:
+    def allocate(self, runs: int, window_length: int) -> None:
         """Make `arrays`: NaN (real) or -1 (integer) until a finished run fills them."""
         self.arrays: dict[str, np.ndarray] = {}
         for variable in self.variables:
-            shape = (lanes, *(self.size(dim, window_length) for dim in variable.dims))
+            shape = (runs, *(self.size(dim, window_length) for dim in variable.dims))
             missing = np.nan if variable.dtype.startswith("f") else -1
             self.arrays[variable.name] = np.full(shape, missing, dtype=variable.dtype)
 
@@ -41,27 +43,28 @@ class Observer:
         """Coordinate values of the observer's own dimensions; none by default."""
         return {}
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane; observers add what they need for it."""
-        self._lane = lane
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run, by its number; observers add what they need for it."""
+        self._run = run
         self._model = trajectory.model
-        self._window = window
+        # Compiled passes know one kind of window.
+        self._window = Window(*map(float, window))
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         raise NotImplementedError
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's results.
+        """Write the run's results.
 
         Where the run stopped early, `finished` is False: averages and counts stay missing, while
         samples and records keep what came before the stop.
         """
 
     def _put(self, values: Mapping[str, Any]) -> None:
-        """Write the lane's values of some variables."""
+        """Write the run's values of some variables."""
         for name, value in values.items():
-            self.arrays[name][self._lane] = value
+            self.arrays[name][self._run] = value
 
 
 def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
@@ -93,20 +96,30 @@ def describe(threshold: tuple[float, float]) -> str:
     return f"visible: approach speed >= {fraction:g} of the first one of the burst"
 
 
+def record_type(*fields: str) -> np.dtype:
+    """Type of an array whose entries compiled code reads and writes by field name."""
+    return np.dtype((np.record, [(field, "f8") for field in fields]))
+
+
+def read_record(record: np.ndarray) -> SimpleNamespace:
+    """The only entry of an array of `record_type`, for Python, where a record is slow to read."""
+    return SimpleNamespace(**dict(zip(record.dtype.names, record[0].item(), strict=True)))
+
+
 @compiled
-def since(row: np.ndarray, period_length: float, periods: float, time: float) -> float:
+def since(segment: Segment, period: float, periods: float, time: float) -> float:
     """Time from a moment (whole periods plus time) to a segment's start; negative if before."""
-    return (float(row[PERIOD]) - periods) * period_length + (float(row[TIME]) - time)
+    return (segment.periods - periods) * period + (segment.time - time)
 
 
 @compiled
-def visible_in_tail(row: np.ndarray, restitution: float, limit: float) -> int:
+def visible_in_tail(law: Any, tail: Segment, limit: float) -> int:
     """Impacts at or above the speed `limit` that a closed tail still holds.
 
     The tail's approach speeds fall geometrically from that of its first, resolved impact.
     """
-    speed = float(row[RATE])
-    if not (restitution > 0.0 and 0.0 < limit <= speed):
+    # The impact after the rebound speed has it as approach speed to first order.
+    restitution = restitution_at(law, 0.0)
+    if not (restitution > 0.0 and 0.0 < limit <= tail.rate):
         return 0
-    # The impact after the rebound speed `speed` has it as approach speed to first order.
-    return 1 + math.floor(math.log(limit / speed) / math.log(restitution))
+    return 1 + math.floor(math.log(limit / tail.rate) / math.log(restitution))

@@ -6,13 +6,9 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Window
-from damper.observers.bursts import CHATTER_IMPACTS, RECORDS, EachBurst, column
+from damper.observers.base import Window, read_record
+from damper.observers.bursts import BURST, CHATTER_IMPACTS, EachBurst
 from damper.parameters.variables import TIME, Variable
-
-_ONSET, _VISIBLE, _COMPLETE, _DURATION, _STICKING = (
-    column(name) for name in ("onset", "visible_impacts", "complete", "duration", "sticking_time")
-)
 
 
 class BurstAt(EachBurst):
@@ -68,11 +64,11 @@ class BurstAt(EachBurst):
             ),
         ]
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
         self._sought = self.time / trajectory.units.time
-        self._found = np.full(len(RECORDS), np.nan)
+        self._found = np.full(1, np.nan, BURST)
 
     def read(self, bursts: np.ndarray) -> None:
         """Keep the nearest burst so far."""
@@ -80,14 +76,15 @@ class BurstAt(EachBurst):
 
     def write(self) -> None:
         """Write what the nearest burst was like."""
-        if not np.isnan(self._found[_ONSET]):
+        found = read_record(self._found)
+        if not np.isnan(found.onset):
             self._put(
                 {
-                    "burst_at_onset": self._found[_ONSET],
-                    "burst_at_duration": self._found[_DURATION],
-                    "burst_at_sticking_time": self._found[_STICKING],
-                    "burst_at_visible_impacts": self._found[_VISIBLE],
-                    "burst_at_complete": self._found[_COMPLETE],
+                    "burst_at_onset": found.onset,
+                    "burst_at_duration": found.duration,
+                    "burst_at_sticking_time": found.sticking_time,
+                    "burst_at_visible_impacts": found.visible_impacts,
+                    "burst_at_complete": found.complete,
                 }
             )
 
@@ -97,7 +94,7 @@ def _keep_nearest(bursts, time, found):
     for index in range(len(bursts)):
         burst = bursts[index]
         # Nothing is nearer than NaN, nor is it the other way round.
-        if burst[_VISIBLE] >= CHATTER_IMPACTS and not (
-            abs(burst[_ONSET] - time) >= abs(found[_ONSET] - time)
+        if burst.visible_impacts >= CHATTER_IMPACTS and not (
+            abs(burst.onset - time) >= abs(found[0].onset - time)
         ):
-            found[:] = burst
+            found[0] = burst

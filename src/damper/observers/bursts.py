@@ -10,27 +10,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import (
-    CAUSE,
-    DURATION,
-    FIRST,
-    IMPACT,
-    MODE,
-    PERIOD,
-    RELEASE,
-    SIDE,
-    SPEED,
-    STICK,
-    STICKING,
-    TAIL,
-    TIME,
-    X,
-)
+from damper.engine.segment import IMPACT, RELEASE, STICK, STICKING, TAIL, segment_at
 from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.observers.base import (
     Observer,
     Window,
     describe,
+    read_record,
+    record_type,
     since,
     visibility,
     visible_in_tail,
@@ -39,25 +26,25 @@ from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
 
-_TOTALS = 13
-# The burst under way, and the lane's totals. A moment is held as its log row holds it, as whole
-# periods and a local time, so that the differences of two are sharp however late they are.
-(
-    _WALL,
-    _EARLIER_WALL,
-    _FIRST_SPEED,
-    _ONSET_PERIOD,
-    _ONSET_TIME,
-    _LAST_PERIOD,
-    _LAST_TIME,
-    _BURSTS,
-    _COMPLETE,
-    _STICKING,
-    _LISTED,
-    _OPEN_RECORD,
-    _OPEN_STICKING,
-) = range(_TOTALS)
-# No burst under way; one that began before the window; nothing read yet.
+#: The burst under way, and the totals of a run. A moment is held as its segment holds it, as whole
+#: periods and a local time, so that the differences of two are sharp however late they are.
+_STATE = record_type(
+    "wall",
+    "earlier_wall",
+    "first_speed",
+    "onset_periods",
+    "onset_time",
+    "last_periods",
+    "last_time",
+    "bursts",
+    "complete",
+    "sticking",
+    "listed",
+    # Row of the listed burst whose sticking goes on, or -1; how long it has stuck so far.
+    "open",
+    "open_sticking",
+)
+# Walls: no burst under way; one that began before the window; nothing read yet.
 _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
 #: What is known of one burst, in the order of the columns.
@@ -84,19 +71,8 @@ RECORDS = (
         "burst_sticking_time", "time from sticking to release, if within the record", TIME_UNIT
     ),
 )
-(
-    _R_ONSET,
-    _R_ONSET_PERIOD,
-    _R_ONSET_TIME,
-    _R_WALL,
-    _R_FIRST,
-    _R_VISIBLE,
-    _R_COMPLETE,
-    _R_TIME,
-    _R_X,
-    _R_DURATION,
-    _R_STICKING,
-) = range(len(RECORDS))
+#: The same as a record; field names are without ``burst_``.
+BURST = record_type(*(variable.name.removeprefix("burst_") for variable in RECORDS))
 
 
 class Bursts(Observer):
@@ -110,7 +86,7 @@ class Bursts(Observer):
         More fractions for which `visible_impacts` and `chatter` are given along a `threshold`
         dimension.
     records : int, default 0
-        Bursts of each lane to list one by one, the first ones of the window.
+        Bursts of each run to list one by one, the first ones of the window.
 
     Raises
     ------
@@ -188,49 +164,47 @@ class Bursts(Observer):
         """Fractions along the `threshold` dimension."""
         return {"threshold": self.compared} if len(self.compared) else {}
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
-        self._totals = np.zeros(_TOTALS)
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        self._state = np.zeros(1, _STATE)
+        self._state["wall"] = _UNKNOWN
+        self._state["open"] = -1.0
         self._limits = self._speeds / trajectory.units.speed
-        self._totals[_OPEN_RECORD] = -1.0
-        self._totals[_WALL] = _UNKNOWN
         self._visible = np.zeros((2, len(self._fractions)), dtype=np.int64)
         self._chatter = np.zeros(len(self._fractions), dtype=np.int64)
-        self._listed = np.full((self.records, len(RECORDS)), np.nan)
+        self._listed = np.full(self.records, np.nan, BURST)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         _follow(
             self._model,
             log,
-            self._window.period,
-            self._window.time,
-            self._fractions,
-            self._limits,
-            self._totals,
-            self._visible,
-            self._chatter,
+            self._window,
+            (self._fractions, self._limits),
+            self._state,
+            (self._visible, self._chatter),
             self._listed,
         )
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's results."""
+        """Write the run's results."""
         if self.records:
-            self._put({v.name: self._listed[:, k] for k, v in enumerate(RECORDS)})
+            self._put({f"burst_{field}": self._listed[field] for field in BURST.names})
         if not finished:
             return
-        if self._totals[_WALL] not in (_NONE, _EARLIER, _UNKNOWN):
-            _judge(self._visible, self._chatter, 1)
+        state = read_record(self._state)
+        counts = (self._visible, self._chatter)
+        if state.wall not in (_NONE, _EARLIER, _UNKNOWN):
+            _judge(counts, 1)
         put = {
             "visible_impacts": self._visible[1, 0],
             "chatter": self._chatter[0],
-            "bursts_per_period": self._totals[_BURSTS] / self._window.length,
-            "sticking_fraction": self._totals[_STICKING]
-            / (self._window.length * self._model.period),
+            "bursts_per_period": state.bursts / self._window.length,
+            "sticking_fraction": state.sticking / (self._window.length * self._model.period),
         }
-        if self._totals[_BURSTS]:
-            put["complete_fraction"] = self._totals[_COMPLETE] / self._totals[_BURSTS]
+        if state.bursts:
+            put["complete_fraction"] = state.complete / state.bursts
         if len(self.compared):
             put["visible_impacts_by_threshold"] = self._visible[1, 1:]
             put["chatter_by_threshold"] = self._chatter[1:]
@@ -248,147 +222,149 @@ class EachBurst(Bursts):
 
     def __init__(self, threshold: float | Mapping[str, float] = 0.03) -> None:
         super().__init__(threshold)
-        self._room = np.full((LOG_ROWS + 1, len(RECORDS)), np.nan)
+        self._room = np.full(LOG_ROWS + 1, np.nan, BURST)
 
     def read(self, bursts: np.ndarray) -> None:
-        """Read the next bursts of the lane in order, a row each with the columns of `RECORDS`."""
+        """Read the next bursts of the run in order, an array of `BURST`."""
         raise NotImplementedError
 
     def write(self) -> None:
-        """Write the results of a lane that reached its end."""
+        """Write the results of a run that reached its end."""
         raise NotImplementedError
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
         self._listed = self._room
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         # A row ends one burst at most, and one from the piece before may still be sticking.
         if len(log) >= len(self._room):
-            self._room = np.full((len(log) + 1, len(RECORDS)), np.nan)
+            self._room = np.full(len(log) + 1, np.nan, BURST)
             self._room[:1] = self._listed[:1]
             self._listed = self._room
         super().observe(log)
-        self._hand_over(int(self._totals[_OPEN_RECORD] >= 0.0))
+        self._hand_over(int(self._state["open"][0] >= 0.0))
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's results."""
+        """Write the run's results."""
         self._hand_over(0)
         if finished:
             self.write()
 
     def _hand_over(self, keep: int) -> None:
         """Hand over the bursts listed, all but the last one if it still sticks; free their rows."""
-        count = int(self._totals[_LISTED])
+        count = int(self._state["listed"][0])
         done = count - keep
         if done > 0:
             self.read(self._listed[:done])
             self._listed[:keep] = self._listed[done:count]
             self._listed[keep:count] = np.nan
-            self._totals[_LISTED] = keep
-            self._totals[_OPEN_RECORD] = keep - 1.0
-
-
-def column(name: str) -> int:
-    """Return the column of one of `RECORDS`, without ``burst_``, in the rows that are read."""
-    return [variable.name for variable in RECORDS].index(f"burst_{name}")
+            self._state["listed"] = keep
+            self._state["open"] = keep - 1.0
 
 
 @compiled
-def _follow(model, log, periods, time, fractions, speeds, totals, visible, chatter, listed):
-    if totals[_WALL] == _UNKNOWN and len(log) > 0:
-        totals[_WALL] = _EARLIER if log[0][FIRST] > 0.0 else _NONE
-        totals[_EARLIER_WALL] = log[0][SIDE]
+def _follow(model, log, window, thresholds, states, counts, listed):
+    state = states[0]
+    if state.wall == _UNKNOWN and len(log) > 0:
+        first = segment_at(log[0])
+        state.wall = _EARLIER if first.first_speed > 0.0 else _NONE
+        state.earlier_wall = first.side
     for index in range(len(log)):
-        row = log[index]
-        start = since(row, model.period, periods, time)
-        wall = float(row[SIDE])
-        cause = float(row[CAUSE])
-        if totals[_WALL] == _EARLIER and (
-            row[MODE] == STICKING or (cause == IMPACT and wall != totals[_EARLIER_WALL])
+        s = segment_at(log[index])
+        start = since(s, model.period, window.periods, window.time)
+        is_sticking = s.mode == STICKING
+        if state.wall == _EARLIER and (
+            is_sticking or (s.cause == IMPACT and s.side != state.earlier_wall)
         ):
-            totals[_WALL] = _NONE
-        if row[MODE] == STICKING:
-            inside = float(row[DURATION]) + min(start, 0.0)
-            totals[_STICKING] += max(inside, 0.0)
-            if cause == STICK and totals[_WALL] != _NONE:
-                _close(model, row, periods, time, 2, totals, visible, chatter, listed)
-            totals[_OPEN_STICKING] += inside
-        elif cause == RELEASE:
-            if totals[_OPEN_RECORD] >= 0.0:
-                listed[int(totals[_OPEN_RECORD]), _R_STICKING] = totals[_OPEN_STICKING]
-            totals[_OPEN_RECORD] = -1.0
-        elif cause == IMPACT and start >= 0.0 and totals[_WALL] != _EARLIER:
-            approach = float(row[SPEED])
-            if wall != totals[_WALL]:
-                if totals[_WALL] != _NONE:
-                    _close(model, row, periods, time, 1, totals, visible, chatter, listed)
-                totals[_WALL] = wall
-                totals[_FIRST_SPEED] = approach
-                totals[_ONSET_PERIOD] = row[PERIOD]
-                totals[_ONSET_TIME] = row[TIME]
-                for k in range(len(fractions)):
-                    visible[0, k] = 0
-            totals[_LAST_PERIOD] = row[PERIOD]
-            totals[_LAST_TIME] = row[TIME]
-            for k in range(len(fractions)):
-                limit = max(fractions[k] * row[FIRST], speeds[k])
-                if approach >= limit:
-                    visible[0, k] += 1
-                if row[MODE] == TAIL:
-                    visible[0, k] += visible_in_tail(row, model.restitution, limit)
+            state.wall = _NONE
+        if is_sticking:
+            inside = s.duration + min(start, 0.0)
+            state.sticking += max(inside, 0.0)
+            if s.cause == STICK and state.wall != _NONE:
+                _close(model, window, s, 2, state, counts, listed)
+            state.open_sticking += inside
+        elif s.cause == RELEASE:
+            if state.open >= 0.0:
+                listed[int(state.open)].sticking_time = state.open_sticking
+            state.open = -1.0
+        elif s.cause == IMPACT and start >= 0.0 and state.wall != _EARLIER:
+            if state.wall != _NONE and state.wall != s.side:
+                _close(model, window, s, 1, state, counts, listed)
+            _strike(model, s, thresholds, state, counts)
 
 
 @compiled
-def _close(model, row, periods, time, outcome, totals, visible, chatter, listed):
-    """End the burst under way: outcome 2 complete, at the start of `row`; 1 incomplete."""
-    totals[_BURSTS] += 1.0
+def _strike(model, s, thresholds, state, counts):
+    """Count an impact, of a new burst where none is under way."""
+    fractions, speeds = thresholds
+    visible, _ = counts
+    if state.wall == _NONE:
+        state.wall = s.side
+        state.first_speed = s.speed
+        state.onset_periods = s.periods
+        state.onset_time = s.time
+        visible[0, :] = 0
+    state.last_periods = s.periods
+    state.last_time = s.time
+    for k in range(len(fractions)):
+        limit = max(float(fractions[k]) * s.first_speed, float(speeds[k]))
+        if s.speed >= limit:
+            visible[0, k] += 1
+        if s.mode == TAIL:
+            visible[0, k] += visible_in_tail(model.law, s, limit)
+
+
+@compiled
+def _close(model, window, s, outcome, state, counts, listed):
+    """End the burst under way: outcome 2 complete, at the start of `s`; 1 incomplete."""
+    state.bursts += 1.0
     if outcome == 2:
-        totals[_COMPLETE] += 1.0
-    number = int(totals[_LISTED])
+        state.complete += 1.0
+    number = int(state.listed)
     if number < len(listed):
-        entry = listed[number]
-        onset_period = float(totals[_ONSET_PERIOD])
-        onset_time = float(totals[_ONSET_TIME])
-        whole, rest = _elapsed(model.period, onset_period - periods, onset_time - time)
-        entry[_R_ONSET] = whole * model.period + rest
-        entry[_R_ONSET_PERIOD] = whole
-        entry[_R_ONSET_TIME] = rest
-        entry[_R_WALL] = totals[_WALL]
-        entry[_R_FIRST] = totals[_FIRST_SPEED]
-        entry[_R_VISIBLE] = visible[0, 0]
-        entry[_R_COMPLETE] = outcome - 1
+        burst = listed[number]
+        whole = state.onset_periods - window.periods
+        whole, rest = _carried(model.period, whole, state.onset_time - window.time)
+        burst.onset = whole * model.period + rest
+        burst.onset_period = whole
+        burst.onset_time_in_period = rest
+        burst.wall = state.wall
+        burst.first_speed = state.first_speed
+        burst.visible_impacts = counts[0][0, 0]
+        burst.complete = outcome - 1
         if outcome == 2:
-            entry[_R_TIME] = since(row, model.period, periods, time)
-            entry[_R_X] = row[X]
-            entry[_R_DURATION] = since(row, model.period, onset_period, onset_time)
-            totals[_OPEN_RECORD] = number
-            totals[_OPEN_STICKING] = 0.0
+            burst.accumulation_time = since(s, model.period, window.periods, window.time)
+            burst.accumulation_displacement = s.x
+            burst.duration = since(s, model.period, state.onset_periods, state.onset_time)
+            state.open = number
+            state.open_sticking = 0.0
         else:
-            whole = float(totals[_LAST_PERIOD]) - onset_period
-            entry[_R_DURATION] = whole * model.period + (float(totals[_LAST_TIME]) - onset_time)
-        totals[_LISTED] += 1.0
-    _judge(visible, chatter, outcome)
-    totals[_WALL] = _NONE
+            whole = state.last_periods - state.onset_periods
+            burst.duration = whole * model.period + (state.last_time - state.onset_time)
+        state.listed += 1.0
+    _judge(counts, outcome)
+    state.wall = _NONE
 
 
 @compiled
-def _elapsed(period_length, whole, rest):
-    """Carry a negative rest, so that 0 <= rest < period_length."""
+def _carried(period, whole, rest):
+    """Carry a negative rest, so that 0 <= rest < period."""
     if rest < 0.0:
-        rest += period_length
+        rest += period
         whole -= 1.0
-        if rest >= period_length:
+        if rest >= period:
             rest = 0.0
             whole += 1.0
     return whole, rest
 
 
 @compiled
-def _judge(visible, chatter, outcome):
-    """Carry a burst's visible counts into the lane's largest count and its chatter."""
+def _judge(counts, outcome):
+    """Carry a burst's visible counts into the run's largest count and its chatter."""
+    visible, chatter = counts
     for k in range(visible.shape[1]):
         visible[1, k] = max(visible[1, k], visible[0, k])
         if visible[0, k] >= CHATTER_IMPACTS:

@@ -6,13 +6,12 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Window
-from damper.observers.bursts import CHATTER_IMPACTS, EachBurst, column
+from damper.observers.base import Window, record_type
+from damper.observers.bursts import CHATTER_IMPACTS, EachBurst
 from damper.parameters.variables import TIME, Variable
 
-_ONSET, _VISIBLE, _COMPLETE, _DURATION = (
-    column(name) for name in ("onset", "visible_impacts", "complete", "duration")
-)
+#: Of one part: counts, time of the complete chatter bursts together, onset of the first one.
+_TOTALS = record_type("chatter", "complete", "sticking", "duration", "onset")
 
 
 class ChatterBursts(EachBurst):
@@ -73,47 +72,47 @@ class ChatterBursts(EachBurst):
         """Starts of the parts."""
         return {"since": self.since}
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
         self._starts = self.since * trajectory.period
-        self._counts = np.zeros((3, len(self.since)), dtype=np.int64)
-        self._times = np.zeros((2, len(self.since)))
+        self._totals = np.zeros(len(self.since), _TOTALS)
 
     def read(self, bursts: np.ndarray) -> None:
         """Count the next bursts."""
-        _count(bursts, self._starts, self._counts, self._times)
+        _count(bursts, self._starts, self._totals)
 
     def write(self) -> None:
-        """Write the lane's counts and mean."""
-        chatter, complete, sticking = self._counts
-        total, first = np.where(complete > 0, self._times, np.nan)
+        """Write the run's counts and mean."""
+        total = self._totals
+        some = total["complete"] > 0.0
         self._put(
             {
-                "chatter_bursts": chatter,
-                "chatter_complete": complete,
-                "sticking_bursts": sticking,
-                "chatter_duration": total / np.maximum(complete, 1),
-                "chatter_onset": first,
+                "chatter_bursts": total["chatter"],
+                "chatter_complete": total["complete"],
+                "sticking_bursts": total["sticking"],
+                "chatter_duration": np.where(some, total["duration"], np.nan)
+                / np.maximum(total["complete"], 1.0),
+                "chatter_onset": np.where(some, total["onset"], np.nan),
             }
         )
 
 
 @compiled
-def _count(bursts, starts, counts, times):
+def _count(bursts, starts, totals):
     for index in range(len(bursts)):
         burst = bursts[index]
-        chatter = burst[_VISIBLE] >= CHATTER_IMPACTS
-        complete = burst[_COMPLETE] == 1.0
+        chatter = burst.visible_impacts >= CHATTER_IMPACTS
         for part in range(len(starts)):
-            if burst[_ONSET] < starts[part]:
+            if burst.onset < starts[part]:
                 continue
+            total = totals[part]
             if chatter:
-                counts[0, part] += 1
-            if complete:
-                counts[2, part] += 1
-            if chatter and complete:
-                if counts[1, part] == 0:
-                    times[1, part] = burst[_ONSET]
-                counts[1, part] += 1
-                times[0, part] += burst[_DURATION]
+                total.chatter += 1.0
+            if burst.complete == 1.0:
+                total.sticking += 1.0
+            if chatter and burst.complete == 1.0:
+                if total.complete == 0.0:
+                    total.onset = burst.onset
+                total.complete += 1.0
+                total.duration += burst.duration

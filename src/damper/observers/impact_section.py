@@ -3,9 +3,9 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import CAUSE, CONTACT, GAP, IMPACT, MODE, RATE, SEPARATION, SIDE, V, X
+from damper.engine.segment import CONTACT, IMPACT, SEPARATION, segment_at
 from damper.observers.base import since
-from damper.observers.sections import Section, free_state
+from damper.observers.sections import Section, write_sample
 
 
 class ImpactSection(Section):
@@ -15,7 +15,7 @@ class ImpactSection(Section):
     ----------
     wall : {"right", "left"}, default "right"
     samples : int, default 100
-        Most impacts to keep of each lane, the first ones of the window; NaN fills the rest.
+        Most impacts to keep of each run, the first ones of the window; NaN fills the rest.
     free_mass : bool, default False
         Record the free mass as well.
 
@@ -40,43 +40,18 @@ class ImpactSection(Section):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        self._taken = _sample(
-            self._model,
-            log,
-            self._window.period,
-            self._window.time,
-            self.side,
-            self._samples,
-            self._taken,
-        )
+        self._taken = _sample(self._model, log, self._window, self.side, self._samples, self._taken)
 
 
 @compiled
-def _sample(model, log, periods, time, side, samples, taken):
+def _sample(model, log, window, side, samples, taken):
     for index in range(len(log)):
-        row = log[index]
         if taken == len(samples):
             break
-        # Where walls give, an impact is over when its contact is.
-        struck = row[CAUSE] == IMPACT and row[MODE] != CONTACT
-        if (
-            not (struck or row[CAUSE] == SEPARATION)
-            or row[SIDE] != side
-            or since(row, model.period, periods, time) < 0.0
-        ):
-            continue
-        samples[taken, 0] = row[X]
-        samples[taken, 1] = row[V]
-        if samples.shape[1] == 4:
-            y, u = free_state(
-                model.clearance,
-                side,
-                float(row[X]),
-                float(row[V]),
-                float(row[GAP]),
-                float(row[RATE]),
-            )
-            samples[taken, 2] = y
-            samples[taken, 3] = u
-        taken += 1
+        s = segment_at(log[index])
+        # An impact on a compliant wall is over when its contact is.
+        over = s.cause == SEPARATION or (s.cause == IMPACT and s.mode != CONTACT)
+        if over and s.side == side and since(s, model.period, window.periods, window.time) >= 0.0:
+            write_sample(samples[taken], model.clearance, side, (s.x, s.v, s.gap, s.rate))
+            taken += 1
     return taken

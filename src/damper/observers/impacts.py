@@ -5,12 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import CAUSE, FIRST, IMPACT, MODE, SPEED, TAIL
+from damper.engine.segment import IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.observers.base import (
     Observer,
     Window,
     describe,
+    read_record,
+    record_type,
     since,
     visibility,
     visible_in_tail,
@@ -18,7 +20,8 @@ from damper.observers.base import (
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import Variable
 
-_IMPACTS, _VISIBLE, _TAILS, _SUM, _LARGEST = range(5)
+#: Of a run: all impacts, visible ones, those in tails; sum and largest of the approach speeds.
+_TOTALS = record_type("impacts", "visible", "in_tails", "speeds", "largest")
 
 
 class Impacts(Observer):
@@ -54,44 +57,42 @@ class Impacts(Observer):
             Variable("max_approach_speed", "largest approach speed", SPEED_UNIT),
         )
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
-        self._totals = np.zeros(5)
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        self._totals = np.zeros(1, _TOTALS)
         fraction, speed = self.threshold
         self._visible = (fraction, speed / trajectory.units.speed)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _count(
-            self._model, log, self._window.period, self._window.time, *self._visible, self._totals
-        )
+        _count(self._model, log, self._window, *self._visible, self._totals)
 
     def finish(self, finished: bool) -> None:
-        """Write the lane's averages."""
+        """Write the run's averages."""
         if not finished:
             return
-        impacts, visible, in_tails, total, largest = self._totals
-        put = {"impacts_per_period": (visible + in_tails) / self._window.length}
-        if visible:
-            put["mean_approach_speed"] = total / visible
-        if impacts:
-            put["max_approach_speed"] = largest
+        total = read_record(self._totals)
+        put = {"impacts_per_period": (total.visible + total.in_tails) / self._window.length}
+        if total.visible:
+            put["mean_approach_speed"] = total.speeds / total.visible
+        if total.impacts:
+            put["max_approach_speed"] = total.largest
         self._put(put)
 
 
 @compiled
-def _count(model, log, periods, time, fraction, speed, totals):
+def _count(model, log, window, fraction, speed, totals):
+    total = totals[0]
     for index in range(len(log)):
-        row = log[index]
-        if row[CAUSE] != IMPACT or since(row, model.period, periods, time) < 0.0:
+        s = segment_at(log[index])
+        if s.cause != IMPACT or since(s, model.period, window.periods, window.time) < 0.0:
             continue
-        approach = float(row[SPEED])
-        limit = max(fraction * float(row[FIRST]), speed)
-        totals[_LARGEST] = max(totals[_LARGEST], approach)
-        totals[_IMPACTS] += 1.0
-        if approach >= limit:
-            totals[_VISIBLE] += 1.0
-            totals[_SUM] += approach
-        if row[MODE] == TAIL:
-            totals[_TAILS] += visible_in_tail(row, model.restitution, limit)
+        limit = max(fraction * s.first_speed, speed)
+        total.largest = max(total.largest, s.speed)
+        total.impacts += 1.0
+        if s.speed >= limit:
+            total.visible += 1.0
+            total.speeds += s.speed
+        if s.mode == TAIL:
+            total.in_tails += visible_in_tail(model.law, s, limit)

@@ -27,10 +27,10 @@ class Section(Observer):
             for quantity, units in (("displacement", LENGTH), ("velocity", SPEED))
         ]
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
-        self._outputs = [array[lane] for array in self.arrays.values()]
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        self._outputs = [array[run] for array in self.arrays.values()]
         # One row per sample, for the compiled pass.
         self._samples = np.empty((len(self._outputs[0]), len(self._outputs)))
         self._taken = 0
@@ -44,6 +44,18 @@ class Section(Observer):
 @compiled
 def free_state(
     clearance: float, side: float, x: float, v: float, gap: float, rate: float
-) -> tuple[float, ...]:
+) -> tuple[float, float]:
     """Displacement and velocity of the free mass from the primary's and the gap's."""
     return x + side * (clearance - gap), v - side * rate
+
+
+@compiled
+def write_sample(
+    row: np.ndarray, clearance: float, side: float, state: tuple[float, float, float, float]
+) -> None:
+    """Write a state of the primary and the gap as a sample: of one mass or of both."""
+    x, v, gap, rate = state
+    row[0] = x
+    row[1] = v
+    if len(row) == 4:
+        row[2], row[3] = free_state(clearance, side, x, v, gap, rate)

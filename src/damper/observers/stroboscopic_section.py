@@ -3,10 +3,10 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import DURATION, SIDE
-from damper.models import motion
-from damper.observers.base import since
-from damper.observers.sections import Section, free_state
+from damper.engine.model import motion
+from damper.engine.segment import segment_at
+from damper.observers.base import Window, since
+from damper.observers.sections import Section, write_sample
 
 
 class StroboscopicSection(Section):
@@ -37,31 +37,18 @@ class StroboscopicSection(Section):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        self._taken = _sample(
-            self._model,
-            log,
-            self._window.period,
-            self._window.time + self.at * self._model.period,
-            self._samples,
-            self._taken,
-        )
+        at = Window(self._window.periods, self._window.time + self.at * self._model.period, 0.0)
+        self._taken = _sample(self._model, log, at, self._samples, self._taken)
 
 
 @compiled
-def _sample(model, log, first_period, time, samples, taken):
+def _sample(model, log, at, samples, taken):
     for index in range(len(log)):
-        row = log[index]
-        duration = float(row[DURATION])
+        s = segment_at(log[index])
         while taken < len(samples):
-            tau = -since(row, model.period, first_period + taken, time)
-            if tau > duration:
+            tau = -since(s, model.period, at.periods + taken, at.time)
+            if tau > s.duration:
                 break
-            x, v, gap, rate = motion(model, row, max(tau, 0.0))
-            samples[taken, 0] = x
-            samples[taken, 1] = v
-            if samples.shape[1] == 4:
-                y, u = free_state(model.clearance, float(row[SIDE]), x, v, gap, rate)
-                samples[taken, 2] = y
-                samples[taken, 3] = u
+            write_sample(samples[taken], model.clearance, s.side, motion(model, s, max(tau, 0.0)))
             taken += 1
     return taken

@@ -6,37 +6,27 @@ moves an event.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import (
-    CAUSE,
-    CONTACT,
-    DURATION,
-    GAP,
-    IMPACT,
-    MODE,
-    PERIOD,
-    RATE,
-    SIDE,
-    SPEED,
-    STICKING,
-    TIME,
-    V,
-    X,
-)
+from damper.engine.model import motion
+from damper.engine.segment import IMPACT, STICKING, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models import mass_ratio_at, motion
-from damper.observers.base import Observer, Window, since
+from damper.observers.base import Observer, Window, read_record, record_type, since
 from damper.observers.sections import free_state
 from damper.observers.stretch import SLACK, sample_steps
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
 
-#: What the pass has written so far.
-_ROWS, _SAMPLES, _EVENTS, _LEFT_OUT = range(4)
+#: A row of the result; the fields are those variables without ``trajectory_`` that have rows.
+_ROW = record_type(
+    "time", "displacement", "velocity", "free_displacement", "free_velocity", "event", "mode"
+)
+#: How many rows, samples and events there are so far.
+_COUNTS = record_type("rows", "samples", "events", "left_out")
 
 
 class SampledTrajectory(Observer):
@@ -135,126 +125,103 @@ class SampledTrajectory(Observer):
         """Rows: all samples, and two for each event."""
         return self._steps(window_length) + 1 + 2 * self.events
 
-    def begin(self, lane: int, trajectory: Trajectory, window: Window) -> None:
-        """Start on a lane."""
-        super().begin(lane, trajectory, window)
-        self._samples = self._steps(window.length) + 1
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        rate = self.samples_per_period
         # Whole steps to the start keep the instants those of sections at simple fractions.
-        self._first = round(self.start * self.samples_per_period)
-        self._rest = self.start - self._first / self.samples_per_period
-        if abs(self._rest) * self.samples_per_period < SLACK:
-            self._rest = 0.0
-        self._columns = tuple(self.arrays[v.name][lane] for v in self.variables if v.dims)
-        self._counts = np.zeros(4, dtype=np.int64)
+        first = round(self.start * rate)
+        rest = self.start - first / rate
+        if abs(rest) * rate < SLACK:
+            rest = 0.0
+        samples = self._steps(window.length) + 1
+        self._stretch = Stretch(
+            self._window, float(first), rest, float(rate), float(samples), float(self.events)
+        )
+        self._rows = np.empty(samples + 2 * self.events, _ROW)
+        self._counts = np.zeros(1, _COUNTS)
         # To whole steps, as the samples are.
-        steps = self._first / self.samples_per_period + self._rest
-        self._put({"trajectory_start": steps * trajectory.period})
+        self._put({"trajectory_start": (first / rate + rest) * trajectory.period})
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _write(
-            self._model,
-            log,
-            self._window.period,
-            self._window.time,
-            self._first,
-            self._rest,
-            self.samples_per_period,
-            self._samples,
-            self.events,
-            self._counts,
-            *self._columns,
-        )
+        _write(self._model, log, self._stretch, self._rows, self._counts)
 
     def finish(self, finished: bool) -> None:
-        """Write how many events did not fit; the rows are in place."""
-        self._put({"trajectory_events_left_out": self._counts[_LEFT_OUT]})
+        """Write the rows that there are, and how many events did not fit."""
+        count = read_record(self._counts)
+        rows = int(count.rows)
+        for field in _ROW.names:
+            self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
+        self._put({"trajectory_events_left_out": count.left_out})
 
     def _steps(self, window_length: int) -> int:
         """Sample steps of the stretch, once it is known to lie in the record."""
         return sample_steps(self.samples_per_period, self.start, self.length, window_length)
 
 
+class Stretch(NamedTuple):
+    """What is sampled: steps of 1/rate period, `first` steps and `rest` periods into the record."""
+
+    window: Window
+    first: float
+    rest: float
+    rate: float
+    samples: float
+    most_events: float
+
+
 @compiled
-def _write(
-    model,
-    log,
-    first_period,
-    time,
-    first_step,
-    rest,
-    rate,
-    samples,
-    most_events,
-    counts,
-    times,
-    xs,
-    vs,
-    ys,
-    us,
-    kinds,
-    modes,
-):
-    clearance = model.clearance
+def _write(model, log, stretch, rows, counts):
     period = model.period
-    start_period, start_time = _instant(first_period, time, first_step, rest, rate, period)
-    last = first_step + samples - 1
-    end_period, end_time = _instant(first_period, time, last, rest, rate, period)
-    n = int(counts[_ROWS])
-    taken = int(counts[_SAMPLES])
+    count = counts[0]
+    start_periods, start_time = _instant(stretch, 0.0, period)
+    end_periods, end_time = _instant(stretch, stretch.samples - 1.0, period)
     for index in range(len(log)):
-        row = log[index]
-        duration = float(row[DURATION])
-        side = float(row[SIDE])
-        mode = 1 if row[MODE] == STICKING else 0
-        # Times never go back, not even by rounding.
-        now = since(row, period, start_period, start_time)
-        inside = now >= 0.0 and since(row, period, end_period, end_time) <= 0.0
-        if row[CAUSE] >= IMPACT and inside:
-            if counts[_EVENTS] == most_events:
-                counts[_LEFT_OUT] += 1
+        s = segment_at(log[index])
+        mode = 1.0 if s.mode == STICKING else 0.0
+        now = since(s, period, start_periods, start_time)
+        if s.cause >= IMPACT and now >= 0.0 and since(s, period, end_periods, end_time) <= 0.0:
+            if count.events == stretch.most_events:
+                count.left_out += 1.0
             else:
-                counts[_EVENTS] += 1
-                x = float(row[X])
-                v = float(row[V])
-                now = max(now, float(times[n - 1])) if n > 0 else now
-                if row[CAUSE] == IMPACT:
-                    mass_ratio = mass_ratio_at(model, float(row[PERIOD]), float(row[TIME]))
-                    jump = mass_ratio * (1.0 + model.restitution) / (1.0 + mass_ratio)
-                    approach = float(row[SPEED])
-                    # Walls that give change the velocity in time: before and after are the same.
-                    before = v if row[MODE] == CONTACT else v - side * jump * approach
-                    y, u = free_state(clearance, side, x, before, 0.0, -approach)
-                    times[n], xs[n], vs[n], ys[n], us[n] = now, x, before, y, u
-                    kinds[n], modes[n] = 0, 0
-                    n += 1
-                y, u = free_state(clearance, side, x, v, float(row[GAP]), float(row[RATE]))
-                times[n], xs[n], vs[n], ys[n], us[n] = now, x, v, y, u
-                kinds[n], modes[n] = int(row[CAUSE]), mode
-                n += 1
-        while taken < samples:
-            periods, local = _instant(first_period, time, first_step + taken, rest, rate, period)
-            tau = -since(row, period, periods, local)
-            if tau > duration:
+                count.events += 1.0
+                if s.cause == IMPACT:
+                    before = (s.x, s.v_before, 0.0, -s.speed)
+                    _add_row(model, s, now, before, IMPACT, 0.0, rows, count)
+                after = (s.x, s.v, s.gap, s.rate)
+                _add_row(model, s, now, after, s.cause, mode, rows, count)
+        while count.samples < stretch.samples:
+            periods, time = _instant(stretch, count.samples, period)
+            tau = -since(s, period, periods, time)
+            if tau > s.duration:
                 break
-            x, v, gap, gap_rate = motion(model, row, max(tau, 0.0))
-            y, u = free_state(clearance, side, x, v, gap, gap_rate)
-            now = (periods - start_period) * period + (local - start_time)
-            now = max(now, float(times[n - 1])) if n > 0 else now
-            times[n], xs[n], vs[n], ys[n], us[n] = now, x, v, y, u
-            modes[n] = mode
-            n += 1
-            taken += 1
-    counts[_ROWS] = n
-    counts[_SAMPLES] = taken
+            now = (periods - start_periods) * period + (time - start_time)
+            _add_row(model, s, now, motion(model, s, max(tau, 0.0)), -1.0, mode, rows, count)
+            count.samples += 1.0
 
 
 @compiled
-def _instant(first_period, time, step, rest, rate, period):
-    """Whole periods and local time of a sample, formed as the stroboscopic section forms them.
+def _add_row(model, s, now, state, event, mode, rows, count):
+    x, v, gap, rate = state
+    number = int(count.rows)
+    row = rows[number]
+    # Times never go back, not even by roundoff.
+    row.time = max(now, rows[number - 1].time) if number > 0 else now
+    row.displacement = x
+    row.velocity = v
+    y, u = free_state(model.clearance, s.side, x, v, gap, rate)
+    row.free_displacement = y
+    row.free_velocity = u
+    row.event = event
+    row.mode = mode
+    count.rows += 1.0
 
-    `step` counts from the start of the record and `rate` is steps per period; `rest` is the part
-    of a period by which the stretch begins after a whole step.
-    """
-    whole = step // rate
-    return first_period + whole, time + ((step - whole * rate) / rate + rest) * period
+
+@compiled
+def _instant(stretch, sample, period):
+    """Whole periods and local time of a sample, formed as the stroboscopic section forms them."""
+    step = stretch.first + sample
+    whole = math.floor(step / stretch.rate)
+    part = (step - whole * stretch.rate) / stretch.rate + stretch.rest
+    return stretch.window.periods + whole, stretch.window.time + part * period

@@ -1,5 +1,10 @@
-"""What a run is: the parameters of the damper, its units, and the state it starts from."""
+"""What a run is: the parameters of the damper, its units, and the state it starts from.
 
-from damper.parameters.parameters import NO_UNITS, Parameters, SIParameters, State, Units
+`dampers` declares every parameter once, `state` the initial quantities; `quantities` lists them.
+"""
+
+from damper.parameters.dampers import Parameters, SIParameters
+from damper.parameters.state import State
+from damper.parameters.units import NO_UNITS, Units
 
 __all__ = ["NO_UNITS", "Parameters", "SIParameters", "State", "Units"]

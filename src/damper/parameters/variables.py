@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-LENGTH = "F0/K"
-SPEED = "F0/sqrt(K M)"
-TIME = "sqrt(M/K)"
-ENERGY = "F0^2/K"
-#: What these units are called where the damper is given in SI units.
-SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
+from damper.parameters.units import ENERGY as ENERGY
+from damper.parameters.units import LENGTH as LENGTH
+from damper.parameters.units import SI_UNITS as SI_UNITS
+from damper.parameters.units import SPEED as SPEED
+from damper.parameters.units import TIME as TIME
 
 #: Visible impacts that make a burst chatter (both papers).
 CHATTER_IMPACTS = 5

@@ -1,10 +1,10 @@
-"""Backward error of a run: does each of its segments obey the equations, from where it starts?
+"""Backward error of a run: does each segment obey the equations, from where it starts?
 
 A chaotic run cannot be compared with another one for long. But its log holds the start of each
 segment as exact doubles, so each can be computed again by itself, in more digits and by formulas of
 its own: flight and sticking as divided differences of the exponential, impacts by Newton's and the
 momentum law. What is left over, relative to the sizes of the terms that were added, is a change of
-the problem that would make the run exact; some units of rounding mean that the method is sound.
+the problem that would make the run exact; some units of roundoff mean that the method is sound.
 
 Rigid model only.
 """
@@ -18,12 +18,13 @@ import numpy as np
 
 from damper.engine.segment import (
     CAUSE,
+    COMPLETION,
     DURATION,
     FLIGHT,
     GAP,
     IMPACT,
     MODE,
-    PERIOD,
+    PERIODS,
     RATE,
     RELEASE,
     SIDE,
@@ -40,7 +41,7 @@ from damper.stress.verdicts import CHECKS
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
 #: Digits of mpmath.
 DIGITS = 40
-#: Instants of each segment at which gap or thrust is looked at, besides its smallest value.
+#: Instants of each segment at which gap or contact force is looked at, besides its smallest value.
 SAMPLES = 8
 #: Terms of the series where they go furthest, and what they leave over then.
 _TERMS = 26
@@ -50,7 +51,7 @@ _SMALL_STEP = 1e-15
 _EPS = 2.0**-52
 
 
-class Oscillator(NamedTuple):
+class Oscillators(NamedTuple):
     """x'' + 2 beta x' + kappa x = force sin(theta + omega tau), one entry for each segment."""
 
     beta: Any
@@ -59,14 +60,14 @@ class Oscillator(NamedTuple):
     omega: Any
 
 
-class Motion(NamedTuple):
-    """Motion of the primary a time tau after a segment's start."""
+class Motions(NamedTuple):
+    """Motions of the primary a time tau after a segment's start."""
 
     bend: Any
     """x - x0 - v0 tau."""
     dv: Any
     """v - v0."""
-    push: Any
+    a: Any
     """x'' then."""
 
 
@@ -86,7 +87,7 @@ def backward_error(parameters: Parameters, log: np.ndarray, digits: int | None =
     Returns
     -------
     dict of str to float
-        Each of `CHECKS` in units of rounding (2^-52), ``displacement`` too, and ``closing``: error
+        Each of `CHECKS` in units of roundoff (2^-52), ``displacement`` too, and ``closing``: error
         of the accumulation time in units of time, by resolving one more bounce. nan if anything is
         not a number.
     """
@@ -106,7 +107,7 @@ def residuals(parameters: Parameters, log: np.ndarray, digits: int | None = None
         - ``displacement``: the same of the displacement alone, over where and how far it goes;
         - ``contact``: gap at an impact, and approach speed;
         - ``law``: momentum and restitution;
-        - ``release``: thrust at a release, over the forces;
+        - ``release``: contact force at a release, over the forces;
         - ``inside``: how far the segment enters a wall, or needs a wall that pulls;
         - ``tail``: duration of a closed tail against the second-order formula;
         - ``closing``: error of that formula, in units of time.
@@ -147,7 +148,7 @@ class _Segments:
         self.flies = log[:, MODE] == FLIGHT
         heavier = np.where(self.flies, exact(1.0), exact(1.0) + exact(p.mass_ratio))
         one = exact(1.0)
-        self.osc = Oscillator(
+        self.osc = Oscillators(
             exact(p.damping_ratio) / heavier, one / heavier, one / heavier, exact(p.frequency_ratio)
         )
         self.x, self.v, self.gap, self.rate = (exact(log[:, c]) for c in (X, V, GAP, RATE))
@@ -160,12 +161,12 @@ class _Segments:
         self.theta = numbers.phase(p.phase) + exact(p.frequency_ratio) * exact(log[:, TIME])
         self.width = 2.0 * p.clearance
         self.from_x, self.from_v = self.x.copy(), self.start.copy()
-        self._let_go()
+        self._release_exactly()
 
-    def _let_go(self) -> None:
+    def _release_exactly(self) -> None:
         """Put each start after a release where x'' is zero, by the least change of x and v.
 
-        That is what a release means; the rounding of the stored state, multiplied by the damping,
+        That is what a release means; the roundoff of the stored state, multiplied by the damping,
         is the residual of the release itself.
         """
         of = np.flatnonzero(self.log[:, CAUSE] == RELEASE)
@@ -177,12 +178,12 @@ class _Segments:
         self.from_x[of] = self.x[of] + left
         self.from_v[of] = self.start[of] + twice * left
 
-    def motion(self, tau: Any, of: np.ndarray) -> Motion:
-        """Motion of some segments, each at its own time."""
-        osc = Oscillator(*(value[of] for value in self.osc[:3]), self.osc.omega)
+    def motion(self, tau: Any, of: np.ndarray) -> Motions:
+        """Motions of some segments, each at its own time."""
+        osc = Oscillators(*(value[of] for value in self.osc[:3]), self.osc.omega)
         return self.numbers.motion(osc, self.from_x[of], self.from_v[of], self.theta[of], tau)
 
-    def sizes(self, of: np.ndarray, tau: Any, move: Motion) -> tuple[np.ndarray, ...]:
+    def sizes(self, of: np.ndarray, tau: Any, move: Motions) -> tuple[np.ndarray, ...]:
         """Sizes of the terms of displacement, velocity, relative displacement and velocity."""
         x, v = _double(self.x[of]), _double(self.start[of])
         tau = _double(tau)
@@ -221,10 +222,10 @@ class _Segments:
         cut = self.flies[of] & ~hits
         wall = after[:, SIDE]
         approach = exact(after[:, SPEED])
-        restitution = exact(p.restitution)
+        restitution = self._restitution(approach)
         kick = np.where(hits, wall * self.share * (exact(1.0) + restitution) * approach, exact(0.0))
 
-        elapsed = (exact(after[:, PERIOD]) - exact(rows[:, PERIOD])) * exact(p.period)
+        elapsed = (exact(after[:, PERIODS]) - exact(rows[:, PERIODS])) * exact(p.period)
         elapsed = elapsed + (exact(after[:, TIME]) - exact(rows[:, TIME]))
         clock = _double(abs(elapsed - tau)) / p.period
         moved = _double(abs(self.x[of + 1] - x1))
@@ -247,15 +248,24 @@ class _Segments:
         bounce = _double(abs(self.rate[of + 1] - restitution * approach))
         law = bounce / _sure(_double(approach))
         freed = after[:, CAUSE] == RELEASE
-        pushed = _double(abs(move.push)) / (force / (1.0 + p.mass_ratio))
+        left_over = _double(abs(move.a)) / (force / (1.0 + p.mass_ratio))
         return {
             "clock": clock,
             "motion": off,
             "displacement": moved / _sure(position),
             "contact": np.where(hits, contact, 0.0),
             "law": np.where(hits, np.maximum(law, lost), 0.0),
-            "release": np.where(freed, pushed, 0.0),
+            "release": np.where(freed, left_over, 0.0),
         }
+
+    def _restitution(self, approach: Any) -> Any:
+        """Coefficient of restitution at some approach speeds."""
+        exact = self.numbers.exact
+        r = exact(self.p.restitution)
+        if self.p.yield_speed == math.inf:
+            return r
+        yields = exact(self.p.yield_speed)
+        return r * (yields / np.maximum(approach, yields)) ** exact(0.25)
 
     def inside(self) -> np.ndarray:
         """How far each segment enters a wall (over its gap's terms) or is pulled (over forces)."""
@@ -280,7 +290,7 @@ class _Segments:
         return np.maximum(worst, 0.0)
 
     def _room(self, of: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distance from the nearer wall over the gap's terms, or thrust over the forces; slope."""
+        """Distance from the nearer wall over the gap's terms, or contact force over the forces."""
         time = self.numbers.exact(tau)
         move = self.motion(time, of)
         _, _, near, _, force = self.sizes(of, time, move)
@@ -291,10 +301,10 @@ class _Segments:
         gap = _double(gap)
         far = rest < gap
         room = np.where(far, rest / _sure(near + self.width), gap / _sure(near))
-        thrust = -side * _double(move.push) / (force / (1.0 + self.p.mass_ratio))
+        wall_force = -side * _double(move.a) / (force / (1.0 + self.p.mass_ratio))
         flies = self.flies[of]
         slope = np.where(flies, np.where(far, -rate, rate), 0.0)
-        return np.where(flies, room, thrust), slope
+        return np.where(flies, room, wall_force), slope
 
     def tails(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Durations of tails against the formula, and its error by resolving a bounce."""
@@ -302,7 +312,7 @@ class _Segments:
         r = exact(p.restitution)
         one = exact(1.0)
         side = self.side[of]
-        flight = Oscillator(
+        flight = Oscillators(
             exact(p.damping_ratio) + 0 * self.x[of],
             one + 0 * self.x[of],
             one + 0 * self.x[of],
@@ -311,10 +321,10 @@ class _Segments:
         x, v, w, theta = self.x[of], self.v[of], self.rate[of], self.theta[of]
         whole = self._remaining(side, x, v, w, theta)
         force = 1.0 + 2.0 * p.damping_ratio * np.abs(_double(v)) + np.abs(_double(x))
-        push, _ = self._pushes(side, x, v, theta)
-        duration = self.log[of, DURATION]
-        tail = _double(abs(whole - exact(duration))) / (duration * force / _double(push))
-        tau = exact(2.0) * w / push
+        start_force, _ = self._force_and_jerk(side, x, v, theta)
+        duration = self.log[of, COMPLETION]
+        tail = _double(abs(whole - exact(duration))) / (duration * force / _double(start_force))
+        tau = exact(2.0) * w / start_force
         for _ in range(_NEWTON):
             move = self.numbers.motion(flight, x, v, theta, tau)
             # Over tau, so that the start itself is no root.
@@ -332,7 +342,7 @@ class _Segments:
         closing = _double(abs(tau + rest - whole) / (one - r * r * r))
         return tail, closing
 
-    def _pushes(self, side: np.ndarray, x: Any, v: Any, theta: Any) -> tuple[Any, Any]:
+    def _force_and_jerk(self, side: np.ndarray, x: Any, v: Any, theta: Any) -> tuple[Any, Any]:
         """Return -g'' and g''' of the gap just after an impact."""
         sin, cos = self.numbers.sin_cos(theta)
         zeta = self.numbers.exact(self.p.damping_ratio)
@@ -340,13 +350,13 @@ class _Segments:
         return -side * a, side * (self.osc.omega * cos - 2 * zeta * a - v)
 
     def _remaining(self, side: np.ndarray, x: Any, v: Any, w: Any, theta: Any) -> Any:
-        """Time that is left of a complete burst, to second order in the rebound speed w."""
+        """Time that is left of a complete sequence, to second order in the rebound speed w."""
         exact = self.numbers.exact
         zeta, r = exact(self.p.damping_ratio), exact(self.p.restitution)
         one = exact(1.0)
-        push, jerk = self._pushes(side, x, v, theta)
-        slow = push * (one - r)
-        second = exact(4.0) / 3 * jerk / push - 4 * zeta * self.share * r
+        force, jerk = self._force_and_jerk(side, x, v, theta)
+        slow = force * (one - r)
+        second = exact(4.0) / 3 * jerk / force - 4 * zeta * self.share * r
         return 2 * w / slow + second * w * w / (slow * slow)
 
 
@@ -363,12 +373,12 @@ class _Numbers:
     """What numbers with more digits than a double must offer, elementwise over arrays."""
 
     exact: Callable[[Any], Any]
-    """Convert doubles, without rounding."""
+    """Convert doubles, exactly."""
     phase: Callable[[float], Any]
     """Reduce a forcing phase to one turn."""
     sin_cos: Callable[[Any], tuple[Any, Any]]
-    motion: Callable[..., Motion]
-    """Motion of oscillators from displacement, velocity and phase over a time."""
+    motion: Callable[..., Motions]
+    """Motions of oscillators from displacement, velocity and phase over a time."""
 
 
 class _LongDouble(_Numbers):
@@ -385,7 +395,7 @@ class _LongDouble(_Numbers):
         return np.sin(theta), np.cos(theta)
 
     @staticmethod
-    def motion(osc: Oscillator, x0: Any, v0: Any, theta: Any, tau: Any) -> Motion:
+    def motion(osc: Oscillators, x0: Any, v0: Any, theta: Any, tau: Any) -> Motions:
         sin, cos = np.sin(theta), np.cos(theta)
         a0 = osc.force * sin - 2 * osc.beta * v0 - osc.kappa * x0
         j0 = osc.force * osc.omega * cos - 2 * osc.beta * a0 - osc.kappa * v0
@@ -394,13 +404,13 @@ class _LongDouble(_Numbers):
         bend, dv = np.empty_like(tau), np.empty_like(tau)
         for mask, form in ((soon, _series), (~soon, _divided)):
             if mask.any():
-                part = Oscillator(*(value[mask] for value in osc[:3]), osc.omega)
+                part = Oscillators(*(value[mask] for value in osc[:3]), osc.omega)
                 given = (value[mask] for value in (x0, v0, a0, j0, sin, cos, tau))
                 bend[mask], dv[mask] = form(part, *given, float(reach[mask].max()))
         turned = theta + osc.omega * tau
         x1 = x0 + (v0 * tau + bend)
-        push = osc.force * np.sin(turned) - 2 * osc.beta * (v0 + dv) - osc.kappa * x1
-        return Motion(bend, dv, push)
+        a = osc.force * np.sin(turned) - 2 * osc.beta * (v0 + dv) - osc.kappa * x1
+        return Motions(bend, dv, a)
 
 
 def _terms(reach):
@@ -513,9 +523,9 @@ class _Multiprecision(_Numbers):
         return np.frompyfunc(mpmath.sin, 1, 1)(theta), np.frompyfunc(mpmath.cos, 1, 1)(theta)
 
     @staticmethod
-    def motion(osc: Oscillator, x0: Any, v0: Any, theta: Any, tau: Any) -> Motion:
+    def motion(osc: Oscillators, x0: Any, v0: Any, theta: Any, tau: Any) -> Motions:
         found = np.frompyfunc(_by_exponential, 8, 3)(*osc, x0, v0, theta, tau)
-        return Motion(*(np.atleast_1d(value) for value in found))
+        return Motions(*(np.atleast_1d(value) for value in found))
 
 
 def _by_exponential(beta, kappa, force, omega, x0, v0, theta, tau):

@@ -1,32 +1,30 @@
-"""What the checks need to know of walls that give."""
+"""What the checks need to know of compliant contact."""
 
 import math
 
-from damper.engine.oscillator import acceleration, sine_cosine
-from damper.engine.segment import GAP, RATE, TIME, V, X
+from damper.engine.forcing import phase_at
+from damper.engine.oscillator import motion_from
 from damper.models.compliant import Compliant
-from damper.stress.checks import flight_start, thrust
+from damper.stress.checks import contact_force, flight_start
 
 
 @flight_start.of(Compliant)
-def _flight_start(model, row):
-    # A wall that gives has its own end of contact: x'' need not vanish at a release.
-    free = model.free
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, float(row[X]), float(row[V]), sin, cos)
-    return a, j, sin, cos, 0.0, 0.0, 0.0, 0.0
+def _flight_start(model, segment):
+    # A compliant contact ends by a rule of its own: x'' need not vanish at a release.
+    s = segment
+    return motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time))
 
 
-@thrust.of(Compliant)
-def _thrust(model, row, tau, x, v, gap, rate):
+@contact_force.of(Compliant)
+def _contact_force(model, segment, tau, at):
     if model.tension != 0.0:
         return 0.0, 1.0
+    s = segment
     k = model.touch.stiffness
     c = model.touch.damping
     # Terms of the rate: what the contact's own oscillation makes of the depth at its start.
-    speed = abs(rate) + abs(float(row[RATE])) + math.sqrt(k) * abs(float(row[GAP]))
+    speed = abs(at.rate) + abs(s.rate) + math.sqrt(k) * abs(s.gap)
     # What the rest of the masses' forces comes to at the wall.
-    free = model.free
-    other = 1.0 + abs(x) + abs(float(row[X])) + 2.0 * free[0] * (abs(v) + abs(float(row[V])))
-    size = k * (abs(gap) + abs(float(row[GAP]))) + c * speed + model.touch.reduced * other
-    return -(k * gap + c * rate), size
+    other = 1.0 + abs(at.x) + abs(s.x) + 2.0 * model.free.damping * (abs(at.v) + abs(s.v))
+    size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.touch.reduced * other
+    return -(k * at.gap + c * at.rate), size

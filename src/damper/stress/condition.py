@@ -1,7 +1,7 @@
-"""Condition of a run: how far rounding alone may move its events, apart from the method's errors.
+"""Condition of a run: how far roundoff alone may move its events, apart from the method's errors.
 
-The same lane is run again with noise (`damper.stress.runs.noisy_run`): parameters and start, and
-after each event state and phase, are changed by some 4000 units of rounding. How much further off
+The same point is run again with noise (`damper.stress.runs.noisy_run`): parameters and start, and
+after each event state and phase, are changed by some 4000 units of roundoff. How much further off
 than that the events come is their condition. Past a grazing, at the border between two outcomes, or
 some dozen impacts into a chaotic run, other events follow altogether; from there on a comparison
 says nothing about the method, and each step has to be judged by itself (`damper.stress.backward`).
@@ -20,7 +20,7 @@ from damper.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
 NOISE = 2.0**-40
 #: Twins of each lane. One alone may come out close to the original by accident.
 TWINS = 2
-#: Differences that rounding alone may grow to before a comparison says nothing more.
+#: Differences that roundoff alone may grow to before a comparison says nothing more.
 POINTLESS = 1e-6
 #: Growth of the noise over a run, and within one event, that makes a lane ill-conditioned.
 ILL, SUDDEN = 1e6, 1e3
@@ -32,7 +32,7 @@ class Condition(NamedTuple):
     growth: np.ndarray
     """(events,): largest difference of the twins so far over the noise, at least 1."""
     comparable: int
-    """Events up to which comparisons make sense: rounding stays below `POINTLESS`, and the twins
+    """Events up to which comparisons make sense: roundoff stays below `POINTLESS`, and the twins
     have the same events."""
     kind: int
     """`WELL`, `GROWING`, `GRAZING` or `BORDER`."""
@@ -92,7 +92,7 @@ def scale_of(run: Run, events: Events) -> Scale:
     p: Parameters = run.parameters
     length = float(np.abs(run.log[:, X]).max())
     speed = float(np.abs(run.log[:, [V, RATE, SPEED]]).max())
-    if run.whole:
+    if run.end is not None:
         length = max(length, abs(float(events.values[0, -1])))
         speed = max(speed, abs(float(events.values[1, -1])))
     # At a turn, or in passing zero, the one says how large the other is.

@@ -1,94 +1,51 @@
-"""What the checks need to know of a free mass that is tied to ground."""
+"""What the checks need to know of a grounded free mass."""
 
-import math
-
-from damper.engine.oscillator import acceleration, sine_cosine
-from damper.engine.segment import CAUSE, GAP, RATE, RELEASE, SIDE, TIME, V, X
-from damper.models.grounded import Grounded, both_motions
-from damper.models.grounded.search import move_apart
+from damper.engine.forcing import phase_at
+from damper.engine.model import begin
+from damper.engine.oscillator import increments, motion_from
+from damper.models.grounded import Grounded
 from damper.stress.checks import (
+    Sample,
+    contact_force,
     flight_at,
     flight_start,
-    own_jerk,
     support_speed,
     support_stiffness,
-    thrust,
 )
 
 
 @flight_start.of(Grounded)
-def _flight_start(model, row):
-    free = model.free
-    x = float(row[X])
-    v = float(row[V])
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, x, v, sin, cos)
-    a, j, y, u, b, k = both_motions(
-        model,
-        row[CAUSE] == RELEASE,
-        float(row[SIDE]),
-        x,
-        v,
-        float(row[GAP]),
-        float(row[RATE]),
-        a,
-        j,
-        cos,
-    )
-    return a, j, sin, cos, y, u, b, k
+def _flight_start(model, segment):
+    return begin(model, segment)
 
 
 @flight_at.of(Grounded)
-def _flight_at(model, row, start, tau):
-    x = float(row[X])
-    v = float(row[V])
-    gap = float(row[GAP])
-    rate = float(row[RATE])
-    a, j, sin, cos, y, u, b, k = start
-    size = gap + (abs(rate) + abs(v) + abs(u)) * tau + abs(y)
-    gap, rate, dx, v = move_apart(
-        model.free,
-        x,
-        v,
-        a,
-        j,
-        sin,
-        cos,
-        model.support,
-        y,
-        u,
-        b,
-        k,
-        float(row[SIDE]),
-        gap,
-        rate,
-        tau,
-    )
-    return x + dx, v, gap, rate, size
+def _flight_at(model, segment, start, tau):
+    s = segment
+    y = start.free_mass
+    dx, dv, _ = increments(model.free, start.primary, tau)
+    dy, du, _ = increments(model.support, y, tau)
+    gap = s.gap + s.rate * tau + s.side * (dx - dy)
+    size = s.gap + (abs(s.rate) + abs(s.v) + abs(y.v)) * tau + abs(y.x)
+    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * (dv - du), size)
 
 
-@own_jerk.of(Grounded)
-def _own_jerk(model, start, duration):
-    # As the primary's, of a motion that nothing drives.
-    b, k = start[6], start[7]
-    return math.sqrt(model.support[1] * b * b + k * k)
-
-
-@thrust.of(Grounded)
-def _thrust(model, row, tau, x, v, gap, rate):
+@contact_force.of(Grounded)
+def _contact_force(model, segment, tau, at):
     # What parts the masses: the difference of their accelerations in the flight that would begin.
-    side = float(row[SIDE])
-    y = x + side * model.clearance
-    sin, _, _ = sine_cosine(model.free[3] * (float(row[TIME]) + tau) + model.phase)
-    a, _ = acceleration(model.free, x, v, sin, 0.0)
-    b, _ = acceleration(model.support, y, v, 0.0, 0.0)
+    s = segment
+    free = model.free
+    support = model.support
+    phase = phase_at(free.forcing, s.periods, s.time + tau)
+    a = motion_from(free, at.x, at.v, phase).a
+    b = motion_from(support, at.x + s.side * model.clearance, at.v, phase).a
     # What the velocity is made of: itself, and what spring and force add.
-    x0 = abs(float(row[X])) + model.clearance
-    drag = max(2.0 * model.stuck[0], 1.0)
-    speed = abs(v) + abs(float(row[V])) + (1.0 + x0) * min(tau, 1.0 / drag)
-    size = 1.0 + 2.0 * (model.free[0] + model.support[0]) * speed
-    size += (1.0 + model.support[1]) * (abs(x) + x0 + speed * min(tau, 1.0))
-    return -side * (a - b), size
+    x0 = abs(s.x) + model.clearance
+    drag = max(2.0 * model.stuck.damping, 1.0)
+    speed = abs(at.v) + abs(s.v) + (1.0 + x0) * min(tau, 1.0 / drag)
+    size = 1.0 + 2.0 * (free.damping + support.damping) * speed
+    size += (1.0 + support.stiffness) * (abs(at.x) + x0 + speed * min(tau, 1.0))
+    return -s.side * (a - b), size
 
 
 @support_stiffness.of(Grounded)
@@ -98,9 +55,9 @@ def _support_stiffness(model):
 
 @support_speed.of(Grounded)
 def _support_speed(model, x, v, duration):
-    drag = 2.0 * model.support[0]
-    stiffness = model.support[1]
-    # What the spring gives and takes back, all swings added up until the dashpot has eaten them:
-    # the end of a flight is a double, and many swings magnify its rounding.
+    drag = 2.0 * model.support.damping
+    stiffness = model.support.stiffness
+    # What the spring gives and takes back, all swings added up until the dashpot has damped them:
+    # the end of a flight is a double, and many swings magnify its roundoff.
     swings = stiffness * (duration if drag * duration < 1.0 else 1.0 / drag)
     return swings * (x + model.clearance) + v * min(drag * duration, 1.0)

@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import DURATION, IMPACT, PERIOD, RELEASE, STICK, TIME
-from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory
+from damper.engine.segment import DURATION, IMPACT, PERIODS, RELEASE, STICK, TIME
+from damper.engine.trajectory import DEFAULT_ACCURACY
+from damper.models import start_run
 from damper.observers.base import Window
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.stress.backward import backward_error
@@ -49,8 +50,10 @@ from damper.sweep.points import read_point
 #: Whole periods by which a run is shifted. Of the second one the time is exact.
 SHIFT, FAR_SHIFT = 3.0, 2.0**20
 SHARPER, LOOSER = 1e-14, 1e-10
+#: Random units that are tried.
+_DRAWS = 20
 #: Short runs.
-PERIODS, EVENTS = 20, 100
+RUN_PERIODS, RUN_EVENTS = 20, 100
 
 
 #: What there is of a run that another judge, or none, looked at.
@@ -85,8 +88,8 @@ class _Twin(NamedTuple):
 def run_identities(
     lanes: Iterable[Mapping[str, float]],
     *,
-    periods: int = PERIODS,
-    events: int = EVENTS,
+    periods: int = RUN_PERIODS,
+    events: int = RUN_EVENTS,
     seed: int = 0,
     first: int = 0,
 ) -> dict[str, np.ndarray]:
@@ -110,7 +113,7 @@ def run_identities(
         of them), ``condition`` (0 well-conditioned, 1 growth, 2 grazing, 3 border of two
         outcomes, -1 refused with an error: no run). The backward error, nan where there is none:
         ``backward_<check>`` and the largest, ``backward_error``, and beside them
-        ``backward_displacement``, all in units of rounding (2^-52), and ``backward_closing`` over
+        ``backward_displacement``, all in units of roundoff (2^-52), and ``backward_closing`` over
         the accuracy asked for. Of other models than the rigid one ``laws_excess``, the largest
         violation of a law over its limit. For each identity ``<identity>_difference``, the largest
         of the comparable events, ``<identity>_ratio`` to what the condition allows (nan: none to
@@ -138,7 +141,7 @@ def _row(
     try:
         point = read_point(values)
         parameters, state = point.parameters, point.start() or REST
-        Trajectory(parameters, state)
+        start_run(parameters, state)
     except ValueError:
         return _refused()
     return _one(parameters, state, periods, count, random)
@@ -226,10 +229,10 @@ def _laws_excess(run: Run, state: State, accuracy: float) -> float:
     """Largest violation of a law over its limit."""
     laws = Laws()
     laws.allocate(1, 1)
-    trajectory = Trajectory(run.parameters, state, accuracy)
+    trajectory = start_run(run.parameters, state, accuracy)
     laws.begin(0, trajectory, Window(*trajectory.start, 1))
     laws.observe(run.log)
-    laws.finish(run.whole)
+    laws.finish(run.end is not None)
     segments = laws.arrays["segments"]
     found = np.array([excess(name, laws.arrays[name], segments)[0] for name in LAW_NAMES])
     return float(np.nanmax(found))
@@ -309,7 +312,7 @@ def _again(lane: _Lane, parameters: Parameters, state: State, **more: float) -> 
 
 
 def _mirrored(lane: _Lane, random: np.random.Generator) -> _Twin:
-    # The sine of the rounded pi is 1.2e-16, not zero: this is exact to rounding only.
+    # The sine of the rounded pi is 1.2e-16, not zero: this is exact to roundoff only.
     parameters = replace(lane.parameters, phase=lane.parameters.phase + math.pi)
     s = lane.state
     state = State(-s.x, -s.v, -s.y, -s.u, s.time)
@@ -334,30 +337,14 @@ def _later(periods: float) -> Callable[[_Lane, np.random.Generator], _Twin | Non
 
 
 def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
-    p = lane.parameters
-    mass, stiffness, force = (float(10.0**power) for power in random.uniform(-3.0, 3.0, 3))
-    damping = 2.0 * math.sqrt(stiffness * mass)
-    try:
-        si = SIParameters(
-            primary_mass=mass,
-            damping=p.damping_ratio * damping,
-            stiffness=stiffness,
-            force_amplitude=force,
-            forcing_frequency=p.frequency_ratio * math.sqrt(stiffness / mass),
-            free_mass=p.mass_ratio * mass,
-            gap=2.0 * p.clearance * force / stiffness,
-            restitution=p.restitution,
-            phase=p.phase,
-            support_stiffness=p.support_stiffness_ratio * stiffness,
-            support_damping=p.support_damping_ratio * damping,
-            support_damping_factor=p.support_damping_factor,
-            contact_stiffness=p.contact_stiffness_ratio * stiffness,
-            contact_tension=p.contact_tension,
-            modulation_depth=p.modulation_depth,
-            modulation_order=p.modulation_order,
-            modulation_phase=p.modulation_phase,
-        )
-    except ValueError:
+    for _ in range(_DRAWS):
+        try:
+            si = _in_units(lane.parameters, *(10.0 ** random.uniform(-3.0, 3.0, 3)).tolist())
+            break
+        except ValueError:
+            # At the edge of a range roundoff may lead out of it.
+            continue
+    else:
         return None
     units, s = si.units, lane.state
     state = State(
@@ -370,9 +357,34 @@ def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
     back = state.over(units)
     run = _again(lane, si.dimensionless, back)
     last = run.log[-1]
-    until = (last[PERIOD] * si.dimensionless.period + last[TIME] + last[DURATION]) * units.time
+    until = (last[PERIODS] * si.dimensionless.period + last[TIME] + last[DURATION]) * units.time
     listed = list_events(si, state, until=float(until), max_events=lane.count)
     return _Twin(run, back, _back(listed, units, events_of(run)))
+
+
+def _in_units(p: Parameters, mass: float, stiffness: float, force: float) -> SIParameters:
+    """The same damper in SI units, with this primary and force."""
+    damping = 2.0 * math.sqrt(stiffness * mass)
+    return SIParameters(
+        primary_mass=mass,
+        damping=p.damping_ratio * damping,
+        stiffness=stiffness,
+        force_amplitude=force,
+        forcing_frequency=p.frequency_ratio * math.sqrt(stiffness / mass),
+        free_mass=p.mass_ratio * mass,
+        gap=2.0 * p.clearance * force / stiffness,
+        restitution=p.restitution,
+        phase=p.phase,
+        yield_speed=p.yield_speed * force / math.sqrt(stiffness * mass),
+        support_stiffness=p.support_stiffness_ratio * stiffness,
+        support_damping=p.support_damping_ratio * damping,
+        support_damping_factor=p.support_damping_factor,
+        contact_stiffness=p.contact_stiffness_ratio * stiffness,
+        contact_tension=p.contact_tension,
+        modulation_depth=p.modulation_depth,
+        modulation_order=p.modulation_order,
+        modulation_phase=p.modulation_phase,
+    )
 
 
 def _back(listed: np.ndarray, units: Units, found: Events) -> Events:

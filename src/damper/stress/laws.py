@@ -1,6 +1,6 @@
 """The laws that every run must keep: their names, and how far off each may be. No engine is loaded.
 
-Violations are relative to the sizes of the terms whose difference they are, so that rounding is
+Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
 some 1e-16 to 1e-15 in each.
 """
 
@@ -20,7 +20,7 @@ LAWS = (
         "penetration",
         "largest distance beyond a wall in flight",
         "1",
-        comment="over 1 + |x| and the sizes of the gap's terms; a contact that gives has none",
+        comment="over 1 + |x| and the sizes of the gap's terms; a compliant contact has none",
     ),
     Variable(
         "touch",
@@ -79,9 +79,9 @@ RUN = (
 )
 LAW_NAMES = tuple(variable.name for variable in LAWS)
 
-#: Largest violation that is still rounding; the target of the project for penetration.
+#: Largest violation that is still roundoff; the target of the project for penetration.
 LIMIT = 1e-12
-#: What each segment may add to the energy balance: one rounding, in the worst case always one way.
+#: What each segment may add to the energy balance: one roundoff, in the worst case always one way.
 ENERGY_PER_SEGMENT = 2.220446049250313e-16
 
 

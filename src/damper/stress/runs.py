@@ -1,27 +1,27 @@
-"""Short runs of one lane for the stress study: the segment log, and the same with noise."""
+"""Short runs of one point for the stress study: the segment log, and the same with noise."""
 
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine.loop import FINISHED, TOO_MANY_EVENTS, run
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
-    FINISHED,
     IMPACT,
-    PERIOD,
+    PERIODS,
     RATE,
     SIDE,
     SPEED,
     TIME,
-    TOO_MANY_EVENTS,
     V,
     X,
 )
-from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory, place, run, slack
-from damper.models import loop_of, model_of, motion
+from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory
+from damper.models import model_of, start_run
+from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
 #: Rows of the log beyond which a short run stops, for each of its events: long flights are cut.
@@ -38,8 +38,9 @@ class Run(NamedTuple):
     parameters: Parameters
     log: np.ndarray
     """(segments, COLUMNS), see `damper.engine.segment`."""
-    whole: bool
-    """Whether it reached its end time, with neither too many events nor a full log."""
+    end: tuple[float, float] | None
+    """Displacement and velocity of the primary at the end time; None where the run stopped before,
+    for too many events or a full log."""
 
 
 class Events(NamedTuple):
@@ -61,7 +62,7 @@ def short_run(
     events: int,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Run:
-    """Run a lane over some forcing periods, or fewer if that takes more than `events` events.
+    """Run a point over some forcing periods, or fewer if that takes more than `events` events.
 
     Parameters
     ----------
@@ -75,12 +76,17 @@ def short_run(
     accuracy : float
         As for `damper.events`.
     """
-    trajectory = Trajectory(parameters, state, accuracy, events)
+    trajectory = start_run(parameters, state, accuracy, events)
     first, time = trajectory.start
     buffer = np.empty((ROWS_PER_EVENT * events, COLUMNS))
     log = next(trajectory.segments(first + periods, time, buffer))
     whole = trajectory.status == FINISHED and len(log) < len(buffer)
-    return Run(parameters, log, whole)
+    return Run(parameters, log, _end_of(trajectory, log) if whole else None)
+
+
+def _end_of(trajectory: Trajectory, log: np.ndarray) -> tuple[float, float]:
+    x, v, _, _ = trajectory.motion_in(log[-1], log[-1, DURATION])
+    return x, v
 
 
 def noisy_run(
@@ -92,14 +98,12 @@ def noisy_run(
     size: float,
     random: np.random.Generator,
 ) -> Run:
-    """Run a lane as `short_run` does, with what rounding does to it, larger.
+    """Run a point as `short_run` does, with what roundoff does to it, larger.
 
     Each parameter is changed by a random part of itself of at most `size` before the run, and after
     each event the state and the phase of the forcing are. What is zero, and restitution 1, stay.
     """
     before, parameters = parameters, perturbed(parameters, size, random)
-    model = model_of(parameters, DEFAULT_ACCURACY)
-    loop, begin = loop_of(parameters.model, run, place)
     state = state or REST
     x, v = np.array((state.x, state.v)) * _factors(2, size, random)
     # Position and velocity of the free mass are given as such: their differences move by more.
@@ -113,8 +117,11 @@ def noisy_run(
     else:
         room = min(max(room + moves[0], -parameters.clearance), parameters.clearance)
         relative += moves[1]
-    row = np.empty(COLUMNS)
-    begin(model, row, 0.0, state.time, float(x), float(v), float(x + room), float(v + relative))
+    start = State(float(x), float(v), float(x + room), float(v + relative), state.time)
+    trajectory = Trajectory(model_of(parameters), start)
+    model, (first, time) = trajectory.model, trajectory.start
+    # The initial segment.
+    [row] = next(trajectory.segments(first, time, np.empty((1, COLUMNS))))
     log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
     counts = np.zeros(3, dtype=np.int64)
     factors = _factors((events, 4), size, random)
@@ -123,7 +130,7 @@ def noisy_run(
     done = 0
     code = FINISHED
     for event in range(1, events + 1):
-        code, rows = loop(model, row, periods, state.time, event, log[done:], counts)
+        code, rows = run(model, row, first + periods, time, event, log[done:], counts)
         done += rows
         if code != TOO_MANY_EVENTS or event == events:
             break
@@ -131,20 +138,25 @@ def noisy_run(
         done -= 1
         row[X : RATE + 1] *= factors[event]
         row[TIME] = min(max(row[TIME] + shifts[event], 0.0), latest)
-    return Run(parameters, log[:done], code == FINISHED)
+    log = log[:done]
+    return Run(parameters, log, _end_of(trajectory, log) if code == FINISHED else None)
 
 
 def perturbed(parameters: Parameters, size: float, random: np.random.Generator) -> Parameters:
-    """Change each parameter by a random part of itself; a restitution of 1 stays."""
+    """Change each parameter by a random part of itself; a restitution of 1 stays.
+
+    At the edge of its range the change goes inwards.
+    """
     names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
-    factors = _factors(len(names), size, random)
-    changed = {
-        name: float(getattr(parameters, name) * factor)
-        for name, factor in zip(names, factors, strict=True)
-    }
-    if parameters.restitution == 1.0:
-        changed["restitution"] = 1.0
-    return replace(parameters, **changed)
+    for name, factor in zip(names, _factors(len(names), size, random).tolist(), strict=True):
+        value = getattr(parameters, name)
+        if name == "restitution" and value == 1.0:
+            continue
+        try:
+            parameters = replace(parameters, **{name: value * factor})
+        except ValueError:
+            parameters = replace(parameters, **{name: value / factor})
+    return parameters
 
 
 def _factors(count: int | tuple[int, ...], size: float, random: np.random.Generator) -> np.ndarray:
@@ -157,14 +169,12 @@ def events_of(run: Run) -> Events:
     log = run.log
     rows = log[log[:, CAUSE] >= IMPACT]
     kind, side = rows[:, CAUSE], rows[:, SIDE]
-    periods, time = rows[:, PERIOD], rows[:, TIME]
+    periods, time = rows[:, PERIODS], rows[:, TIME]
     values = rows[:, [X, V, SPEED]].T
-    if run.whole:
-        last = log[-1]
-        x, v, _, _ = motion(model_of(run.parameters, DEFAULT_ACCURACY), last, last[DURATION])
+    if run.end is not None:
         kind = np.append(kind, END)
-        side = np.append(side, last[SIDE])
+        side = np.append(side, log[-1, SIDE])
         # The end is a given time: it is not compared.
         periods, time = np.append(periods, 0.0), np.append(time, 0.0)
-        values = np.column_stack((values, (x, v, 0.0)))
+        values = np.column_stack((values, (*run.end, 0.0)))
     return Events(kind, side, periods, time, values)

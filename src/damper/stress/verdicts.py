@@ -12,7 +12,7 @@ VERDICTS = {
     PASSED_LAWS: "passed by the laws",
 }
 
-#: What a lane is: how sharply rounding leaves its events determined; see `damper.stress.condition`.
+#: What a lane is: how sharply roundoff leaves its events determined; see `damper.stress.condition`.
 REFUSED, WELL, GROWING, GRAZING, BORDER = -1, 0, 1, 2, 3
 CONDITIONS = {
     REFUSED: "refused with an error",
@@ -22,16 +22,16 @@ CONDITIONS = {
     BORDER: "border of two outcomes",
 }
 
-#: What is checked of each segment, all in units of rounding of the terms; see
+#: What is checked of each segment, all in units of roundoff of the terms; see
 #: `damper.stress.backward.residuals`.
 CHECKS = ("clock", "motion", "contact", "law", "release", "inside", "tail")
 
-#: Unit of rounding of a double.
+#: Unit roundoff of a double.
 EPS = 2.0**-52
-#: What a difference may be over what rounding, multiplied by the condition, makes of it: the noise
+#: What a difference may be over what roundoff, multiplied by the condition, makes of it: the noise
 #: of two twins is no bound.
 ALLOWANCE = 30.0
-#: Backward error that passes, in units of rounding: 2e-13. One lane in a hundred has over 30; most
-#: of them in the primary's velocity at an impact, which the engine finds to a rounding of the gap
+#: Backward error that passes, in units of roundoff: 2e-13. One lane in a hundred has over 30; most
+#: of them in the primary's velocity at an impact, which the engine finds to a roundoff of the gap
 #: over the length of the search's last stretch.
 SOUND = 1000.0

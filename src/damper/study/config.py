@@ -13,7 +13,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of, nearest
+from damper.parameters.quantities import nearest
+from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of
 from damper.study.kinds import KINDS
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer

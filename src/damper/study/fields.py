@@ -7,7 +7,6 @@ as a JSON schema (`schema`), and for the reference in the words of a table (`sor
 
 from __future__ import annotations
 
-import difflib
 import math
 import operator
 import re
@@ -26,28 +25,10 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from damper.parameters.quantities import ALL, SI_QUANTITIES, check_quantity
+from damper.parameters.quantities import ALL, SI_ONLY, check_quantity, nearest
 from damper.study.axes import MOST_VALUES
-from damper.study.schema import Draft, Schema, about, limits_of, quantity_schema
+from damper.study.schema import Draft, Schema, about, quantity_schema
 from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, key_path, show, words
-
-#: Symbols that a reader of the papers, or of a textbook, may write for a name.
-SYMBOLS = {
-    "mu": "mass_ratio",
-    "zeta": "damping_ratio",
-    "omega": "frequency_ratio",
-    "d": "clearance",
-    "r": "restitution",
-    "phi": "phase",
-    "M": "primary_mass",
-    "C": "damping",
-    "K": "stiffness",
-    "F0": "force_amplitude",
-    "Omega": "forcing_frequency",
-    "m": "free_mass",
-    "x0": "initial_displacement",
-    "v0": "initial_velocity",
-}
 
 STEM = re.compile(r"[A-Za-z0-9_-]+")
 STEM_WORDS = "letters, digits, _ and -"
@@ -190,7 +171,7 @@ class Number(Kind):
 
 _IN_RANGE = {None: "number"} | {
     name: f"number in {q.units}, {q.allowed}"
-    if q in SI_QUANTITIES and q.units not in ("1", "rad")
+    if name in SI_ONLY and q.units not in ("1", "rad")
     else f"number, {q.allowed}"
     for name, q in ALL.items()
 }
@@ -228,7 +209,7 @@ class Range(Kind):
         self.name = name
         if name is not None:
             self.words = f"[low, high], {ALL[name].allowed}"
-            self.units, self.limits = ALL[name].units, f"low < high; each {limits_of(ALL[name])}"
+            self.units, self.limits = ALL[name].units, f"low < high; each {ALL[name].limits}"
 
     def check(self, value: Any, context: Any) -> tuple[float, float]:
         if not isinstance(value, list | tuple) or len(value) != 2:
@@ -575,13 +556,3 @@ def as_mapping(value: Any, allowed: str) -> dict[Any, Any]:
     if not isinstance(value, dict):
         raise wrong("not a mapping", value, allowed)
     return value
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """Return the one of `names` that `name` was probably meant to be, or nothing."""
-    names = list(names)
-    if SYMBOLS.get(name) in names:
-        return SYMBOLS[name]
-    folded = {right.casefold(): right for right in names}
-    close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
-    return folded[close[0]] if close else ""

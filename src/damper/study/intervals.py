@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from damper.study.runs import runs
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 
 #: Name -> what `chatter` must be.
 PREDICATES: dict[str, Callable[[int], bool]] = {
@@ -71,7 +71,7 @@ class ChatterAt:
     def __call__(self, value: float) -> np.ndarray:
         """Chatter at a value of the parameter, one number per threshold."""
         if value not in self._known:
-            arrays, _ = run_lanes(
+            arrays, _ = run_points(
                 [self._fixed | {self._along: value}], self._observer, **self._settings
             )
             more = arrays.get("chatter_by_threshold", np.empty((1, 0)))

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.parameters.quantities import ALL, MODEL_NAMES
+from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
 from damper.study.axes import axis_values, coordinate_name
 from damper.study.fields import (
@@ -26,7 +26,7 @@ from damper.study.fields import (
 )
 from damper.study.kinds import KINDS
 from damper.study.products import FIGURES, TABLES, Product, product
-from damper.study.rules import relate
+from damper.study.rules import corners, relate
 from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
 from damper.study.study_file import StudyFile
@@ -116,9 +116,8 @@ class Study(StudyFile):
 
     @property
     def model(self) -> str:
-        """The model of the damper that the study's quantities ask for."""
-        given = {*self.parameters, *self.axes}
-        return next((m for m, names in MODEL_NAMES.items() if given & {*names}), "rigid")
+        """The model of the damper that the study's values ask for."""
+        return next((p.model for p in corners(self) if p.model != "rigid"), "rigid")
 
     @property
     def follow(self) -> dict[str, str]:

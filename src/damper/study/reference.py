@@ -30,7 +30,7 @@ from damper.study.kinds import KINDS
 from damper.study.model import AnyStudy, Settings, Study
 from damper.study.products import FIGURES, TABLES
 from damper.study.rules import MOST_SLICES
-from damper.study.schema import Draft, Schema, limits_of
+from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
 
 ROOT = Path(__file__).parents[3]
@@ -185,11 +185,11 @@ def _quantities() -> Iterable[str]:
 
 def _quantity(quantity: Quantity) -> tuple[str, ...]:
     default = "**required**" if quantity.default is None else _as_code(quantity.default)
-    # The parameters of an SI study have names of their own; initial quantities have not.
+    # The parameters of an SI study have a table of their own; initial quantities have not.
     both = quantity in INITIAL_QUANTITIES
-    name, units = f"`{quantity.name}`", _units(quantity.units) if both else quantity.units
-    units = "" if units == "1" else units
-    return name, quantity.symbol, units, default, limits_of(quantity), quantity.long_name
+    units = _units(quantity.units) if both else quantity.units.removeprefix("1")
+    meaning = f"{quantity.long_name}; {quantity.definition}".removesuffix("; ")
+    return f"`{quantity.name}`", quantity.symbol, units, default, quantity.limits, meaning
 
 
 def _observers() -> Iterable[str]:

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 from damper.engine.steady import steady_gain
 from damper.observers.stretch import sample_steps
+from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,
     INITIAL_NAMES,
-    MODEL_NAMES,
     QUANTITIES,
     SI_ONLY,
     SI_QUANTITIES,
-    check_model,
     is_si,
+    nearest,
 )
 from damper.study.axes import axis_values
-from damper.study.fields import Faults, nearest
+from damper.study.fields import Faults
 from damper.study.products import FIGURES, TABLES, Offer, Trajectory
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
@@ -56,8 +56,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _give_once(parameters, axes, faults)
         _relate_initial(raw["initial"], parameters, axes, faults)
     if study is not None and not faults.lines:
-        _check_model(study, faults)
-        _check_theory(study, faults)
+        _check_dampers(study, faults)
         _check_steady(study, faults)
         _check_stretch(study, faults)
         _check_parts(study, faults)
@@ -127,30 +126,44 @@ def _check_records(study: Study, faults: Faults) -> None:
             faults.add((section, stem), message, "records >= 1 for bursts, such as records: 50")
 
 
-def _check_model(study: Study, faults: Faults) -> None:
-    """Refuse values that ask for two models at once, anywhere in the study."""
+def corners(study: Study) -> list[Parameters]:
+    """Parameters at the ends of all axes.
+
+    Each dimensionless parameter is monotone in what it is formed from, so the ends show what the
+    values between them are allowed to be and which model they ask for.
+
+    Raises
+    ------
+    ValueError
+        When a value there is refused.
+    """
     given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
-    # The values that decide: the ends of the axes, as only they can be zero or infinite.
-    names = {"restitution", *(name for names in MODEL_NAMES.values() for name in names)}
-    ends = {name: {min(given[name]), max(given[name])} for name in ALL if name in names & {*given}}
-    for values in combinations(*ends.values()):
-        try:
-            check_model(dict(zip(ends, values, strict=True)))
-        except ValueError as error:
-            faults.add(("parameters",), str(error))
-            return
+    ends = {n: {min(v), max(v)} for n, v in given.items() if n not in INITIAL_NAMES}
+    kind = SIParameters if is_si(ends) else Parameters
+    points = (
+        kind(**dict(zip(ends, values, strict=True))) for values in combinations(*ends.values())
+    )
+    return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
 
 
-def _check_theory(study: Study, faults: Faults) -> None:
-    """Refuse to compare a model with theory that is not its own."""
-    if study.model == "rigid":
+def _check_dampers(study: Study, faults: Faults) -> None:
+    """Refuse values that no damper has, and to compare a damper with a theory of another one."""
+    try:
+        points = corners(study)
+    except ValueError as error:
+        faults.add(("parameters",), str(error))
         return
-    message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+    if study.model != "rigid":
+        message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+    elif any(point.yield_speed < math.inf for point in points):
+        message = "its formulas have a constant restitution, this damper has a yield_speed"
+    else:
+        return
     places = [("observers", "accumulation")] if "accumulation" in study.observers else []
     for section, made in (("figures", study.figures), ("tables", study.tables)):
         places += [(section, name) for name, product in made.items() if product.theoretical]
     for place in places:
-        faults.add(place, message, "a study of the rigid damper")
+        faults.add(place, message, "a study of the rigid damper with constant restitution")
 
 
 def _check_steady(study: Study, faults: Faults) -> None:

@@ -64,24 +64,6 @@ def quantity_schema(draft: Draft, quantity: Quantity) -> Schema:
     return draft.once(quantity.name, made)
 
 
-def limits_of(quantity: Quantity) -> str:
-    """Return the range of a quantity as a table shows it.
-
-    Examples
-    --------
-    >>> from damper.parameters.quantities import ALL
-    >>> [limits_of(ALL[name]) for name in ("mass_ratio", "restitution", "phase")]
-    ['> 0', '0 to 1', 'any']
-    """
-    words = "any"
-    if quantity.minimum > -math.inf:
-        words = f"{'>' if quantity.above else '>='} {quantity.minimum:g}"
-    if quantity.maximum < math.inf:
-        words = f"{quantity.minimum:g} to {'< ' if quantity.below else ''}{quantity.maximum:g}"
-    words += ", whole" if quantity.whole else ""
-    return f"{words} ({quantity.note})" if quantity.note else words
-
-
 def about(quantity: Quantity) -> str:
     """Return a quantity in one line: meaning, symbol, units, range, default.
 

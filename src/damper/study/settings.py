@@ -363,7 +363,7 @@ class Response(Strict):
         bool,
         Flag(),
         Field(
-            description="Write what a time-variant free mass gains by its variation as well; zero "
+            description="Write what a time-varying free mass gains by its variation as well; zero "
             "in every other model."
         ),
     ] = False

@@ -14,7 +14,7 @@ from damper.parameters.quantities import ALL
 from damper.study.closed_forms import damper_at, reduced_gap
 from damper.study.tables import About, fixed_values, markdown_table, remarks
 from damper.sweep.grid import product
-from damper.sweep.runs import run_lanes
+from damper.sweep.runs import run_points
 from damper.theory.small_mass import critical_restitution
 
 #: All bursts are complete from this fraction on: it is a quotient of whole numbers.
@@ -67,7 +67,7 @@ def borders(cube: xr.Dataset, resolution: float, run: Mapping[str, Any]) -> list
         Restitution to which borders are bisected, between the last grid value up to which all
         bursts are complete and the next one.
     run : mapping
-        Settings of `damper.sweep.runs.run_lanes`, as for the cube.
+        Settings of `damper.sweep.runs.run_points`, as for the cube.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def _bisect(
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break
-        arrays, _ = run_lanes([{**fixed, "restitution": middle}], ["bursts"], **run)
+        arrays, _ = run_points([{**fixed, "restitution": middle}], ["bursts"], **run)
         if arrays["complete_fraction"][0] >= _ALL:
             low = middle
         else:

@@ -1,7 +1,7 @@
 """Regimes of the stress study: parts of the parameter box, and why accuracy degrades there.
 
-Regimes of the first six parameters are those of rigid walls and an untied free mass, so that what
-another model adds is seen in its own rows.
+Regimes of the first six parameters are those of the rigid model, so that what another model adds
+is seen in its own rows.
 
 Reasons are those of docs/method.md, section Limits, and what the study itself has shown.
 """
@@ -37,11 +37,11 @@ def models(cube: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(names, dims="lane")
 
 
-def _untied(holds: Callable[[xr.Dataset], xr.DataArray]) -> Callable[[xr.Dataset], xr.DataArray]:
+def _in_rigid(holds: Callable[[xr.Dataset], xr.DataArray]) -> Callable[[xr.Dataset], xr.DataArray]:
     return lambda cube: holds(cube) & (models(cube) == "rigid")
 
 
-_UNTIED = (
+_RIGID = (
     Regime(
         "ordinary",
         "damping 0.001 to 1, frequency 0.1 to 10, mass 0.001 to 10, clearance 0.001 to 10",
@@ -57,8 +57,8 @@ _UNTIED = (
         "slow forcing",
         "frequency ratio <= 0.001",
         lambda cube: cube.frequency_ratio <= 1e-3,
-        "the push that ends sticking changes as the cube of the frequency, so rounding of x moves "
-        "a release; undamped, a forcing period holds thousands of natural ones and their events",
+        "before a release the contact force changes as the cube of the frequency, so roundoff of x "
+        "moves it; undamped, a forcing period holds a thousand natural ones and their events",
     ),
     Regime(
         "fast forcing",
@@ -70,7 +70,7 @@ _UNTIED = (
         "undamped",
         "damping ratio <= 1e-12",
         lambda cube: cube.damping_ratio <= 1e-12,
-        "old roundings do not die; they add up like a random walk",
+        "old roundoff does not die; it adds up like a random walk",
     ),
     Regime(
         "undamped resonance",
@@ -86,10 +86,9 @@ _UNTIED = (
     ),
     Regime(
         "heavy damping",
-        "damping ratio >= 1000",
-        lambda cube: cube.damping_ratio >= 1e3,
-        "displacements round in units of eps v tau although they hardly move, and each "
-        "derivative multiplies rounding by the damping",
+        "damping ratio >= 10",
+        lambda cube: cube.damping_ratio >= 10.0,
+        "each derivative multiplies roundoff by the damping",
     ),
     Regime(
         "tiny mass",
@@ -136,63 +135,61 @@ _UNTIED = (
             & (cube.initial_displacement == -1.0)
             & (cube.initial_relative_velocity > 0.0)
         ),
-        "whether it touches depends on rounding, by the root of the depth",
+        "whether it touches depends on roundoff, by the root of the depth",
     ),
     Regime(
         "long runs",
         "a million forcing periods",
         lambda cube: cube.origin == "long",
-        "time is held as whole periods and a part, so nothing blurs; roundings of many events add",
+        "time is held as whole periods and a part; roundoff of many events adds up",
     ),
 )
 
 REGIMES = (
-    *(replace(regime, holds=_untied(regime.holds)) for regime in _UNTIED),
+    *(replace(regime, holds=_in_rigid(regime.holds)) for regime in _RIGID),
     Regime(
         "grounded",
-        "a support of the free mass",
+        "a grounded free mass",
         model_is("grounded"),
         "the support has rates of its own, which the two regimes below make fast",
     ),
     Regime(
         "fast support",
-        "undamped support with a rate >= 1e4",
+        "undamped support with a rate >= 1000",
         lambda cube: (
             (models(cube) == "grounded")
             & (_support_damping(cube) == 0.0)
-            & (cube.support_stiffness_ratio >= 1e8 * cube.mass_ratio)
+            & (cube.support_stiffness_ratio >= 1e6 * cube.mass_ratio)
         ),
-        "the swing's phase rounds in units of eps rate tau; swings that all but touch use up the "
-        "budget by their evaluations",
+        "the swing's phase rounds in units of eps rate tau; swings that all but touch take many "
+        "evaluations",
     ),
     Regime(
         "heavily damped support",
-        "support damping over mass ratio >= 1e4",
+        "support damping over mass ratio >= 100",
         lambda cube: (
-            (models(cube) == "grounded") & (_support_damping(cube) >= 1e4 * cube.mass_ratio)
+            (models(cube) == "grounded") & (_support_damping(cube) >= 100.0 * cube.mass_ratio)
         ),
-        "what is left of a decayed fast motion rounds in units of eps times its first rate and "
-        "the time since: the thrust that a release waits for",
+        "what is left of a decayed fast motion, such as the contact force before a release, rounds "
+        "in units of eps times its first rate and the time since",
     ),
     Regime(
-        "time-variant",
-        "a free mass that varies",
+        "time-varying",
+        "a time-varying free mass",
         model_is("time_varying"),
         "both masses together move on Taylor polynomials",
     ),
     Regime(
         "compliant",
-        "walls that give",
+        "compliant contact",
         model_is("compliant"),
-        "a contact has its own, faster rates; restitution 0 without tension asks for an infinite "
-        "damping and is refused; with damping ratio 1e6 the energy balance loses digits, and "
-        "with slow forcing bounces of the size of rounding may use up the budget",
+        "a contact has its own, faster rates",
     ),
     Regime(
         "stiff contact",
         "contact stiffness ratio >= 1e8",
         lambda cube: (models(cube) == "compliant") & (cube.contact_stiffness_ratio >= 1e8),
-        "depths are smaller than rounding of displacements, so forces are kept relative to the "
+        "depths are smaller than roundoff of displacements, so forces are kept relative to the "
         "others at work",
     ),
 )

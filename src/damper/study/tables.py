@@ -42,7 +42,7 @@ class About:
     observers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     assumed: Mapping[str, str] = field(default_factory=dict)
     run: Mapping[str, Any] = field(default_factory=dict)
-    """Settings of `damper.sweep.runs.run_lanes`: transient, periods, ..."""
+    """Settings of `damper.sweep.runs.run_points`: transient, periods, ..."""
 
 
 def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

@@ -15,7 +15,7 @@ DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 
 @dataclass(frozen=True)
 class Branches:
-    """Points of all lanes, and how the lanes lie: the grid, then `dimensions`, last one fastest."""
+    """Points of all runs, and how the runs lie: the grid, then `dimensions`, last one fastest."""
 
     points: list[dict[str, float]]
     dimensions: dict[str, list[Any]] = field(default_factory=dict)
@@ -30,7 +30,7 @@ def branches(
     initial: Mapping[str, Any],
     follow: Mapping[str, str],
 ) -> Branches:
-    """Expand the points of a grid into lanes.
+    """Expand the points of a grid into runs.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _predecessors(
     drawn: int,
     branch_count: int,
 ) -> list[int]:
-    """For each lane the one whose end it starts from: its neighbour along the axis, or -1."""
+    """For each run the one whose end it starts from: its neighbour along the axis, or -1."""
     values = axes[name]
     upwards = sorted(range(len(values)), key=values.__getitem__)
     before_up = {b: a for a, b in pairwise(upwards)}
@@ -115,6 +115,6 @@ def _predecessors(
         for direction in directions:
             neighbour = (before_up if direction == "up" else before_down).get(at[place], -1)
             for _ in range(drawn):
-                lane = len(after)
-                after.append(-1 if neighbour < 0 else lane + (neighbour - at[place]) * stride)
+                number = len(after)
+                after.append(-1 if neighbour < 0 else number + (neighbour - at[place]) * stride)
     return after

@@ -1,4 +1,4 @@
-"""Cubes: arrays over lanes -> an xarray Dataset over named axes, and its netCDF file."""
+"""Cubes: arrays over runs -> an xarray Dataset over named axes, and its netCDF file."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -36,7 +36,7 @@ def dataset(
     fixed : mapping of str to float
         The other ones; they become scalar coordinates.
     arrays : mapping of str to ndarray
-        Each variable with the lanes (product of the axes and branches, last one fastest) as first
+        Each variable with the runs (product of the axes and branches, last one fastest) as first
         axis.
     variables : iterable of Variable
         Descriptions; `status` is added.
@@ -128,7 +128,7 @@ def gather(
         name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
     }
     coordinates = {name: np.array(values) for name, values in parts[0].coordinates.items()}
-    # Lanes lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
+    # Runs lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
     order = {name: axes[name] for name in (*fan_axes, *inner)}
     first = parts[0]
     cube = dataset(

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from damper.engine.loop import FINISHED
 from damper.engine.segment import (
     CAUSE,
     DURATION,
-    FINISHED,
     IMPACT,
-    PERIOD,
+    PERIODS,
     SIDE,
     SPEED,
     STOPPED,
@@ -15,8 +15,8 @@ from damper.engine.segment import (
     V,
     X,
 )
-from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory, check_state
-from damper.models import motion
+from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
+from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 
 EVENT = np.dtype(
@@ -102,7 +102,7 @@ def events(
             check_state(parameters, state, units)
     else:
         units = NO_UNITS
-    trajectory = Trajectory(parameters, state, accuracy, max_events)
+    trajectory = start_run(parameters, state, accuracy, max_events)
     start = 0.0 if state is None else state.time
     if not (np.isfinite(until) and until / units.time >= start):
         raise ValueError(
@@ -112,21 +112,21 @@ def events(
     for log in trajectory.segments(*trajectory.whole_periods(until / units.time)):
         rows = log[log[:, CAUSE] >= IMPACT]
         piece = np.empty(len(rows), dtype=EVENT)
-        piece["time"] = rows[:, PERIOD] * trajectory.period + rows[:, TIME]
+        piece["time"] = rows[:, PERIODS] * trajectory.period + rows[:, TIME]
         piece["kind"] = rows[:, CAUSE]
         piece["side"] = rows[:, SIDE]
         piece["approach_speed"] = rows[:, SPEED]
         piece["x"] = rows[:, X]
         piece["v"] = rows[:, V]
-        piece["period"] = rows[:, PERIOD]
+        piece["period"] = rows[:, PERIODS]
         piece["time_in_period"] = rows[:, TIME]
         pieces.append(piece)
         if len(log):
             last = log[-1].copy()
     if trajectory.status != FINISHED:
-        x, v, _, _ = motion(trajectory.model, last, last[DURATION])
+        x, v, _, _ = trajectory.motion_in(last, last[DURATION])
         whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
-        periods = last[PERIOD] + whole
+        periods = last[PERIODS] + whole
         time = periods * trajectory.period + rest
         row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
         pieces.append(np.array([row], dtype=EVENT))

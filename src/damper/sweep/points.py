@@ -1,12 +1,12 @@
 """A point of a study: one mapping of names to values -> parameters, units and initial state."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
 from damper.engine.steady import steady_state
-from damper.engine.trajectory import slack
+from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
 from damper.parameters.quantities import (
     ALL,
@@ -15,6 +15,7 @@ from damper.parameters.quantities import (
     SI_NAMES,
     check_quantity,
     is_si,
+    unknown_name,
 )
 
 #: Where the primary may start.
@@ -22,7 +23,7 @@ PRIMARY_STARTS = ("rest", "steady")
 
 
 class Point(NamedTuple):
-    """Dimensionless parameters of a lane, the sizes of its units, and how it starts."""
+    """Dimensionless parameters of a run, the sizes of its units, and how it starts."""
 
     parameters: Parameters
     units: Units
@@ -86,7 +87,7 @@ def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
     else:
         parameters, units = scaled.dimensionless, scaled.units
     initial = {
-        name: check_quantity(name, values[name]) / _initial_size(name, units) for name in given
+        name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
     if primary == "steady":
         for name in ("initial_displacement", "initial_velocity"):
@@ -108,22 +109,11 @@ def _language(
     initial = tuple(name for name in INITIAL_NAMES if name in names)
     parameters = tuple(name for name in names if name not in INITIAL_NAMES)
     si = is_si(parameters)
-    _check_names(parameters, SI_NAMES if si else PARAMETER_NAMES)
-    return SIParameters if si else Parameters, parameters, initial
-
-
-def _check_names(given: Iterable[str], names: Iterable[str]) -> None:
-    """Raise TypeError unless `given` are among `names` and only phase is missing."""
-    given = list(given)
-    unknown = [name for name in given if name not in names]
-    if unknown:
-        raise TypeError(f"unknown parameter {unknown[0]!r}: must be one of {', '.join(names)}")
-    missing = [name for name in names if name not in given and ALL[name].default is None]
+    known = SI_NAMES if si else PARAMETER_NAMES
+    for name in parameters:
+        if name not in known:
+            raise unknown_name("parameter", name, known)
+    missing = [name for name in known if name not in parameters and ALL[name].default is None]
     if missing:
         raise TypeError(f"missing parameters: {', '.join(missing)}")
-
-
-def _initial_size(name: str, units: Units) -> float:
-    if name == "initial_displacement":
-        return units.length
-    return 1.0 if name == "initial_position" else units.speed
+    return SIParameters if si else Parameters, parameters, initial

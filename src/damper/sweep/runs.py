@@ -1,30 +1,33 @@
-"""Many points of a study through engine and observers, one lane each.
+"""Many points through engine and observers, one run each.
 
-The loop over lanes is plain Python (some ten microseconds a lane); everything inside a lane is
-compiled. Memory is one reused log buffer plus what the observers were asked to keep.
+The loop over runs is plain Python (some ten microseconds a run); everything inside a run is
+compiled and does not hold the interpreter's lock, so threads share the cores. Memory is one log
+buffer a thread plus what the observers were asked to keep.
 """
 
+import os
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
-from damper.engine.segment import COLUMNS, FINISHED
-from damper.engine.trajectory import (
-    DEFAULT_ACCURACY,
-    DEFAULT_MAX_EVENTS,
-    LOG_ROWS,
-    Trajectory,
-    check_engine_settings,
-    check_state,
-)
+from damper.engine.compiled import COMPILED
+from damper.engine.loop import FINISHED
+from damper.engine.segment import COLUMNS
+from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, LOG_ROWS, Trajectory
+from damper.models import check_settings, check_state, start_run
 from damper.observers import make_observers
 from damper.observers.base import Observer, Window
 from damper.parameters import State
 from damper.sweep.points import Point, read_point
 
+#: Fewest points for which one more thread is worth its start, where their number is left open.
+_POINTS_A_THREAD = 4
 
-def run_lanes(
+
+def run_points(
     points: Iterable[Mapping[str, float]],
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     *,
@@ -35,14 +38,15 @@ def run_lanes(
     after: Sequence[int] | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    workers: int | None = 1,
 ) -> tuple[dict[str, np.ndarray], list[Observer]]:
     """Run every point and observe it.
 
     Parameters
     ----------
     points : iterable of mapping
-        Name -> value of each lane: the parameters, dimensionless or in SI units, and what is not
+        Name -> value of each point: the parameters, dimensionless or in SI units, and what is not
         zero of the initial quantities; see `damper.parameters.quantities`.
     observers : iterable of str, or mapping of str to settings
         As for `damper.observers.make_observers`.
@@ -51,21 +55,27 @@ def run_lanes(
     primary : {"rest", "steady"}
         Where the primary starts: at rest, or on its steady linear response.
     state : State, optional
-        Start of every lane, in place of all that.
+        Start of every run, in place of all that.
     after : sequence of int, optional
-        For each lane the number of the one from whose end it starts instead, or -1: continuation.
+        For each point the number of the one from whose end it starts instead, or -1: continuation.
         Primary and relative velocity go on; the free mass keeps its place *between* the walls, as
-        a part of the clearance, so that contact stays contact. A lane whose predecessor stopped
+        a part of the clearance, so that contact stays contact. A run whose predecessor stopped
         early starts as the first ones do.
     accuracy, max_events
         As for `damper.events`.
     progress : callable, optional
-        Called with the number of lanes done after each one.
+        Called with the number of runs done, and of all, after each one.
+    workers : int, default 1
+        Threads, which give the same bytes for any number of them. None is one for each core of
+        this process, but no more than one for every four points. Runs that follow each other share
+        a thread. Without numba there is one: the interpreter's lock would let no two of them work
+        at a time, and processes would have to load everything again, from a script that has to
+        guard against that.
 
     Returns
     -------
     arrays : dict of str to ndarray
-        Each observer's variables with the lane as first axis, and `status`. Dimensionless, also
+        Each observer's variables with the point as first axis, and `status`. Dimensionless, also
         for points in SI units.
     observers : list of Observer
         The observers, for their descriptions.
@@ -75,71 +85,168 @@ def run_lanes(
     ValueError, TypeError
         For values out of range, before anything is run.
     """
-    lanes = [read_point(values, primary) for values in points]
-    if after is not None and sorted(_order(after, len(lanes))) != list(range(len(lanes))):
-        raise ValueError(f"after: must make chains of all {len(lanes)} lanes, each run once")
-    transient = _whole("transient", transient, 0)
-    periods = _whole("periods", periods, 1)
-    check_engine_settings(accuracy, max_events)
+    read = [read_point(values, primary) for values in points]
+    chains = _chains(after, len(read))
+    threads = _threads(workers, len(read), len(chains))
+    record = _whole("transient", transient, 0), _whole("periods", periods, 1)
+    check_settings(accuracy, max_events)
     if state:
-        for lane in lanes:
-            check_state(lane.parameters, state.over(lane.units), lane.units)
-    made = make_observers(observers)
-    for observer in made:
-        observer.allocate(len(lanes), periods)
-    status = np.zeros(len(lanes), dtype="i1")
-    buffer = np.empty((LOG_ROWS, COLUMNS))
-    previous: tuple[Point, State] | None = None
-    for done, lane in enumerate(_order(after, len(lanes)), start=1):
-        point = lanes[lane]
-        if after is None or after[lane] < 0 or previous is None:
-            start = state.over(point.units) if state else point.start()
-        else:
-            start = point.carried_over(*previous)
-        trajectory = Trajectory(point.parameters, start, accuracy, max_events)
-        trajectory.units = point.units
-        first, time = trajectory.start
-        window = Window(first + transient, time, periods)
-        if transient:
-            trajectory.skip(window.period, time)
-        for observer in made:
-            observer.begin(lane, trajectory, window)
-        if not made:
-            trajectory.skip(window.period + periods, time)
-        else:
-            for log in trajectory.segments(window.period + periods, time, buffer):
-                for observer in made:
-                    observer.observe(log)
-        finished = trajectory.status == FINISHED
-        for observer in made:
-            observer.finish(finished)
-        status[lane] = trajectory.status
-        if after is not None:
-            end = trajectory.state_at(window.period + periods, time) if finished else None
-            previous = (point, end) if end else None
-        if progress:
-            progress(done)
-    arrays = {"status": status}
+        for point in read:
+            check_state(point.parameters, state.over(point.units), point.units)
+    asked = observers if isinstance(observers, str | Mapping) else list(observers)
+    # Observers hold what they know of a run; only the arrays are shared.
+    teams = [make_observers(asked) for _ in range(threads)]
+    made = teams[0]
+    for place, observer in enumerate(made):
+        observer.allocate(len(read), record[1])
+        for team in teams[1:]:
+            team[place].arrays = observer.arrays
+    sweep = _Sweep(read, state, record, (accuracy, max_events), progress)
+    sweep.run(chains, teams)
+    arrays = {"status": sweep.status}
     for observer in made:
         arrays |= observer.arrays
     return arrays, made
 
 
-def _order(after: Sequence[int] | None, count: int) -> Iterator[int]:
-    """Lanes in an order in which each follows at once the one from whose end it starts."""
+class _Sweep:
+    """The runs of many points, and how many of them are done."""
+
+    def __init__(
+        self,
+        points: list[Point],
+        state: State | None,
+        record: tuple[int, int],
+        settings: tuple[float, int],
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        self.status = np.zeros(len(points), dtype="i1")
+        self._points = points
+        self._state = state
+        self._transient, self._periods = record
+        self._settings = settings
+        self._progress = progress
+        self._done = 0
+        self._lock = threading.Lock()
+        self._stopped = False
+
+    def run(self, chains: list[list[int]], teams: list[list[Observer]]) -> None:
+        """Run all chains, in one thread for each team of observers; one is the calling thread.
+
+        Where one fails or the user interrupts, the others stop after their present run.
+        """
+        waiting = iter(chains)
+        if len(teams) == 1:
+            self._work(waiting, teams[0])
+            return
+        try:
+            with ThreadPoolExecutor(len(teams) - 1) as pool:
+                others = [pool.submit(self._work, waiting, team) for team in teams[1:]]
+                try:
+                    self._work(waiting, teams[0])
+                    for other in others:
+                        other.result()
+                finally:
+                    self._stopped = True
+        except KeyboardInterrupt:
+            # Without the frames of the pool.
+            raise KeyboardInterrupt from None
+
+    def _work(self, waiting: Iterator[list[int]], observers: list[Observer]) -> None:
+        """Run one chain after another until none is left."""
+        buffer = np.empty((LOG_ROWS, COLUMNS))
+        try:
+            while not self._stopped:
+                with self._lock:
+                    chain = next(waiting, None)
+                if chain is None:
+                    return
+                self._run_chain(chain, observers, buffer)
+        except BaseException:
+            self._stopped = True
+            raise
+
+    def _run_chain(self, chain: list[int], observers: list[Observer], buffer: np.ndarray) -> None:
+        before: tuple[Point, State] | None = None
+        for number in chain:
+            if self._stopped:
+                return
+            point = self._points[number]
+            start = self._state.over(point.units) if self._state else point.start()
+            if before is not None:
+                start = point.carried_over(*before)
+            trajectory = start_run(point.parameters, start, *self._settings)
+            trajectory.units = point.units
+            periods, time = trajectory.start
+            window = Window(periods + self._transient, time, self._periods)
+            _observe(number, trajectory, window, observers, buffer)
+            self.status[number] = trajectory.status
+            before = None
+            if len(chain) > 1 and trajectory.status == FINISHED:
+                before = point, trajectory.state_at(window.periods + window.length, time)
+            with self._lock:
+                self._done += 1
+                if self._progress:
+                    self._progress(self._done, len(self._points))
+
+
+def _observe(
+    number: int,
+    trajectory: Trajectory,
+    window: Window,
+    observers: list[Observer],
+    buffer: np.ndarray,
+) -> None:
+    """Run to the end of the window; observers read the log from its start."""
+    end = window.periods + window.length, window.time
+    if window.periods > trajectory.start[0]:
+        trajectory.skip(window.periods, window.time)
+    for observer in observers:
+        observer.begin(number, trajectory, window)
+    if observers:
+        for log in trajectory.segments(*end, buffer):
+            for observer in observers:
+                observer.observe(log)
+    else:
+        trajectory.skip(*end)
+    for observer in observers:
+        observer.finish(trajectory.status == FINISHED)
+
+
+def _chains(after: Sequence[int] | None, count: int) -> list[list[int]]:
+    """Runs in the order in which each follows the one from whose end it starts."""
     if after is None:
-        yield from range(count)
-        return
-    following = {previous: lane for lane, previous in enumerate(after) if previous >= 0}
+        return [[number] for number in range(count)]
+    following = {previous: number for number, previous in enumerate(after) if previous >= 0}
+    chains = []
     for first in range(min(count, len(after))):
         if after[first] < 0:
-            lane: int | None = first
-            while lane is not None:
-                yield lane
-                lane = following.get(lane)
+            chain = [first]
+            while chain[-1] in following:
+                chain.append(following[chain[-1]])
+            chains.append(chain)
+    if sorted(number for chain in chains for number in chain) != list(range(count)):
+        raise ValueError(f"after: must make chains of all {count} points, each run once")
+    return chains
+
+
+def _threads(workers: int | None, points: int, chains: int) -> int:
+    """Threads to use for so many points in so many chains."""
+    if workers is None:
+        # Not all cores may be this process's own.
+        affinity = getattr(os, "sched_getaffinity", None)
+        cores = len(affinity(0)) if affinity else os.cpu_count() or 1
+        workers = min(cores, points // _POINTS_A_THREAD) or 1
+    elif not (workers >= 1 and int(workers) == workers):
+        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    return min(int(workers), chains) or 1 if COMPILED else 1
 
 
 def _whole(name: str, value: float, least: int) -> int:
     if value < least or int(value) != value:
         raise ValueError(f"{name} = {value!r}: must be a whole number of periods >= {least}")
     return int(value)
+
+
+# To be renamed where it is used.
+run_lanes = run_points

@@ -1,6 +1,10 @@
 """`damper.simulate`: a parameter study in Python, without files."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from inspect import Parameter, Signature, signature
 from typing import Any
 
 import numpy as np
@@ -8,7 +12,8 @@ import xarray as xr
 
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import State
-from damper.parameters.quantities import ALL, INITIAL_NAMES
+from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
+from damper.parameters.quantity import filled
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
 from damper.sweep.slices import simulate_slice
@@ -19,34 +24,6 @@ Values = float | Sequence[float]
 
 def simulate(
     *,
-    mass_ratio: Values | None = None,
-    damping_ratio: Values | None = None,
-    frequency_ratio: Values | None = None,
-    clearance: Values | None = None,
-    primary_mass: Values | None = None,
-    damping: Values | None = None,
-    stiffness: Values | None = None,
-    force_amplitude: Values | None = None,
-    forcing_frequency: Values | None = None,
-    free_mass: Values | None = None,
-    gap: Values | None = None,
-    restitution: Values | None = None,
-    phase: Values = 0.0,
-    support_stiffness_ratio: Values | None = None,
-    support_damping_ratio: Values | None = None,
-    support_stiffness: Values | None = None,
-    support_damping: Values | None = None,
-    support_damping_factor: Values | None = None,
-    contact_stiffness_ratio: Values | None = None,
-    contact_stiffness: Values | None = None,
-    contact_tension: Values | None = None,
-    modulation_depth: Values | None = None,
-    modulation_order: Values | None = None,
-    modulation_phase: Values | None = None,
-    initial_displacement: Values | None = None,
-    initial_velocity: Values | None = None,
-    initial_position: Values | None = None,
-    initial_relative_velocity: Values | None = None,
     transient: int = 200,
     periods: int = 50,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = (
@@ -59,30 +36,19 @@ def simulate(
     state: State | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
+    workers: int | None = None,
+    **quantities: Values | None,
 ) -> xr.Dataset:
     """Simulate every combination of the given values.
 
-    A sequence makes a dimension of its name, in the order of the list below; a number makes a
-    scalar coordinate.
+    The parameters are those of `damper.Parameters`, or in their place those of
+    `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
+    A sequence makes a dimension of its name, in the order of these classes; a number makes a scalar
+    coordinate.
 
     Parameters
     ----------
-    mass_ratio, damping_ratio, frequency_ratio, clearance : float or 1-D
-        The parameters of `damper.Parameters`.
-    primary_mass, damping, stiffness, force_amplitude, forcing_frequency, free_mass, gap
-        The parameters of `damper.SIParameters`, in place of the four ratios; the dataset is in m, s
-        and J then.
-    restitution, phase : float or 1-D
-        Of both.
-    support_stiffness_ratio, ..., modulation_phase : float or 1-D, optional
-        The other parameters of `damper.Parameters` and `damper.SIParameters`, which choose a model
-        other than the rigid damper.
-    initial_displacement, initial_velocity : float or 1-D, optional
-        Of the primary; 0 when not given.
-    initial_position : float or 1-D, optional
-        Of the free mass between the walls: -1 left wall, 0 centre, 1 right wall.
-    initial_relative_velocity : float or 1-D, optional
-        Of the free mass relative to the primary.
+    {quantities}
     transient, periods : int
         Forcing periods to discard, then to record.
     observers : iterable of str, or mapping of str to settings
@@ -91,6 +57,7 @@ def simulate(
 
     Other Parameters
     ----------------
+    {options}
     follow : mapping of str to str, optional
         Continuation: an axis -> "up", "down" or "both". Each of its points starts from its
         neighbour's end, and the dataset has a dimension ``direction``.
@@ -101,10 +68,13 @@ def simulate(
     state : State, optional
         Start of every run, in place of all that.
     accuracy : float, default 1e-12
-        Largest error of an accumulation time, in units of sqrt(M/K).
+        Largest error of a completion time, in units of sqrt(M/K).
     max_events : int, default 1_000_000
         Budget of one run, after which it stops and `status` says so: events, and hundreds of
         evaluations that find none (`damper.engine.trajectory.Trajectory`).
+    workers : int, optional
+        Threads to use: one for each core, and for fewer than eight points one, when not given. The
+        result is the same for any number of them. Without numba there is one.
 
     Returns
     -------
@@ -127,9 +97,11 @@ def simulate(
     >>> cube.displacement.dims
     ('restitution', 'sample')
     """
-    everything = locals()
-    given = {name: everything[name] for name in everything if name in ALL}
-    given = {name: value for name, value in given.items() if value is not None}
+    for name in quantities:
+        if name not in ALL:
+            raise unknown_name("argument", name, _SIGNATURE.parameters)
+    values = {"phase": 0.0} | {n: value for n, value in quantities.items() if value is not None}
+    given = {name: values[name] for name in ordered(values)}
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
     for name, value in given.items():
@@ -145,18 +117,21 @@ def simulate(
         axes[name] = values.tolist()
     settings = _checked_initial(initial, given, state)
     follow = _checked_follow(follow, axes)
-    part = simulate_slice(
-        fixed,
-        axes,
-        transient=transient,
-        periods=periods,
-        observers=observers,
-        accuracy=accuracy,
-        max_events=max_events,
-        initial=settings,
-        follow=follow,
-        state=state,
-    )
+    with _progress_bar() as progress:
+        part = simulate_slice(
+            fixed,
+            axes,
+            transient=transient,
+            periods=periods,
+            observers=observers,
+            accuracy=accuracy,
+            max_events=max_events,
+            initial=settings,
+            follow=follow,
+            state=state,
+            progress=progress,
+            workers=workers,
+        )
     attributes = {
         "title": "Impact damper simulation",
         "references": REFERENCES,
@@ -172,6 +147,41 @@ def simulate(
     for name, way in follow.items():
         attributes["follow"] = f"{name}: {way}"
     return gather([part], axes, (), fixed, attributes)
+
+
+@contextmanager
+def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
+    """Bar for a person at a terminal or a notebook, where tqdm is installed; else None."""
+    watched = "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
+    if not watched or find_spec("tqdm") is None:
+        yield None
+        return
+    from tqdm.auto import tqdm
+
+    # It appears after a second, and goes when all is done.
+    with tqdm(unit="run", delay=1.0, leave=False) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield show
+
+
+def _with_quantities(plain: Signature) -> Signature:
+    """Signature with every quantity by name, in place of ``**quantities``."""
+    named = [
+        Parameter(q.name, Parameter.KEYWORD_ONLY, default=q.default, annotation="Values")
+        for q in ALL.values()
+    ]
+    settings = [p for p in plain.parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+    return plain.replace(parameters=[*named, *settings])
+
+
+# For `help` and for completion: what the declarations of the quantities say.
+_SIGNATURE = _with_quantities(signature(simulate))
+simulate.__signature__ = _SIGNATURE  # type: ignore[attr-defined]
+simulate.__doc__ = filled(simulate.__doc__, ALL.values(), kind="float or 1-D")
 
 
 def _checked_initial(

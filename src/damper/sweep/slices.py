@@ -23,9 +23,9 @@ _DESCRIPTION = "__description__"
 
 @dataclass(frozen=True)
 class Slice:
-    """What a simulation job made: arrays over its lanes, their descriptions and coordinates.
+    """What a simulation job made: arrays over its runs, their descriptions and coordinates.
 
-    The lanes are the product of the job's axes and of `branches`, such as both directions of a
+    The runs are the product of the job's axes and of `branches`, such as both directions of a
     continuation. `labels` are initial quantities along the branch dimension `draw`.
     """
 
@@ -48,7 +48,8 @@ def simulate_slice(
     initial: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    workers: int | None = 1,
 ) -> Slice:
     """Simulate one slice.
 
@@ -58,8 +59,8 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    transient, periods, observers, accuracy, max_events, state, progress
-        As for `damper.sweep.runs.run_lanes`.
+    transient, periods, observers, accuracy, max_events, state, progress, workers
+        As for `damper.sweep.runs.run_points`.
     initial : mapping, optional
         ``primary``: "rest" or "steady"; ``draws``, ``seed`` and a range for each initial quantity
         that is random.
@@ -72,10 +73,10 @@ def simulate_slice(
         In SI units if the points are given in them.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
-    from damper.sweep.runs import run_lanes
+    from damper.sweep.runs import run_points
 
     plan = branches(product(axes, fixed), axes, initial or {}, follow or {})
-    arrays, made = run_lanes(
+    arrays, made = run_points(
         plan.points,
         observers,
         transient=transient,
@@ -86,6 +87,7 @@ def simulate_slice(
         accuracy=accuracy,
         max_events=max_events,
         progress=progress,
+        workers=workers,
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
     if is_si([*fixed, *axes]):
@@ -102,7 +104,7 @@ def simulate_slice(
 def _in_si(
     arrays: dict[str, np.ndarray], variables: tuple[Variable, ...], plan: Branches
 ) -> tuple[Variable, ...]:
-    """Scale arrays to SI units, each lane by its own; return their descriptions."""
+    """Scale arrays to SI units, each run by its own; return their descriptions."""
     from damper.sweep.points import read_point
 
     units = [read_point(point, plan.primary).units for point in plan.points]

@@ -1,22 +1,28 @@
-"""When and where a complete burst ends, from its state just after one impact.
+"""When and where a complete chatter sequence ends, from its state just after one impact.
 
-With w the rebound speed, a = -g'' > 0 the push of the wall and j = g''' just after the impact
-(g the gap), the infinitely many bounces that follow take
+With w the rebound speed, a = -g'' > 0 the contact force and j = g''' just after the impact (g the
+gap), the infinitely many bounces that follow take
 
     T1 = 2 w / (a (1 - r))
     T2 = T1 + (4/3) j w^2 / (a^3 (1 - r)^2) - 4 zeta mu r w^2 / ((1 + mu) a^2 (1 - r)^2)
 
-with errors O(w^2) and O(w^3). The pair's centre of mass moves as if the masses stuck already, up to
-O(w^3): from x with the common velocity V = (x' + mu y') / (1 + mu). T1 is what Nordmark and
-Piiroinen (2009) take: their 2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
+with errors O(w^2) and O(w^3): `damper.engine.completion.completion_times`. The pair's centre of
+mass moves as if the masses stuck already, up to O(w^3): from x with the common velocity
+V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take: their
+2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
 """
 
 import math
 from typing import NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import Oscillator, acceleration, advance, oscillator, sine_cosine
-from damper.engine.search import accumulation_times, tail_duration
+from damper.engine.completion import completion_times
+from damper.engine.impact import restitution_at
+from damper.engine.oscillator import advance, motion_from
+from damper.engine.segment import FLIGHT, IMPACT, Segment
+from damper.models import model_of
+from damper.models.rigid import Rigid
+from damper.models.walls import primary_motion, time_to_completion
 from damper.parameters import Parameters
 from damper.parameters.quantities import check_quantity, real
 
@@ -25,7 +31,7 @@ LONGEST = 1e6
 
 
 class Prediction(NamedTuple):
-    """What is left of a burst after one of its impacts; NaN where there is no prediction.
+    """What is left of a chatter sequence after one of its impacts; NaN where nothing is predicted.
 
     Times in units of sqrt(M/K); the primary's displacements from that impact to completion, in
     units of F0/K. `error` estimates that of the second-order time, relative to the first-order
@@ -39,78 +45,17 @@ class Prediction(NamedTuple):
     error: float
 
 
-def completion_times(
-    rebound_speed: float,
-    push: float,
-    jerk: float,
-    *,
-    restitution: float,
-    mass_ratio: float = 0.0,
-    damping_ratio: float = 0.0,
-) -> tuple[float, float]:
-    """Time from an impact to the end of its burst, to first and to second order.
-
-    Parameters
-    ----------
-    rebound_speed : float
-        Rate w >= 0 of the gap just after the impact, in units of F0/sqrt(K M).
-    push, jerk : float
-        a = -g'' > 0 and j = g''' of the gap then, in units of F0/M and F0 sqrt(K)/M^(3/2).
-    restitution : float
-        r, 0 <= r < 1.
-    mass_ratio, damping_ratio : float
-        mu and zeta, >= 0. With either zero the impacts leave the wall's motion alone.
-
-    Returns
-    -------
-    first, second : float
-        T1 and T2 of the module's head, in units of sqrt(M/K). They hold for
-        |j| w << a^2 (1 - r): T2 is wrong by more than it corrects elsewhere, and may be negative.
-
-    Raises
-    ------
-    ValueError
-        For push <= 0 or restitution = 1, where a burst need not complete, a negative rebound
-        speed, and what is not finite or out of range; names value and range.
-    TypeError
-        When a value is not a real number.
-
-    Examples
-    --------
-    >>> completion_times(0.05, 1.0, 0.5, restitution=0.6)  # 0.26156342 bounce by bounce
-    (0.25, 0.2604166666666667)
-    """
-    w = _finite("rebound_speed", rebound_speed)
-    a = _finite("push", push)
-    j = _finite("jerk", jerk)
-    if w < 0.0:
-        raise ValueError(f"rebound_speed = {rebound_speed!r}: must be a finite number >= 0")
-    if a <= 0.0:
-        raise ValueError(
-            f"push = {push!r}: must be a finite number > 0; a wall that draws away ends no burst"
-        )
-    r = _inelastic(restitution)
-    mu, zeta = _finite("mass_ratio", mass_ratio), _finite("damping_ratio", damping_ratio)
-    for name, value in (("mass_ratio", mu), ("damping_ratio", zeta)):
-        if value < 0.0:
-            raise ValueError(f"{name} = {value!r}: must be a finite number >= 0")
-    if not a * (1.0 - r) > 0.0:
-        return math.inf, math.nan
-    first, second = accumulation_times(zeta, mu, r, a, j, w)
-    return first, second
-
-
 def predict(
     parameters: Parameters, side: int, time: float, x: float, v: float, rebound_speed: float
 ) -> Prediction:
-    """Predict the rest of a burst from the state just after one of its impacts.
+    """Predict the rest of a chatter sequence from the state just after one of its impacts.
 
     Parameters
     ----------
     parameters : Parameters
         Of the damper; restitution < 1.
     side : {-1, 1}
-        Wall of the burst: -1 left, 1 right.
+        Wall of the sequence: -1 left, 1 right.
     time, x, v : float
         Time of the impact (units of sqrt(M/K)), displacement and velocity of the primary just
         after it.
@@ -125,8 +70,8 @@ def predict(
     ------
     ValueError
         For a damper that is not rigid, another side, restitution = 1, a negative rebound speed,
-        what is not finite, and a wall that does not push just after the impact: such a burst need
-        not complete.
+        what is not finite, and a wall that does not push just after the impact: such a sequence
+        need not complete.
     TypeError
         When a value is not a real number.
 
@@ -147,14 +92,15 @@ def predict(
     p = parameters
     if p.model != "rigid":
         raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
-    _inelastic(p.restitution)
-    heavier = 1.0 + p.mass_ratio
-    free = oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio)
-    stuck = oscillator(p.damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, p.frequency_ratio)
-    angle = p.frequency_ratio * math.fmod(t, p.period) + p.phase
-    found = Prediction(
-        *predict_tail(free, stuck, p.mass_ratio, p.restitution, float(side), angle, x, v, w)
-    )
+    if w > p.yield_speed:
+        raise ValueError(
+            f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "
+            "which the restitution is constant"
+        )
+    _check_inelastic(p.restitution)
+    here = math.fmod(t, p.period)
+    after = Segment(0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
+    found = predict_rest(model_of(p), after)
     if math.isnan(found.first_order_time):
         raise ValueError(
             f"the wall does not push just after this impact (side = {side}, x = {x!r}, v = {v!r}, "
@@ -164,51 +110,34 @@ def predict(
 
 
 @compiled
-def predict_tail(
-    free: Oscillator,
-    stuck: Oscillator,
-    mass_ratio: float,
-    restitution: float,
-    side: float,
-    angle: float,
-    x: float,
-    v: float,
-    rebound_speed: float,
-) -> tuple[float, ...]:
-    """Compute what `predict` returns, without its checks.
-
-    Parameters
-    ----------
-    free, stuck : tuple
-        `damper.engine.oscillator.oscillator` of flight and of sticking.
-    angle : float
-        Phase of the force at the impact.
+def predict_rest(model: Rigid, segment: Segment) -> Prediction:
+    """Predict the rest of a chatter sequence from the segment that one of its impacts begins.
 
     Returns
     -------
-    first_order_time, second_order_time, first_order_displacement, second_order_displacement,
-    error : float
-        As `Prediction`: NaN where the wall does not push, and of second order where that time
-        is not positive, which it cannot be.
+    Prediction
+        NaN where the wall does not push, and of second order where that time is not positive,
+        which it cannot be.
     """
-    sin, cos, _ = sine_cosine(angle)
-    a, j = acceleration(free, x, v, sin, cos)
-    push = -side * a
-    if not push * (1.0 - restitution) > 0.0:
-        return math.nan, math.nan, math.nan, math.nan, math.inf
-    if rebound_speed == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    first, second = accumulation_times(
-        free[0], mass_ratio, restitution, push, side * j, rebound_speed
-    )
-    _, error = tail_duration(free, mass_ratio, restitution, side, a, j, sin, rebound_speed)
-    common = v - side * mass_ratio / (1.0 + mass_ratio) * rebound_speed
+    s = segment
+    start = primary_motion(model, s)
+    restitution = restitution_at(model.law, 0.0)
+    force = -s.side * start.a
+    if not force * (1.0 - restitution) > 0.0:
+        return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
+    if s.rate == 0.0:
+        return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
+    share = model.mass_ratio / (1.0 + model.mass_ratio)
+    drag = model.free.damping * share
+    first, second = completion_times(drag, restitution, force, s.side * start.j, s.rate)
+    _, error = time_to_completion(model, s, start)
+    common = s.v - s.side * share * s.rate
     dx = math.nan
     if 0.0 < second <= LONGEST:
-        dx, _ = advance(stuck, x, common, sin, cos, second)
+        dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, start.phase), second)
     else:
         second = math.nan
-    return first, second, common * first, dx, error / first
+    return Prediction(first, second, common * first, dx, error / first)
 
 
 def _finite(name: str, value: float) -> float:
@@ -218,12 +147,10 @@ def _finite(name: str, value: float) -> float:
     return number
 
 
-def _inelastic(restitution: float) -> float:
-    """Return the restitution unless a burst with it never completes."""
-    r = check_quantity("restitution", restitution)
-    if r == 1.0:
+def _check_inelastic(restitution: float) -> None:
+    """Raise ValueError for a restitution with which no chatter sequence completes."""
+    if check_quantity("restitution", restitution) == 1.0:
         raise ValueError(
             f"restitution = {restitution!r}: must be a finite number with 0 <= restitution < 1, "
-            "for with 1 a burst never completes"
+            "for with 1 no chatter sequence completes"
         )
-    return r

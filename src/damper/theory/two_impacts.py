@@ -29,9 +29,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.oscillator import acceleration, advance, oscillator
+from damper.engine.compiled import compiled
+from damper.engine.forcing import Phase, harmonic
+from damper.engine.oscillator import advance, motion_from, oscillator
+from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME
 from damper.engine.steady import steady_amplitude
-from damper.engine.trajectory import CAUSE, IMPACT, NOTHING, SIDE, TIME, Trajectory
+from damper.engine.trajectory import Trajectory
+from damper.models import start_run
 from damper.observers.base import Window
 from damper.observers.response import Response
 from damper.parameters import Parameters, State
@@ -133,15 +137,15 @@ class Orbit:
         since = (turn if turn >= 0.0 else turn + math.tau) / p.frequency_ratio
         half = math.pi / p.frequency_ratio
         sign = -1.0 if since >= half else 1.0
-        dx, v = advance(
-            oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio),
+        start = (
             self.displacement,
             self.velocity_after,
             math.sin(self.forcing_phase),
             math.cos(self.forcing_phase),
-            since - half if since >= half else since,
         )
-        return sign * (self.displacement + dx), sign * v
+        flow = _flow(p.damping_ratio, p.frequency_ratio, since - half if since >= half else since)
+        x, v = sign * (flow @ start)
+        return float(x), float(v)
 
     def after_impact(self, wall: str = "right") -> tuple[float, float]:
         """Displacement and velocity of the primary just after the impact on one wall."""
@@ -163,7 +167,7 @@ class Orbit:
             p.restitution,
             self.forcing_phase,
         )
-        return Trajectory(there, self._state(0.0), max_events=max_events)
+        return start_run(there, self._state(0.0), max_events=max_events)
 
 
 def orbits(parameters: Parameters) -> list[Orbit]:
@@ -256,10 +260,11 @@ def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None
     p = parameters
     if p.model != "rigid":
         raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
+    if p.yield_speed < math.inf:
+        raise ValueError("the closed form has a constant restitution, this damper a yield_speed")
     half = math.pi / p.frequency_ratio
-    free = _free_flow(p)
-    osc = oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio)
-    forced = np.array([advance(osc, 0.0, 0.0, *unit, half) for unit in ((1.0, 0.0), (0.0, 1.0))]).T
+    flow = _flow(p.damping_ratio, p.frequency_ratio, half)
+    free, forced = flow[:, :2], flow[:, 2:]
     steady = steady_amplitude(p.damping_ratio, p.frequency_ratio)
     if abs(forced).max() < _NOTHING * min(steady, half * half):
         return None
@@ -269,15 +274,24 @@ def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None
     return alpha, beta
 
 
-def _free_flow(p: Parameters) -> np.ndarray:
-    """Free flow of displacement and velocity of the primary over half a period, (2, 2)."""
-    half = math.pi / p.frequency_ratio
-    osc = oscillator(p.damping_ratio, 1.0, 0.0, p.frequency_ratio)
-    columns = []
-    for x, v in ((1.0, 0.0), (0.0, 1.0)):
-        dx, end = advance(osc, x, v, 0.0, 1.0, half)
-        columns.append((x + dx, end))
-    return np.array(columns).T
+@compiled
+def _flow(damping_ratio, frequency_ratio, tau):
+    """Flow of the primary over a time, a (2, 4) matrix.
+
+    It takes displacement and velocity, and sine and cosine of the forcing phase, at the start to
+    displacement and velocity at the end.
+    """
+    forcing = harmonic(frequency_ratio, 0.0)
+    flow = np.empty((2, 4))
+    for column in range(4):
+        osc = oscillator(damping_ratio, 1.0, 0.0 if column < 2 else 1.0, forcing)
+        x = 1.0 if column == 0 else 0.0
+        v = 1.0 if column == 1 else 0.0
+        phase = Phase(1.0 if column == 2 else 0.0, 1.0 if column == 3 else 0.0)
+        dx, end = advance(osc, motion_from(osc, x, v, phase), tau)
+        flow[0, column] = x + dx
+        flow[1, column] = end
+    return flow
 
 
 def _orbit(p: Parameters, speed: float, sine_cosine: np.ndarray) -> Orbit:
@@ -298,7 +312,7 @@ def _half_period_map(orbit: Orbit) -> np.ndarray:
     mu, r = p.mass_ratio, p.restitution
     half = math.pi / p.frequency_ratio
     flow = np.eye(4)
-    flow[:2, :2] = _free_flow(p)
+    flow[:2, :2] = _flow(p.damping_ratio, p.frequency_ratio, half)[:, :2]
     # g'' = x'': what the primary's displacement gains beyond the straight line.
     flow[2] = [flow[0, 0] - 1.0, flow[0, 1] - half, 1.0, half]
     flow[3] = [flow[1, 0], flow[1, 1] - 1.0, 0.0, 1.0]
@@ -307,11 +321,10 @@ def _half_period_map(orbit: Orbit) -> np.ndarray:
     impact = np.eye(4)
     impact[1, 3] = -mu * (1.0 + r) / (1.0 + mu)
     impact[3, 3] = -r
-    osc = oscillator(p.damping_ratio, 1.0, 1.0, p.frequency_ratio)
-    sine, cosine = math.sin(orbit.forcing_phase), math.cos(orbit.forcing_phase)
-    x, before, after = orbit.displacement, orbit.velocity_before, orbit.velocity_after
-    a_before, _ = acceleration(osc, x, before, sine, cosine)
-    a_after, _ = acceleration(osc, x, after, sine, cosine)
+    before, after = orbit.velocity_before, orbit.velocity_after
+    rest = math.sin(orbit.forcing_phase) - orbit.displacement
+    a_before = rest - 2.0 * p.damping_ratio * before
+    a_after = rest - 2.0 * p.damping_ratio * after
     approach = orbit.approach_speed
     incoming = np.array([before, a_before, -approach, a_before])
     outgoing = np.array([after, a_after, r * approach, a_after])

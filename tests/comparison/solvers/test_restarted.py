@@ -15,7 +15,7 @@ from damper.comparison.restarted import solve_restarted
 from damper.comparison.scene import Scene, read_scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.comparison.solvers import load
-from damper.engine.trajectory import Trajectory
+from damper.models import start_run
 from damper.parameters import Parameters, State
 
 #: One complete burst from rest; its values below are from arithmetic in 50 digits.
@@ -190,7 +190,7 @@ def test_states_are_those_of_the_engine(name):
     scene = read_scene(BURST, 48.0)
     tolerances, left = SOLVERS[name]
     found = load(name).solve(scene, tolerances[-1], times=times)
-    run = Trajectory(scene.parameters, scene.state)
+    run = start_run(scene.parameters, scene.state)
     for time, row in zip(times, found.states, strict=True):
         run.skip(*run.whole_periods(time))
         s = run.state_at(*run.whole_periods(time))
@@ -253,7 +253,7 @@ def test_no_clearance_is_one_mass():
     values = {"clearance": 0.0, "initial_velocity": 1.0, "initial_relative_velocity": 0.5}
     scene = read_scene({**BURST, **values}, 20.0)
     found = load("dop853").solve(scene, 1e-11, times=(20.0,), balance=True)
-    run = Trajectory(scene.parameters, scene.state)
+    run = start_run(scene.parameters, scene.state)
     run.skip(*run.whole_periods(20.0))
     s = run.state_at(*run.whole_periods(20.0))
     np.testing.assert_allclose(found.states[0], (s.x, s.v, s.x, s.v), rtol=0.0, atol=1e-8)
@@ -328,7 +328,7 @@ def test_walls_that_give_by_other_methods(name):
     np.testing.assert_allclose(
         found.impact_times, rows["time"][rows["kind"] == 0], rtol=0.0, atol=1e-5
     )
-    run = Trajectory(scene.parameters, scene.state)
+    run = start_run(scene.parameters, scene.state)
     run.skip(*run.whole_periods(20.0))
     s = run.state_at(*run.whole_periods(20.0))
     np.testing.assert_allclose(found.states[0], (s.x, s.v, s.y, s.u), rtol=0.0, atol=1e-5)

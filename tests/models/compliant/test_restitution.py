@@ -7,15 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from damper.models.compliant.restitution import contact_damping, restitution_of
+from damper.models.compliant.restitution import contact_damping, contact_phase, restitution_of
 
 DAMPINGS = [1e-12, 1e-5, 0.1, 0.5, 0.9, 0.99999, 1 - 1e-12, 1.0, 1 + 1e-12, 1.00001, 1.3, 3.0, 50.0]
-RESTITUTIONS = [1 - 1e-15, 1 - 1e-10, 0.999, 0.9, 0.6, 0.37, 0.3678, 0.2, 0.1354, math.exp(-2)]
-RESTITUTIONS += [0.1353, 0.13, 0.02, 1e-3, 1e-10, 1e-300]
+RESTITUTIONS = [1 - 1e-15, 1 - 1e-10, 0.999, 0.6, 0.37, 0.3678, 0.2, math.exp(-2), 0.13, 0.02, 1e-3]
 
 
-def parting_speed(z: mpf, tension: bool) -> mpf:
-    """Rebound speed after g'' + 2 z g' + g = 0 from g = 0, g' = -1, found by root search."""
+def parting(z: mpf, tension: bool) -> tuple[mpf, mpf]:
+    """When, and how fast, g'' + 2 z g' + g = 0 from g = 0, g' = -1 parts, found by root search."""
     root = mp.sqrt(mpf(1) - z * z + 0j)
 
     def gap(t: mpf) -> mpf:
@@ -33,15 +32,18 @@ def parting_speed(z: mpf, tension: bool) -> mpf:
     while value(t + step) > 0:
         t += step
         if t > 100:
-            return mpf(0)
-    return rate(mp.findroot(value, (t, t + step), solver="anderson"))
+            return mpf(0), mpf(0)
+    end = mp.findroot(value, (t, t + step), solver="anderson")
+    return end, rate(end)
 
 
 @pytest.mark.parametrize("tension", [False, True])
 @pytest.mark.parametrize("z", [0.02, 0.3, 0.9, 1.2, 4.0])
-def test_restitution_is_that_of_the_contact(z: float, tension: bool) -> None:
+def test_restitution_and_duration_are_those_of_the_contact(z: float, tension: bool) -> None:
     with mp.workdps(25):
-        assert restitution_of(z, tension) == pytest.approx(float(parting_speed(mpf(z), tension)))
+        time, speed = parting(mpf(z), tension)
+        assert restitution_of(z, tension) == pytest.approx(float(speed))
+        assert contact_phase(z, tension) == pytest.approx(float(time))
 
 
 @pytest.mark.parametrize("z", DAMPINGS)
@@ -76,15 +78,15 @@ def test_damping_is_accurate_relative_to_itself(r: float, tension: bool) -> None
             exact = 1 - square / 2 + square**2 / 24
             assert contact_damping(r) == pytest.approx(float(exact), abs=1e-7)
             return
-        # z goes as r^(-1/2) at last, so rounding of log(r) grows with its size.
+        # z goes as r^(-1/2) at last, so roundoff of log(r) grows with its size.
         assert abs(contact_damping(r, tension) / exact - 1) < 4e-16 * (1 + goal / 2)
 
 
-@given(st.floats(1e-6, 1.0), st.booleans())
+@given(st.floats(1e-3, 1.0), st.booleans())
 def test_there_and_back(r: float, tension: bool) -> None:
     back = restitution_of(contact_damping(r, tension), tension)
     # Near r = 0 a contact that may pull is nearly critical: its damping cannot hold more digits.
-    assert back == pytest.approx(r, rel=1e-9 if tension else 1e-13)
+    assert back == pytest.approx(r, rel=1e-11 if tension else 1e-13)
 
 
 def test_ends_of_the_range() -> None:
@@ -93,15 +95,9 @@ def test_ends_of_the_range() -> None:
     assert restitution_of(7.0, True) == 0.0
     assert restitution_of(0.0) == restitution_of(0.0, True) == 1.0
     assert contact_damping(1.0 - 1e-9) == pytest.approx(1e-9 / math.pi, rel=1e-6)
-
-
-@pytest.mark.parametrize("r", [-0.1, 1.1, 0.0, math.nan])
-def test_impossible_restitutions_are_refused(r: float) -> None:
-    with pytest.raises(ValueError, match="0 < restitution <= 1"):
-        contact_damping(r)
-
-
-@pytest.mark.parametrize("z", [-1.0, math.nan, math.inf])
-def test_impossible_dampings_are_refused(z: float) -> None:
-    with pytest.raises(ValueError, match="contact_damping"):
-        restitution_of(z)
+    for r in (-0.1, 1.1, 0.0, math.nan):
+        with pytest.raises(ValueError, match="0 < restitution <= 1"):
+            contact_damping(r)
+    for z in (-1.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match="contact_damping"):
+            restitution_of(z)

@@ -1,9 +1,9 @@
-"""This project's own engine: events in closed form, or found to rounding.
+"""This project's own engine: events in closed form, or found to roundoff.
 
-What its setting changes is the accuracy of accumulation times alone: where the closed rest of a
-complete burst begins. Asked for no states and no balance, it is the bare engine, and the events are
-read off its log. States come from the log as well, by `damper.models.motion`. Work and losses are
-those of `damper.observers.response`, whose Gauss sums are good to rounding over any stretch.
+What its setting changes is the accuracy of completion times alone: where the closed rest of a
+complete chatter sequence begins. Asked for no states and no balance, it is the bare engine, and the
+events are read off its log. States come from the log as well. Work and losses are those of
+`damper.observers.response`, whose Gauss sums are good to roundoff over any stretch.
 """
 
 from collections.abc import Sequence
@@ -14,22 +14,22 @@ from damper.comparison.energy import energy_residual
 from damper.comparison.scene import Scene
 from damper.comparison.solution import CAPPED, FAILED, FINISHED, Solution
 from damper.comparison.springs import deepest
+from damper.engine.loop import SEARCH_FAILED
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
     GAP,
     IMPACT,
-    PERIOD,
+    PERIODS,
     RELEASE,
-    SEARCH_FAILED,
     SIDE,
     SPEED,
     STICK,
     TIME,
 )
-from damper.engine.trajectory import LOG_ROWS, Trajectory, check_engine_settings, check_state
-from damper.models import motion
+from damper.engine.trajectory import LOG_ROWS, Trajectory
+from damper.models import start_run
 
 LABEL = "exact engine"
 SETTING = "accuracy"
@@ -57,15 +57,7 @@ def solve(
         For an accuracy out of the engine's range, and for a start outside the box.
     """
     p, state = scene.parameters, scene.state
-    check_engine_settings(setting, max_evaluations)
-    check_state(p, state)
-    try:
-        run = Trajectory(p, state, setting, max_evaluations)
-    except ValueError:
-        # A contact too fast for numbers.
-        empty = np.full((len(times), 4), np.nan)
-        return Solution(states=empty, outcome=FAILED, reached=state.time)
-
+    run = start_run(p, state, setting, max_evaluations)
     wanted = np.asarray(times, dtype=float)
     found = Solution(states=np.full((len(wanted), 4), np.nan), penetration=0.0, outcome=FINISHED)
     observer = _observer(run, scene) if balance else None
@@ -74,12 +66,12 @@ def solve(
     capped = False
     for log in run.segments(*run.whole_periods(scene.until), buffer):
         if len(log):
-            starts = log[:, PERIOD] * run.period + log[:, TIME]
+            starts = log[:, PERIODS] * run.period + log[:, TIME]
             events = log[:, CAUSE] >= IMPACT
             kept.append(np.column_stack((starts[events], log[events][:, (CAUSE, SIDE, SPEED)])))
             found.penetration = max(found.penetration, -float(log[:, GAP].min()))
             if p.model == "compliant":
-                found.penetration = max(found.penetration, deepest(run.model, log))
+                found.penetration = max(found.penetration, deepest(run, log))
             found.reached = float(starts[-1] + log[-1, DURATION])
             last = log, starts
             _sample(run, *last, wanted, found)
@@ -99,7 +91,7 @@ def solve(
         found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
     else:
         found.reached = scene.until
-        # Again, for what rounding has left between the last segment's end and that time.
+        # Again, for what roundoff has left between the last segment's end and that time.
         _sample(run, *last, wanted, found)
         if observer is not None:
             found.energy_residual = _residual(run, scene, observer)
@@ -118,8 +110,8 @@ def _sample(
     clearance = run.model.clearance
     for index, row in zip(range(first, last), log[rows], strict=True):
         periods, rest = run.whole_periods(float(times[index]))
-        tau = (periods - row[PERIOD]) * run.period + (rest - row[TIME])
-        x, v, gap, rate = motion(run.model, row, max(float(tau), 0.0))
+        tau = (periods - row[PERIODS]) * run.period + (rest - row[TIME])
+        x, v, gap, rate = run.motion_in(row, max(float(tau), 0.0))
         side = float(row[SIDE])
         found.states[index] = x, v, x + side * (clearance - gap), v - side * rate
         found.penetration = max(found.penetration, -gap)

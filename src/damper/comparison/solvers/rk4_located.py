@@ -41,7 +41,7 @@ from damper.comparison.scene import Scene
 from damper.comparison.solution import Solution
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.engine.trajectory import slack
+from damper.models.walls import slack
 
 LABEL = "RK4, impacts located"
 SETTING = "steps_per_period"

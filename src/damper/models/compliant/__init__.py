@@ -1,98 +1,94 @@
-"""The impact damper whose walls give: each is a spring and a dashpot, and an impact takes time.
+"""Compliant contact: each wall is a spring and a dashpot, and an impact takes time.
 
-While the gap g to a wall is negative, the wall pushes with N = -(k g + c g'). Either it cannot
-pull, N = max(0, N), and lets go where N vanishes, or it holds until the gap reopens
+While the gap g to a wall is negative, the contact force is N = -(k g + c g'). Either it cannot
+pull, N = max(0, N), and the contact ends where N vanishes, or it holds until the gap reopens
 (`contact_tension`). Every regime is linear, so the motion is exact: free flight as in the rigid
-model, contact by `damper.models.compliant.flow`. `damper.models.compliant.search` finds the ends of
-contacts.
+model, contact by `damper.models.compliant.flow`.
 
 The log has more kinds of row than the rigid one: CONTACT from the moment of touch, with the
 approach speed and no jump; STICKING once a contact has lasted one period 2 pi / sqrt(k (1 + mu) /
 mu) of its own oscillation; FLIGHT with the cause SEPARATION after a contact that ends sooner. A
-wall that cannot pull lets go while the gap is negative still: that flight has a row of its own, up
+contact without tension ends while the gap is negative still: that flight has a row of its own, up
 to where the gap reopens, or to where the wall, springing back, has caught up. With no clearance
 both walls touch at once, and the free mass goes from one to the other.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine import model as declared
+from damper.engine.bounds import bounds_ahead, energy_norm
 from damper.engine.compiled import compiled
+from damper.engine.completion import sticks
+from damper.engine.forcing import bound_of, phase_at
+from damper.engine.model import Step
 from damper.engine.oscillator import (
     Oscillator,
-    acceleration,
-    arrive,
-    coasting_jerk,
     higher_derivatives,
     increments,
-    sine_cosine,
+    motion_at_release,
+    motion_from,
 )
 from damper.engine.search import (
-    BRIEF,
     GAVE_UP,
     HORIZON,
-    LONG_SEARCH,
-    ROUNDING,
-    find_impact,
-    search_budget,
-    stays,
+    ROUNDOFF,
+    Point,
+    first_root,
+    look,
+    near_root,
+    rates_of,
 )
 from damper.engine.segment import (
-    CAUSE,
     CONTACT,
-    DURATION,
-    FINISHED,
-    FIRST,
     FLIGHT,
-    GAP,
     IMPACT,
-    LOG_FULL,
-    MODE,
     NOTHING,
-    PERIOD,
-    RATE,
     RELEASE,
-    SEARCH_FAILED,
     SEPARATION,
-    SIDE,
-    SPEED,
     STICK,
     STICKING,
-    TIME,
-    TOO_MANY_EVENTS,
-    V,
-    X,
+    Segment,
+    clock_after,
 )
-from damper.models import motion, rigid
-from damper.models.compliant.flow import Touch, advance, propagators, touch_of
-from damper.models.compliant.restitution import contact_damping
+from damper.models import rigid
+from damper.models.compliant.flow import (
+    Pair,
+    Touch,
+    advance,
+    derivative,
+    propagators,
+    touch_of,
+    unit_state,
+)
+from damper.models.compliant.restitution import contact_damping, contact_phase
 from damper.models.compliant.search import (
-    FOUND,
-    LOST,
+    Contact,
     Split,
     Watch,
-    find_switch,
-    fly,
-    loose_watch,
-    pushes,
+    contact_point,
+    dot,
+    force_size,
     split_of,
     watch_of,
 )
+from damper.models.rigid import FlightGap, flight_at, flight_point, free_flight
 from damper.parameters import Parameters
 
-#: Largest rate, in units of sqrt(K/M), at which numbers still have room.
-_FASTEST = 1e60
+#: Part of the usual duration of a contact at which the search for its end begins where nothing
+#: better is known, and the margin by which it begins before where it is expected.
+_EARLY, _MARGIN = 0.97, 2e-5
 
 
 class Compliant(NamedTuple):
-    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first seven are those of `damper.models.rigid.Rigid`."""
 
     mass_ratio: float
     clearance: float
-    restitution: float
-    phase: float
+    law: Any
+    """Of free bodies: the contact's damping is the one that gives it."""
     period: float
     tolerance: float
     free: Oscillator
@@ -101,368 +97,369 @@ class Compliant(NamedTuple):
     """Whether the contact may pull."""
     lasting: float
     """Time after which a contact counts as sticking."""
+    usual: float
+    """Duration of a contact between free bodies; 0 where it lasts for ever."""
+    after_usual: np.ndarray
+    """(3, 6) event function and its first two derivatives then, from the state at touch."""
     touch: Touch
-    loose: Touch
-    """The same masses with no force between them."""
     table: np.ndarray
     """Propagators of the contact."""
     split: Split
     ending: Watch
-    """What is positive in contact: the depth, or the force."""
-    reopening: Watch
-    """The depth in a flight that begins below the wall's surface."""
-    catching_up: Watch
-    """What is positive in such a flight until the wall has caught up."""
+    """Event function of a contact: the depth, or the force."""
 
 
-def prepare(parameters: Parameters, accuracy: float) -> Compliant:
-    """Constants of one run.
-
-    Raises
-    ------
-    ValueError
-        For a contact so fast that its motion leaves the range of numbers.
-    """
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
+    """Constants of one run."""
     p = parameters
-    damping = contact_damping(p.restitution, bool(p.contact_tension))
-    frequency = math.sqrt(p.contact_stiffness_ratio) * math.sqrt(
-        (1.0 + p.mass_ratio) / p.mass_ratio
+    tension = bool(p.contact_tension)
+    damping = contact_damping(p.restitution, tension)
+    frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
+    *values, levels, shift = touch_of(
+        p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.contact_stiffness_ratio, damping
     )
-    if not (1.0 + damping) * frequency < _FASTEST:
-        raise ValueError(
-            f"contact_stiffness_ratio = {p.contact_stiffness_ratio!r}, restitution = "
-            f"{p.restitution!r}: the contact is too fast to be computed "
-            f"(rate {(1.0 + damping) * frequency:.1e}, must be below {_FASTEST:g}); "
-            "leave the stiffness out for a rigid wall"
-        )
-    numbers = (p.mass_ratio, p.damping_ratio, p.frequency_ratio)
-    touch = _touch(*numbers, p.contact_stiffness_ratio, damping)
-    loose = _touch(*numbers, 0.0, 0.0)
+    touch = Touch(*values, int(levels), shift)
     split = split_of(touch)
-    k, c = touch.stiffness, touch.damping
     ending = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
-    if not p.contact_tension:
-        ending[2:4] = -k, -c
+    if not tension:
+        ending[2:4] = -touch.stiffness, -touch.damping
+    usual = contact_phase(damping, tension) / frequency
+    table = propagators(touch)
+    after_usual = np.zeros((3, 6))
+    _fill_rows(touch, table, ending, usual, after_usual)
     return Compliant(
-        *rigid.prepare(p, accuracy),
-        float(p.contact_tension),
+        *rigid.prepare(p, law, accuracy),
+        float(tension),
         min(2.0 * math.pi / frequency, HORIZON),
+        usual,
+        after_usual,
         touch,
-        loose,
-        propagators(touch),
+        table,
         split,
         watch_of(touch, split, ending),
-        loose_watch(-1.0, 0.0),
-        loose_watch(k, c),
     )
 
 
-def _touch(*numbers: float) -> Touch:
-    *values, levels, shift = touch_of(*numbers)
-    return Touch(*values, int(levels), shift)
+@compiled
+def _fill_rows(touch, table, ending, tau, rows):
+    for column in range(6):
+        z = advance(touch, table, unit_state(column), tau)
+        z1 = derivative(touch, z)
+        z2 = derivative(touch, z1)
+        rows[0, column] = ending[2] * z[2] + ending[3] * z[3]
+        rows[1, column] = ending[2] * z1[2] + ending[3] * z1[3]
+        rows[2, column] = ending[2] * z2[2] + ending[3] * z2[3]
 
 
 @compiled
-def pair_at(model: Compliant, row: np.ndarray) -> tuple[float, ...]:
+def _likely_end(model, z):
+    """A little before the end of a contact that an impact begins, or 0: by Newton's method.
+
+    Acceleration and springs change the duration of a contact between free bodies a little. The
+    motion is linear in the state, so where it would be after that duration costs three products.
+    """
+    if model.usual == 0.0:
+        return 0.0
+    rows = model.after_usual
+    value, slope, second = dot(rows[0], z), dot(rows[1], z), dot(rows[2], z)
+    late = near_root(value, slope, second, 0.0, 0.0)
+    if not abs(late) < 0.5 * model.usual:
+        return _EARLY * model.usual
+    return (1.0 - _MARGIN) * (model.usual + late)
+
+
+@compiled
+def pair_at(model: Compliant, segment: Segment) -> Pair:
     """State of the pair at the start of a segment, as `damper.models.compliant.flow` has it."""
-    side = float(row[SIDE])
-    sin, cos, _ = sine_cosine(model.free[3] * float(row[TIME]) + model.phase)
-    return _pair(
-        model, side, float(row[X]), float(row[V]), float(row[GAP]), float(row[RATE]), sin, cos
+    s = segment
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    beta = model.touch.reduced
+    return (
+        s.side * s.x - beta * s.gap,
+        s.side * s.v - beta * s.rate,
+        s.gap,
+        s.rate,
+        s.side * phase.sin,
+        s.side * phase.cos,
     )
 
 
-@compiled
-def _pair(model, side, x, v, gap, rate, sin, cos):
-    beta = model.touch.reduced
-    return side * x - beta * gap, side * v - beta * rate, gap, rate, side * sin, side * cos
-
-
-@motion.of(Compliant)
-def _motion(model, row, tau):
-    side = float(row[SIDE])
-    gap = float(row[GAP])
-    if float(row[MODE]) == FLIGHT and gap >= 0.0:
-        free = model.free
-        x = float(row[X])
-        v = float(row[V])
-        rate = float(row[RATE])
-        sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-        a, j = acceleration(free, x, v, sin, cos)
-        dx, dv, _, _ = increments(free, x, v, a, j, sin, cos, tau)
-        gap = min(max(gap + rate * tau + side * dx, 0.0), 2.0 * model.clearance)
-        return x + (v * tau + dx), v + dv, gap, rate + side * dv
-    z = pair_at(model, row)
-    if float(row[MODE]) == FLIGHT:
-        z = fly(model.loose, model.free, z, tau)
-    else:
-        z = advance(model.touch, model.table, z, tau)
-    u, w, gap, rate, _, _ = z
-    beta = model.touch.reduced
-    return side * (u + beta * gap), side * (w + beta * rate), gap, rate
+@declared.motion.of(Compliant)
+def _motion(model, segment, tau):
+    s = segment
+    if s.mode == FLIGHT:
+        if s.gap >= 0.0:
+            return flight_at(model, s, _begin(model, s), tau)
+        dx, dv, _ = increments(model.free, _begin(model, s), tau)
+        gap = s.gap + s.rate * tau + s.side * dx
+        return s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv
+    return _of_pair(model, s.side, advance(model.touch, model.table, pair_at(model, s), tau))
 
 
 @compiled
-def place(
-    model: Compliant,
-    state: np.ndarray,
-    periods: float,
-    time: float,
-    x: float,
-    v: float,
-    y: float,
-    u: float,
-) -> None:
-    """Write the first segment's start into `state`; the free mass may be in touch already."""
+def _of_pair(model, side, z):
+    """Displacement and velocity of the primary, gap and its rate in a state of the pair."""
+    beta = model.touch.reduced
+    return side * (z[0] + beta * z[2]), side * (z[1] + beta * z[3]), z[2], z[3]
+
+
+@declared.place.of(Compliant)
+def _place(model, periods, time, x, v, y, u):
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
     gap = model.clearance - side * relative
     rate = -side * (u - v)
-    if abs(gap) <= ROUNDING * (model.clearance + abs(x) + abs(y)):
+    if abs(gap) <= ROUNDOFF * (model.clearance + abs(x) + abs(y)):
         gap = 0.0
-    state[PERIOD] = periods
-    state[TIME] = time
-    state[X] = x
-    state[V] = v
-    state[GAP] = gap
-    state[RATE] = rate
-    touches = _touches(model, time, side, x, v, gap, rate)
-    if not touches and model.clearance == 0.0 and gap == 0.0 and rate == 0.0:
-        # At rest between walls without a clearance: where one draws away the other one pushes.
-        side = -side
-        touches = True
-    state[SIDE] = side
-    state[MODE] = CONTACT if touches else FLIGHT
-    state[CAUSE] = NOTHING
-    state[SPEED] = 0.0
-    state[FIRST] = 0.0
-    state[DURATION] = 0.0
+    new = Segment(periods, time, x, v, gap, rate, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    return _settled(model, new)
+
+
+@declared.begin.of(Compliant)
+def _begin(model, segment):
+    """The primary's motion in flight, where an x'' at the wall of no more than roundoff is zero.
+
+    A force that vanishes ends a contact; what roundoff leaves of it must not begin the next one.
+    """
+    phase = phase_at(model.free.forcing, segment.periods, segment.time)
+    motion = motion_from(model.free, segment.x, segment.v, phase)
+    if segment.gap == 0.0:
+        drag = 2.0 * model.free.damping
+        size = force_size(drag, segment.x, segment.v, phase.sin, phase.cos)
+        if abs(motion.a) <= ROUNDOFF * size:
+            return motion_at_release(model.free, segment.x, segment.v, phase)
+    return motion
 
 
 @compiled
-def _touches(model, time, side, x, v, gap, rate):
-    """Whether the wall pushes (or pulls) from now on; an approach from g = 0 is still a flight."""
-    if gap < 0.0:
+def _touches(model, segment):
+    """Whether the contact acts from now on; an approach from gap 0 is still a flight."""
+    s = segment
+    if s.gap < 0.0:
         touch = model.touch
-        return model.tension != 0.0 or touch.stiffness * gap + touch.damping * rate < 0.0
-    if gap > 0.0 or rate != 0.0:
+        return model.tension != 0.0 or touch.stiffness * s.gap + touch.damping * s.rate < 0.0
+    if s.gap > 0.0 or s.rate != 0.0:
         return False
-    sin, cos, _ = sine_cosine(model.free[3] * time + model.phase)
-    a, j = _acceleration_at_wall(model.free, x, v, sin, cos)
-    snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
-    return stays(side, a, j, snap, crackle)
+    motion = _begin(model, s)
+    snap, _, _ = higher_derivatives(model.free, motion)
+    return sticks(s.side, motion.a, motion.j, snap)
 
 
 @compiled
-def _acceleration_at_wall(free, x, v, sin, cos):
-    """x'' and x''', where an x'' of no more than its rounding counts as zero.
+def _settled(model, segment):
+    """The segment itself, or a contact where a flight would begin in one."""
+    s = segment
+    side = s.side
+    mode = s.mode
+    if mode == FLIGHT and s.gap <= 0.0:
+        if _touches(model, s):
+            mode = CONTACT
+        elif model.clearance == 0.0 and s.gap == 0.0 and s.rate == 0.0:
+            # At rest between walls without a clearance: where one draws away the other acts.
+            side = -side
+            mode = CONTACT
+    return Segment(
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        s.gap,
+        s.rate,
+        side,
+        mode,
+        s.cause,
+        s.speed,
+        s.v_before,
+        s.first_speed,
+        0.0,
+        0.0,
+    )
 
-    A push that vanishes ends a contact; what rounding leaves of it must not begin the next one.
-    """
-    a, j = acceleration(free, x, v, sin, cos)
-    if abs(a) <= ROUNDING * pushes(2.0 * free[0], x, v, sin, cos):
-        a = 0.0
-        j = coasting_jerk(free, v, cos)
-    return a, j
+
+@declared.following.of(Compliant)
+def _following(model, segment, start):
+    s = segment
+    if s.mode == FLIGHT:
+        if s.gap >= 0.0:
+            return _fly(model, s, start)
+        return _spring_back(model, s, start)
+    return _touch(model, s)
 
 
 @compiled
-def run(
-    model: Compliant,
-    state: np.ndarray,
-    until_periods: float,
-    until_time: float,
-    max_events: int,
-    log: np.ndarray,
-    counts: np.ndarray,
-) -> tuple[int, int]:
-    """Advance from event to event until a time, or until the log is full.
+def _next(model, s, duration, x, v, gap, rate, mode, cause, speed, side):
+    """The segment after `s`."""
+    periods, time = clock_after(model.period, s.periods, s.time, duration)
+    first_speed = s.first_speed
+    if cause == IMPACT and (first_speed == 0.0 or side != s.side):
+        first_speed = speed
+    elif cause == STICK:
+        first_speed = 0.0
+    return Segment(
+        periods, time, x, v, gap, rate, side, mode, cause, speed, v, first_speed, 0.0, 0.0
+    )
 
-    Parameters and returns are those of `damper.engine.trajectory.run`. What `max_events` counts are
-    impacts, starts of sticking, releases, and contacts that a wall which has caught up begins anew.
+
+@compiled
+def _fly(model, s, start):
+    """A flight between the walls, up to the touch of one."""
+    end = free_flight(model, s, start)
+    if end.hit == 0.0 or end.hit == GAVE_UP:
+        new = _next(
+            model, s, end.duration, end.x, end.v, end.gap, end.rate, FLIGHT, NOTHING, 0.0, s.side
+        )
+        return Step(end.duration, False, end.hit != 0.0, end.steps, new, _begin(model, new))
+    speed = abs(end.rate)
+    mode = CONTACT if speed > 0.0 else FLIGHT
+    cause = IMPACT if speed > 0.0 else NOTHING
+    new = _next(model, s, end.duration, end.x, end.v, 0.0, -speed, mode, cause, speed, end.hit)
+    new = _settled(model, new)
+    return Step(end.duration, True, False, end.steps, new, _begin(model, new))
+
+
+@compiled
+def _touch(model, s):
+    """A contact, up to its end; or to where it has lasted, and so counts as sticking."""
+    z = pair_at(model, s)
+    moving = Contact(model.touch, model.table, model.ending, z)
+    point = contact_point(moving, 0.0, z)
+    limit = model.lasting if s.mode == CONTACT else HORIZON
+    hint = _likely_end(model, z) if s.cause == IMPACT else 0.0
+    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, leaving, limit, hint)
+    tau = root.point.tau + root.step
+    if root.side != 1.0 or tau > limit:
+        z = advance(model.touch, model.table, z, limit)
+        x, v, gap, rate = _of_pair(model, s.side, z)
+        lasted = s.mode == CONTACT
+        cause = STICK if lasted else NOTHING
+        new = _next(model, s, limit, x, v, gap, rate, STICKING, cause, 0.0, s.side)
+        return Step(limit, lasted, root.side == GAVE_UP, root.steps + 1, new, _begin(model, new))
+    z = _carry(model.touch, root.point.state.z, root.step)
+    x, v, gap, rate = _of_pair(model, s.side, z)
+    # What is left of the force, or of the gap, is roundoff.
+    gap = 0.0 if model.tension != 0.0 else -model.touch.damping / model.touch.stiffness * rate
+    if gap >= 0.0:
+        gap = 0.0
+        rate = max(rate, 0.0)
+    cause = RELEASE if s.mode == STICKING else SEPARATION
+    new = _next(model, s, tau, x, v, gap, rate, FLIGHT, cause, 0.0, s.side)
+    is_event = s.mode == STICKING
+    if gap == 0.0 and rate == 0.0:
+        new = _settled(model, new)
+        is_event = True
+    return Step(tau, is_event, False, root.steps, new, _begin(model, new))
+
+
+@compiled
+def _carry(touch, z, step):
+    """State a short step later, by a Taylor polynomial."""
+    z1 = derivative(touch, z)
+    z2 = derivative(touch, z1)
+    z3 = derivative(touch, z2)
+    z4 = derivative(touch, z3)
+    a = 0.5 * step
+    b = step / 3.0
+    c = 0.25 * step
+    return (
+        z[0] + step * (z1[0] + a * (z2[0] + b * (z3[0] + c * z4[0]))),
+        z[1] + step * (z1[1] + a * (z2[1] + b * (z3[1] + c * z4[1]))),
+        z[2] + step * (z1[2] + a * (z2[2] + b * (z3[2] + c * z4[2]))),
+        z[3] + step * (z1[3] + a * (z2[3] + b * (z3[3] + c * z4[3]))),
+        z[4],
+        z[5],
+    )
+
+
+class WallForce(NamedTuple):
+    """k g + c g' in a flight below the wall's surface: until it is negative the wall lags."""
+
+    flight: FlightGap
+    stiffness: float
+    damping: float
+
+
+@look.of(WallForce)
+def _look_at_wall(moving, tau):
+    return _wall_point(moving, look(moving.flight, tau))
+
+
+@rates_of.of(WallForce)
+def _rates_of_wall(moving):
+    return rates_of(moving.flight)
+
+
+@compiled
+def _wall_point(moving, p):
+    """Of the depth -g, as `FlightGap` has it with its sides changed, make -(k g + c g')."""
+    k = -moving.stiffness
+    c = -moving.damping
+    flight = moving.flight
+    osc = flight.osc
+    # One derivative more than a flight's point has, for the damping.
+    sixth = (
+        osc.strength * bound_of(osc.forcing, 4)
+        + 2.0 * osc.damping * abs(p.fifth)
+        + osc.stiffness * abs(p.fourth)
+    )
+    weight = abs(c)
+    return Point(
+        p.tau,
+        k * p.value + c * p.slope,
+        k * p.slope + c * p.second,
+        k * p.second + c * p.third,
+        k * p.third + c * p.fourth,
+        k * p.fourth + c * p.fifth,
+        0.0,
+        abs(k) * p.bound4 + weight * energy_norm(osc, p.fourth, p.fifth),
+        abs(k) * p.growth + weight * osc.strength * bound_of(osc.forcing, 4),
+        abs(k) * p.roundoff + weight * ROUNDOFF * (abs(p.slope) + p.tau * sixth),
+        p.state,
+    )
+
+
+@compiled
+def _spring_back(model, s, start):
+    """A flight that began below the wall's surface: the gap reopens, or the wall catches up."""
+    below = FlightGap(model.free, start, -s.side, -s.gap, -s.rate)
+    point = flight_point(below, 0.0, -s.gap, -s.rate, 0.0, 0.0, start)
+    opening = first_root(below, point, math.inf, False, HORIZON, 0.0)
+    wall = WallForce(below, model.touch.stiffness, model.touch.damping)
+    opens = opening.point.tau + opening.step if opening.side == 1.0 else math.inf
+    catches = math.inf
+    steps = opening.steps
+    lost = opening.side == GAVE_UP
+    force = _wall_point(wall, point)
+    if not _lags(model, s, start, force.slope, opens):
+        catching = first_root(wall, force, math.inf, False, min(opens, HORIZON), 0.0)
+        steps += catching.steps
+        lost = lost or catching.side == GAVE_UP
+        if catching.side == 1.0:
+            catches = catching.point.tau + catching.step
+    tau = min(opens, catches, HORIZON)
+    dx, dv, _ = increments(model.free, start, tau)
+    gap = s.gap + s.rate * tau + s.side * dx
+    rate = s.rate + s.side * dv
+    caught = catches < opens
+    if tau == opens:
+        # What is left of either is roundoff.
+        gap = 0.0
+        rate = max(rate, 0.0)
+    mode = CONTACT if caught else FLIGHT
+    x = s.x + (s.v * tau + dx)
+    new = _next(model, s, tau, x, s.v + dv, gap, rate, mode, NOTHING, 0.0, s.side)
+    if gap == 0.0 and rate == 0.0:
+        new = _settled(model, new)
+        caught = True
+    return Step(tau, caught, lost, steps, new, _begin(model, new))
+
+
+@compiled
+def _lags(model, s, start, slope, span):
+    """Whether the wall surely stays behind the free mass for a time, by bounds on its force.
+
+    At the start the force is zero and grows by `slope`.
     """
-    free = model.free
-    period = model.period
-    omega = free[3]
-    beta = model.touch.reduced
-    keep = len(log) > 0
-    periods = float(state[PERIOD])
-    time = float(state[TIME])
-    x = float(state[X])
-    v = float(state[V])
-    gap = float(state[GAP])
-    rate = float(state[RATE])
-    side = float(state[SIDE])
-    mode = float(state[MODE])
-    cause = float(state[CAUSE])
-    speed = float(state[SPEED])
-    first = float(state[FIRST])
-    events = int(counts[0])
-    evaluations = int(counts[1])
-    searched = int(counts[2])
-    most_searched = search_budget(max_events)
-    brief = BRIEF / max(1.0, omega)
-    rows = 0
-    code = FINISHED
-    while True:
-        if keep and rows == len(log):
-            code = LOG_FULL
-            break
-        remaining = (until_periods - periods) * period + (until_time - time)
-        if remaining < 0.0:
-            break
-        sin, cos, _ = sine_cosine(omega * time + model.phase)
-
-        # The segment's length, what ends it, and the state at its end.
-        next_mode = mode
-        next_cause = NOTHING
-        next_side = side
-        next_speed = 0.0
-        lost = False
-        is_event = False
-        if mode == FLIGHT and gap >= 0.0:
-            if gap == 0.0:
-                a, j = _acceleration_at_wall(free, x, v, sin, cos)
-            else:
-                a, j = acceleration(free, x, v, sin, cos)
-            duration, hit, dx, end_v, end_rate, steps = find_impact(
-                free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
-            )
-            end_x = x + dx
-            end_gap = 0.0
-            lost = hit == GAVE_UP
-            if hit == 0.0:
-                end_x, end_v = arrive(free, x, v, sin, cos, duration)
-                end_gap = gap + ((rate * duration) + side * (end_x - x - v * duration))
-                end_rate = rate + side * (end_v - v)
-            elif not lost:
-                is_event = True
-                next_side = hit
-                next_speed = abs(end_rate)
-                end_rate = -next_speed
-                if next_speed > 0.0:
-                    next_mode = CONTACT
-                    next_cause = IMPACT
-        else:
-            z = _pair(model, side, x, v, gap, rate, sin, cos)
-            if mode == FLIGHT:
-                duration, found, end, steps = find_switch(
-                    model.loose, model.table, free, model.reopening, z, HORIZON
-                )
-                lost = found == LOST
-                opens = found == FOUND
-                caught, found, caught_end, more = find_switch(
-                    model.loose, model.table, free, model.catching_up, z, duration
-                )
-                steps += more
-                lost = lost or found == LOST
-                if found == FOUND and caught < duration:
-                    duration = caught
-                    end = caught_end
-                    opens = False
-                    is_event = True
-                    next_mode = CONTACT
-            else:
-                limit = model.lasting if mode == CONTACT else HORIZON
-                duration, found, end, steps = find_switch(
-                    model.touch, model.table, free, model.ending, z, limit
-                )
-                lost = found == LOST
-                opens = found == FOUND and model.tension != 0.0
-                if found == FOUND:
-                    next_mode = FLIGHT
-                    next_cause = RELEASE if mode == STICKING else SEPARATION
-                    is_event = mode == STICKING
-                elif mode == CONTACT:
-                    next_mode = STICKING
-                    next_cause = STICK
-                    is_event = True
-            end_x = side * (end[0] + beta * end[2])
-            end_v = side * (end[1] + beta * end[3])
-            end_gap = end[2]
-            end_rate = end[3]
-            if next_mode == FLIGHT and mode != FLIGHT and not opens:
-                # The force has vanished; what is left of it is rounding.
-                end_gap = -model.touch.damping / model.touch.stiffness * end_rate
-                opens = end_gap >= 0.0
-            if opens:
-                # What is left of either is rounding.
-                end_gap = 0.0
-                end_rate = max(end_rate, 0.0)
-        evaluations += steps
-
-        over = duration > remaining
-        if keep:
-            row = log[rows]
-            row[PERIOD] = periods
-            row[TIME] = time
-            row[X] = x
-            row[V] = v
-            row[GAP] = gap
-            row[RATE] = rate
-            row[SIDE] = side
-            row[MODE] = mode
-            row[CAUSE] = cause
-            row[SPEED] = speed
-            row[FIRST] = first
-            row[DURATION] = remaining if over else duration
-            rows += 1
-        if over:
-            break
-        if lost:
-            code = SEARCH_FAILED
-            break
-        if steps >= LONG_SEARCH or (not is_event and duration < brief):
-            searched += steps
-        if (is_event and events >= max_events) or searched > most_searched:
-            code = TOO_MANY_EVENTS
-            break
-
-        # Step over the event into the next segment.
-        left = period - time
-        if duration < left:
-            time += duration
-        else:
-            # In an order that loses no digit: a flight cut many times would lose the same one.
-            rest = duration - left
-            time = rest % period
-            periods += 1.0 + math.floor((rest - time) / period + 0.5)
-        x = end_x
-        v = end_v
-        gap = end_gap
-        rate = end_rate
-        if next_cause == IMPACT and (first == 0.0 or next_side != side):
-            first = next_speed
-        elif next_cause == STICK:
-            first = 0.0
-        side = next_side
-        mode = next_mode
-        cause = next_cause
-        speed = next_speed
-        if mode == FLIGHT and gap == 0.0 and rate == 0.0:
-            if _touches(model, time, side, x, v, gap, rate):
-                mode = CONTACT
-            elif model.clearance == 0.0:
-                side = -side
-                mode = CONTACT
-            if not is_event and events >= max_events:
-                code = TOO_MANY_EVENTS
-                break
-            is_event = True
-        if is_event:
-            events += 1
-    state[PERIOD] = periods
-    state[TIME] = time
-    state[X] = x
-    state[V] = v
-    state[GAP] = gap
-    state[RATE] = rate
-    state[SIDE] = side
-    state[MODE] = mode
-    state[CAUSE] = cause
-    state[SPEED] = speed
-    state[FIRST] = first
-    counts[0] = events
-    counts[1] = evaluations
-    counts[2] = searched
-    return code, rows
+    bound2, bound3 = bounds_ahead(model.free, start, min(span, HORIZON))
+    second = model.touch.stiffness * bound2 + model.touch.damping * bound3
+    return slope > 0.5 * span * second

@@ -27,8 +27,8 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import sine_cosine
 from damper.engine.search import HORIZON
+from damper.engine.trigonometry import sine_cosine
 
 #: State of the pair: U, U', g, g', S, C; or, for propagators, see Touch.shift.
 Pair = tuple[float, float, float, float, float, float]

@@ -1,4 +1,4 @@
-"""The response where walls give: integrals and peak through contacts.
+"""The response of the damper with compliant contact: what a segment of it adds.
 
 **Integrals** of quadratic functions of the state, x^2, v^2, force times v and what the contact's
 dashpot takes, over the intervals h of the propagators T of `damper.models.compliant.flow` are
@@ -8,10 +8,11 @@ Gauss-Legendre sum. The forms' state is that of the propagators: where a heavily
 hardly moves, its velocity is one of the variables and not a difference of two.
 
 **The peak** is found as in flight, by bounds on the derivatives of x, which the energy gives; or,
-where the contact is faster than the rest, by those on its slow part and on the size of the ring.
+where the contact is faster than the rest, by those on its slow part and on the size of the fast
+one.
 
-**The energy in the contact** is k g^2 / 2 while g < 0. A wall that cannot pull loses what is left
-of it when it has let go, as the gap reopens.
+**The energy in the contact** is k g^2 / 2 while g < 0. A contact without tension loses what is left
+of it when it has ended, as the gap reopens.
 """
 
 import math
@@ -20,9 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import acceleration
-from damper.engine.segment import FLIGHT, GAP, MODE, SIDE, TIME, V, X
-from damper.models import motion
+from damper.engine.model import motion
+from damper.engine.peak import Moment, bounds_of, highest, moment_at, stays_below
+from damper.engine.quadrature import FEWEST, NODES, WEIGHTS
+from damper.engine.segment import FLIGHT
 from damper.models.compliant import Compliant, pair_at
 from damper.models.compliant.flow import (
     advance,
@@ -34,90 +36,67 @@ from damper.models.compliant.flow import (
     unit_state,
     unshifted,
 )
-from damper.models.compliant.search import Watch, dot, watch_of
-from damper.observers.response import (
-    LOSS,
-    MAX_ITERATIONS,
-    PEAK,
-    ROUNDING,
-    SPEED_SQUARE,
-    SQUARE,
-    WORK,
-    add_oscillation,
-    add_part,
-    gauss_rule,
+from damper.models.compliant.search import Contact, Watch, dot, watch_of
+from damper.models.response import (
+    Part,
+    energy_in,
+    gauss_sums,
     impact_loss,
-    stored_energy,
+    integrands,
+    oscillation,
+    part_of,
+    swing_of,
 )
 
-_NODES, _WEIGHTS = gauss_rule(10)
+#: Nodes for an interval of the propagators.
+_NODES = 10
 _FORMS = 4
 
 
-class Integrals(NamedTuple):
-    """What `add_part` needs beside the model."""
+class Tables(NamedTuple):
+    """What `part_of` needs beside the model."""
 
     forms: np.ndarray
     """(levels + 1, 4, 6, 6) integrals over the intervals of the propagators."""
     displacement: Watch
-    """The primary's displacement, as slow part and ring."""
+    """The primary's displacement, as slow and fast part."""
 
 
-def prepare(model: Compliant) -> Integrals:
-    """Make what `add_part` needs beside the model, once for a run."""
+def prepare(model: Compliant) -> Tables:
+    """Make what `part_of` needs beside the model, once for a run."""
     forms = np.zeros((model.touch.levels + 1, _FORMS, 6, 6))
     _fill(model.touch, model.table, forms)
     row = np.array([1.0, 0.0, model.touch.reduced, 0.0, 0.0, 0.0])
-    return Integrals(forms, watch_of(model.touch, model.split, row))
+    return Tables(forms, watch_of(model.touch, model.split, row))
 
 
 @impact_loss.of(Compliant)
-def _impact_loss(model, row):
+def _impact_loss(model, segment):
     # The contact loses energy while it lasts.
     return 0.0
 
 
-@stored_energy.of(Compliant)
-def _stored_energy(model, row, tau):
-    x, v, gap, rate = motion(model, row, tau)
+@energy_in.of(Compliant)
+def _energy_in(model, segment, mass_ratio, state):
+    x, v, gap, rate = state
     # Both walls are one case: the free mass moves at v - side * rate.
-    u = v - float(row[SIDE]) * rate
-    touch = min(gap, 0.0)
-    return 0.5 * (v * v + x * x + model.mass_ratio * u * u + model.touch.stiffness * touch * touch)
+    u = v - segment.side * rate
+    depth = min(gap, 0.0)
+    return 0.5 * (v * v + x * x + mass_ratio * u * u + model.touch.stiffness * depth * depth)
 
 
-@add_part.of(Compliant)
-def _add_part(model, integrals, row, low, high, totals):
-    if row[MODE] == FLIGHT:
-        free = model.free
-        x = float(row[X])
-        v = float(row[V])
-        angle = free[3] * float(row[TIME]) + model.phase
-        sin = math.sin(angle)
-        cos = math.cos(angle)
-        a, j = acceleration(free, x, v, sin, cos)
-        add_oscillation(free, (x, v, a, j, sin, cos), 0.0, low, high, True, totals)
-        if row[GAP] < 0.0:
-            _, _, before, _ = motion(model, row, low)
-            _, _, after, _ = motion(model, row, high)
-            before = min(before, 0.0)
-            after = min(after, 0.0)
-            totals[LOSS] += 0.5 * model.touch.stiffness * (before - after) * (before + after)
-        return
-    start = pair_at(model, row)
-    z = advance(model.touch, model.table, start, low) if low > 0.0 else start
-    _add(model, integrals, z, high - low, totals)
-    peak = float(totals[PEAK])
-    if peak < math.inf:  # nothing is above that
-        totals[PEAK] = _peak(model, integrals.displacement, start, z, low, high, peak)
-
-
-@compiled
-def _values(touch, z):
-    """The four integrands."""
-    x = z[0] + touch.reduced * z[2]
-    v = z[1] + touch.reduced * z[3]
-    return x * x, v * v, z[4] * v, touch.damping * z[3] * z[3]
+@part_of.of(Compliant)
+def _part_of(model, tables, segment, low, high, peak):
+    if segment.mode != FLIGHT:
+        return _contact(model, tables, segment, low, high, peak)
+    part = oscillation(swing_of(model, model.mass_ratio, segment, 0.0), low, high, peak)
+    loss = 0.0
+    if segment.gap < 0.0:
+        for k in range(2):
+            _, _, gap, _ = motion(model, segment, high if k == 1 else low)
+            gap = min(gap, 0.0)
+            loss += (1.0 if k == 0 else -1.0) * 0.5 * model.touch.stiffness * gap * gap
+    return Part(part.square, part.speed_square, part.work, loss, 0.0, 0.0, part.peak)
 
 
 @compiled
@@ -128,14 +107,15 @@ def _fill(touch, table, forms):
     # X less the first variable, over the gap.
     beta = touch.reduced - touch.shift
     for a, b in ((0, 0), (0, 2), (2, 0), (2, 2)):
-        weight = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
-        form[0, a, b] = weight
-        form[1, a + 1, b + 1] = weight
+        factor = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
+        form[0, a, b] = factor
+        form[1, a + 1, b + 1] = factor
     form[2, 4, 1] = form[2, 1, 4] = 0.5
     form[2, 4, 3] = form[2, 3, 4] = 0.5 * beta
     form[3, 3, 3] = touch.damping
-    for node in range(len(_NODES)):
-        tau = touch.shortest * float(_NODES[node])
+    for node in range(_NODES):
+        tau = touch.shortest * float(NODES[_NODES - FEWEST, node])
+        weight = touch.shortest * float(WEIGHTS[_NODES - FEWEST, node])
         for column in range(6):
             unit = unit_state(column)
             z = unshifted(touch, unit)
@@ -143,9 +123,7 @@ def _fill(touch, table, forms):
             for row in range(6):
                 propagator[row, column] = unit[row] + change[row]
         for kind in range(_FORMS):
-            _accumulate(
-                form[kind], propagator, touch.shortest * float(_WEIGHTS[node]), forms[0, kind]
-            )
+            _accumulate(form[kind], propagator, weight, forms[0, kind])
     for level in range(touch.levels):
         for column in range(6):
             after = leap(table[level], unit_state(column))
@@ -185,86 +163,41 @@ def _quadratic(form, z):
     return total
 
 
-@compiled
-def _add(model, integrals, z, duration, totals):
-    """Add the integrals over a time in contact."""
-    touch = model.touch
-    length = touch.shortest * math.ldexp(1.0, touch.levels)
-    square = speed_square = work = loss = 0.0
-    own = shifted(touch, z)
-    for level in range(touch.levels, -1, -1):
-        while duration >= length:
-            forms = integrals.forms[level]
-            square += _quadratic(forms[0], own)
-            speed_square += _quadratic(forms[1], own)
-            work += _quadratic(forms[2], own)
-            loss += _quadratic(forms[3], own)
-            own = leap(model.table[level], own)
-            duration -= length
-        length *= 0.5
-    z = unshifted(touch, own)
-    for node in range(len(_NODES)):
-        a, b, c, d, e, f = short_increment(touch, z, duration * float(_NODES[node]))
-        part = duration * float(_WEIGHTS[node])
-        values = _values(touch, (z[0] + a, z[1] + b, z[2] + c, z[3] + d, z[4] + e, z[5] + f))
-        square += part * values[0]
-        speed_square += part * values[1]
-        work += part * values[2]
-        loss += part * values[3]
-    totals[SQUARE] += square
-    totals[SPEED_SQUARE] += speed_square
-    totals[WORK] += work
-    totals[LOSS] += loss
-
-
-@compiled
-def _peak(model, watch, start, z, low, high, peak):
-    """Largest of `peak` and |x| on [low, high] of a contact that began with the state `start`."""
-    touch = model.touch
+@moment_at.of(Contact)
+def _moment_at(moving, tau):
+    touch = moving.touch
+    z = advance(touch, moving.table, moving.start, tau) if tau > 0.0 else moving.start
+    first = derivative(touch, z)
     beta = touch.reduced
-    omega = touch.omega
-    tau = low
-    step = high - low
-    x = z[0] + beta * z[2]
-    peak = max(peak, abs(x))
-    while tau < high and tau + step > tau:
-        end = min(tau + step, high)
-        span = end - tau
-        new = advance(touch, model.table, start, end)
-        x = z[0] + beta * z[2]
-        v = z[1] + beta * z[3]
-        x2 = new[0] + beta * new[2]
-        v2 = new[1] + beta * new[3]
-        peak = max(peak, abs(x2))
-        limit = peak * (1.0 + ROUNDING)
-        eighth = 0.125 * span * span
-        first = derivative(touch, z)
-        a = first[1] + beta * first[3]
-        # The displacement's second and third derivative are velocities of derived motions.
-        bound2 = energy_size(touch, first) + omega * span
-        bound3 = energy_size(touch, derivative(touch, first)) + omega * omega * span
-        settled = max(abs(x), abs(x2)) + bound2 * eighth <= limit
-        if not settled:
-            same = (v > 0.0 and v2 > 0.0) or (v < 0.0 and v2 < 0.0)
-            if same:
-                settled = min(abs(v), abs(v2)) > bound3 * eighth
-            elif abs(a) > bound3 * span:
-                peak = max(peak, _turn(model, start, tau, end, v, a))
-                settled = True
-        if not settled and watch.separated != 0.0:
-            settled = _slowly(watch, z, new, span, limit, omega)
-        if settled:
-            tau = end
-            z = new
-            step = 2.0 * span
-        else:
-            step = 0.5 * span
-    return peak
+    return Moment(tau, z[0] + beta * z[2], z[1] + beta * z[3], first[1] + beta * first[3], z)
 
 
-@compiled
-def _slowly(watch, z, new, span, limit, omega):
-    """Whether slow part and ring together cannot exceed `limit`, or cannot turn, in a step."""
+@bounds_of.of(Contact)
+def _bounds_of(moving, moment, span):
+    # The displacement's second and third derivative are velocities of derived motions.
+    touch = moving.touch
+    first = derivative(touch, moment.motion)
+    return (
+        energy_size(touch, first) + touch.omega * span,
+        energy_size(touch, derivative(touch, first)) + touch.omega * touch.omega * span,
+    )
+
+
+@integrands.of(Contact)
+def _integrands(moving, moment):
+    z = moment.motion
+    loss = moving.touch.damping * z[3] * z[3]
+    return moment.x * moment.x, moment.v * moment.v, z[4] * moment.v, loss
+
+
+@stays_below.of(Contact)
+def _stays_below(moving, start, end, limit):
+    """Slow and fast part together cannot exceed `limit`, or cannot turn, in a step."""
+    watch = moving.watch
+    if watch.separated == 0.0:
+        return False
+    z = start.motion
+    span = end.tau - start.tau
     y = dot(watch.ring[0], z)
     y1 = dot(watch.ring[1], z)
     speed = math.sqrt(watch.ring_stiffness * y * y + y1 * y1)
@@ -272,39 +205,49 @@ def _slowly(watch, z, new, span, limit, omega):
     f1 = dot(watch.slow[1], z)
     f2 = dot(watch.slow[2], z)
     f3 = dot(watch.slow[3], z)
-    g1 = dot(watch.slow[1], new)
+    g1 = dot(watch.slow[1], end.motion)
     stiffness = max(watch.stiffness, 0.0)
     eighth = 0.125 * span * span
     bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + watch.force * span
-    largest = max(abs(dot(watch.slow[0], z)), abs(dot(watch.slow[0], new)))
+    largest = max(abs(dot(watch.slow[0], z)), abs(dot(watch.slow[0], end.motion)))
     if largest + bound2 * eighth + level <= limit:
         return True
-    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + watch.force * omega * span
-    same = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
-    return same and min(abs(f1), abs(g1)) - bound3 * eighth > speed
+    force1 = watch.force * moving.touch.omega
+    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + force1 * span
+    one_way = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
+    return one_way and min(abs(f1), abs(g1)) - bound3 * eighth > speed
 
 
 @compiled
-def _turn(model, start, low, high, v, a):
-    """|x| where the velocity vanishes on [low, high], once and with v' of one sign."""
+def _contact(model, tables, segment, low, high, peak):
+    """What a contact adds on [low, high]."""
     touch = model.touch
-    beta = touch.reduced
-    rising = v > 0.0
-    t = low - v / a
-    x = 0.0
-    for _ in range(MAX_ITERATIONS):
-        if not low < t < high:
-            t = 0.5 * (low + high)
-        z = advance(touch, model.table, start, t)
-        first = derivative(touch, z)
-        x = z[0] + beta * z[2]
-        v = z[1] + beta * z[3]
-        a = first[1] + beta * first[3]
-        if v * v <= ROUNDING * abs(x * a) or a == 0.0:
-            break
-        if (v > 0.0) == rising:
-            low = t
-        else:
-            high = t
-        t -= v / a
-    return abs(x)
+    moving = Contact(touch, model.table, tables.displacement, pair_at(model, segment))
+    start = moment_at(moving, low)
+    square = speed_square = work = loss = 0.0
+    own = shifted(touch, start.motion)
+    duration = high - low
+    length = touch.shortest * math.ldexp(1.0, touch.levels)
+    for level in range(touch.levels, -1, -1):
+        while duration >= length:
+            forms = tables.forms[level]
+            square += _quadratic(forms[0], own)
+            speed_square += _quadratic(forms[1], own)
+            work += _quadratic(forms[2], own)
+            loss += _quadratic(forms[3], own)
+            own = leap(model.table[level], own)
+            duration -= length
+        length *= 0.5
+    rest = Contact(touch, model.table, tables.displacement, unshifted(touch, own))
+    sums = gauss_sums(rest, 0.0, duration, _NODES, math.inf)
+    if peak < math.inf:  # nothing is above that
+        peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))
+    return Part(
+        square + sums.square,
+        speed_square + sums.speed_square,
+        work + sums.work,
+        loss + sums.own,
+        0.0,
+        0.0,
+        peak,
+    )

@@ -130,3 +130,30 @@ def contact_damping(restitution: float, tension: bool = False) -> float:
         if abs(step) <= 1e-16 * a:
             break
     return math.cosh(a)
+
+
+def contact_phase(contact_damping: float, tension: bool = False) -> float:
+    """Duration of a contact of free bodies times its undamped frequency; 0 where it lasts for ever.
+
+    Parameters
+    ----------
+    contact_damping : float
+        Damping ratio z >= 0 of the contact oscillation.
+    tension : bool, default False
+        Whether the contact may pull.
+
+    Examples
+    --------
+    >>> contact_phase(0.0) == math.pi
+    True
+    >>> contact_phase(1.0)
+    2.0
+    """
+    z = contact_damping
+    root = math.sqrt(abs((1.0 - z) * (1.0 + z)))
+    if tension:
+        return math.pi / root if z < 1.0 else 0.0
+    if root < 1e-8:
+        return 2.0
+    angle = math.atan2(root, z) if z < 1.0 else math.asinh(root)
+    return 2.0 * angle / root

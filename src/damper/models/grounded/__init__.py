@@ -1,340 +1,390 @@
-"""The grounded free mass: a spring and a dashpot tie it to ground; the walls are rigid.
+"""The grounded free mass: a spring and a dashpot tie it to the frame; the walls are rigid.
 
-Its equations, the tail formula and what bounds the search: docs/models.md.
+Its equations, the completion time and what bounds the search: docs/models.md.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from damper.engine import model as declared
+from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled
+from damper.engine.completion import completion, sticks
+from damper.engine.forcing import Phase, bound_of, force_rates, harmonic, phase_at, rate_of
 from damper.engine.oscillator import (
+    Motion,
     Oscillator,
-    acceleration,
     advance,
     arrive,
+    free_flow,
     higher_derivatives,
+    increments,
+    motion_from,
     oscillator,
-    sine_cosine,
 )
-from damper.engine.search import HORIZON, stays, tail_bounce
-from damper.engine.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
-from damper.models import (
-    cut_flight,
-    flight,
-    motion,
-    rests,
-    settle,
-    sticking,
-    time_to_sticking,
-)
-from damper.models.grounded.search import first_contact, move_apart
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, look, rates_of
+from damper.engine.segment import FLIGHT, RELEASE
+from damper.models import walls
+from damper.models.rigid import Primary, bounce_in
+from damper.models.walls import End
 from damper.parameters import Parameters
 
-#: Initial slope of the thrust times the time to a release, over the sizes of the thrust's terms,
-#: above which that time is found anew from half of it on.
-_STEEP = 16.0
+#: Rate of the support times a time, above which its motion is formed as such.
+_LONG = 3.0
 
 
 class Grounded(NamedTuple):
-    """Constants of one run."""
+    """Constants of one run; the first seven are those of `damper.models.rigid.Rigid`."""
 
     mass_ratio: float
     clearance: float
-    restitution: float
-    phase: float
-    """Forcing phase at time 0, in (-pi, pi]."""
+    law: Any
     period: float
-    """Forcing period."""
     tolerance: float
-    """Error in time to which tails are closed."""
     free: Oscillator
-    """The primary in flight."""
     stuck: Oscillator
     """Both masses together, about their place of rest."""
     support: Oscillator
     """The free mass in flight."""
-    thrust: Oscillator
-    """Thrust of the wall in sticking, about its mean; its force leads by an angle."""
+    force: Oscillator
+    """Contact force in sticking over the reduced mass, about its mean; driven with a lead."""
     lead_cos: float
     lead_sin: float
-    """Cosine and sine of that angle."""
-    pull: float
-    """By how much the mean thrust is below zero."""
+    """Cosine and sine of the angle by which its driving leads the forcing."""
+    mean: float
+    """Mean contact force over the reduced mass; not positive."""
     stiffness: float
     """Stiffness of the support over that of the primary."""
     damping: float
     """Its damping ratio, with mass and stiffness of the primary."""
-    still: Oscillator
-    """An oscillator that is kept at rest."""
 
 
-def prepare(parameters: Parameters, accuracy: float) -> Grounded:
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     """Constants of one run."""
     p = parameters
-    return Grounded(
-        *_prepare(
-            p.mass_ratio,
-            p.damping_ratio,
-            p.frequency_ratio,
-            p.clearance,
-            p.restitution,
-            p.phase,
-            p.support_stiffness_ratio,
-            p.support_damping,
-            float(accuracy),
-        )
+    return _prepare(
+        p.mass_ratio,
+        p.clearance,
+        law,
+        p.damping_ratio,
+        harmonic(p.frequency_ratio, p.phase),
+        p.support_stiffness_ratio,
+        p.support_damping,
+        accuracy,
     )
 
 
 @compiled
-def _prepare(
-    mass_ratio,
-    damping_ratio,
-    frequency_ratio,
-    clearance,
-    restitution,
-    phase,
-    stiffness,
-    damping,
-    accuracy,
-):
+def _prepare(mass_ratio, clearance, law, damping_ratio, forcing, stiffness, damping, accuracy):
     heavier = 1.0 + mass_ratio
     beta = damping / mass_ratio
     kappa = stiffness / mass_ratio
     if kappa == 0.0:
-        # A support this weak is below all rounding, but not nothing: that is another model.
-        beta = max(beta, 1e-100)
+        # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
+        kappa = 1e-100
     stuck_beta = (damping_ratio + damping) / heavier
     stuck_kappa = (1.0 + stiffness) / heavier
     root = math.sqrt(kappa)
-    # The thrust obeys the equation of sticking; this is what drives it.
-    even = (root - frequency_ratio) * (root + frequency_ratio)
-    odd = 2.0 * beta * frequency_ratio
-    size = math.hypot(even, odd)
-    return (
+    omega = forcing.omega
+    # The contact force obeys the equation of sticking; this is what drives it.
+    even = (root - omega) * (root + omega)
+    odd = 2.0 * beta * omega
+    size = math.sqrt(even * even + odd * odd)
+    rate = 2.0 * beta + root
+    return Grounded(
         mass_ratio,
         clearance,
-        restitution,
-        math.atan2(math.sin(phase), math.cos(phase)),
-        2.0 * math.pi / frequency_ratio,
-        accuracy / max(1.0, frequency_ratio, 2.0 * beta + root),
-        oscillator(damping_ratio, 1.0, 1.0, frequency_ratio),
-        oscillator(stuck_beta, stuck_kappa, 1.0 / heavier, frequency_ratio),
-        oscillator(beta, kappa, 0.0, frequency_ratio),
-        oscillator(stuck_beta, stuck_kappa, size, frequency_ratio),
+        law,
+        2.0 * math.pi / omega,
+        accuracy / max(1.0, omega, rate),
+        oscillator(damping_ratio, 1.0, 1.0, forcing),
+        oscillator(stuck_beta, stuck_kappa, 1.0 / heavier, forcing),
+        oscillator(beta, kappa, 0.0, forcing),
+        oscillator(stuck_beta, stuck_kappa, size, forcing),
         even / size if size > 0.0 else 1.0,
         odd / size if size > 0.0 else 0.0,
-        kappa * clearance * heavier / (1.0 + stiffness),
+        -kappa * clearance * heavier / (1.0 + stiffness),
         stiffness,
         damping,
-        oscillator(0.0, 1.0, 0.0, 1.0),
     )
 
 
+walls.have_rigid_walls(Grounded)
+
+
+class BothMotions(NamedTuple):
+    """Motion of the primary and of the free mass."""
+
+    primary: Motion
+    free_mass: Motion
+
+
+@declared.begin.of(Grounded)
+def _begin(model, segment):
+    s = segment
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    y = s.x + s.side * (model.clearance - s.gap)
+    u = s.v - s.side * s.rate
+    primary = motion_from(model.free, s.x, s.v, phase)
+    free_mass = motion_from(model.support, y, u, phase)
+    if s.cause == RELEASE:
+        # The contact force is zero: both masses have the same acceleration, exactly.
+        b = primary.a
+        k = -2.0 * model.support.damping * b - model.support.stiffness * u
+        free_mass = Motion(y, u, b, k, phase)
+    return BothMotions(primary, free_mass)
+
+
+class GroundedGap(NamedTuple):
+    """The gap of a flight, as the search sees it."""
+
+    free: Oscillator
+    support: Oscillator
+    start: BothMotions
+    side: float
+    gap: float
+    rate: float
+
+
 @compiled
-def both_motions(
-    model: Grounded,
-    released: bool,
-    side: float,
-    x: float,
-    v: float,
-    gap: float,
-    rate: float,
-    a: float,
-    j: float,
-    cos: float,
-) -> tuple[float, ...]:
-    """Second and third derivative of the primary in flight; of the free mass the first three too.
-
-    At a release no thrust is left and both masses have the same acceleration, exactly: the one
-    whose terms are the smaller, for what either rounds to a long flight would multiply.
-    """
-    free = model.free
-    support = model.support
-    y = x + side * (model.clearance - gap)
-    u = v - side * rate
-    b, k = acceleration(support, y, u, 0.0, 0.0)
-    if released:
-        # v is a sum itself, which near zero has lost the digits of its terms; so is y.
-        speed = abs(v) + (1.0 + abs(x)) / (1.0 + 2.0 * model.stuck[0])
-        size = 1.0 + 2.0 * free[0] * speed + abs(x)
-        if size > 2.0 * support[0] * speed + support[1] * (abs(x) + model.clearance):
-            a = b
-            j = free[2] * free[3] * cos - 2.0 * free[0] * a - free[1] * v
-        else:
-            b = a
-            k = -2.0 * support[0] * b - support[1] * u
-    return a, j, y, u, b, k
-
-
-@flight.of(Grounded)
-def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
-    released = cause == RELEASE
-    a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-    tau, wall, dx, v, rate, steps = first_contact(
-        model.free,
-        x,
-        v,
-        a,
-        j,
-        sin,
-        cos,
-        model.support,
-        y,
-        u,
-        b,
-        k,
-        side,
-        2.0 * model.clearance,
+def _gap_point(moving, tau, gap, rate, roundoff, dx, primary, free_mass):
+    free = moving.free
+    side = moving.side
+    snap, crackle, _ = higher_derivatives(free, primary)
+    snap2, crackle2, _ = higher_derivatives(moving.support, free_mass)
+    return Point(
+        tau,
         gap,
         rate,
-        gap == 0.0 and rate == 0.0 and a == b,
+        side * (primary.a - free_mass.a),
+        side * (primary.j - free_mass.j),
+        side * (snap - snap2),
+        side * (crackle - crackle2),
+        energy_norm(free, primary.j, snap) + energy_norm(moving.support, free_mass.j, snap2),
+        free.strength * bound_of(free.forcing, 3),
+        roundoff,
+        Primary(dx, primary.v),
     )
-    return tau, wall if abs(wall) > 1.0 else wall * side, dx, v, rate, steps
-
-
-@cut_flight.of(Grounded)
-def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
-    y = x + side * (model.clearance - gap)
-    u = v - side * rate
-    end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
-    end_y, end_u = arrive(model.support, y, u, 0.0, 0.0, duration)
-    dx = end_x - x
-    return dx, end_v, gap + side * (dx - (end_y - y)), side * (end_v - end_u)
-
-
-@sticking.of(Grounded)
-def _sticking(model, periods, time, side, x, v, sin, cos):
-    centred = x + rest_shift(model, side)
-    if side == 0.0:
-        dx, v = advance(model.stuck, centred, v, sin, cos, HORIZON)
-        return HORIZON, 0.0, dx, v, 1
-    # The thrust over what it takes to part the masses: -g'' of the flight that would begin now.
-    free = model.free
-    support = model.support
-    a, _ = acceleration(free, x, v, sin, cos)
-    b, _ = acceleration(support, x + side * model.clearance, v, 0.0, 0.0)
-    mean = (a + model.mass_ratio * b) / (1.0 + model.mass_ratio)
-    # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
-    # damping, which would have to cancel here.
-    slope = -side * (
-        (free[2] * free[3] * cos - 2.0 * free[0] * mean - free[1] * v)
-        + (2.0 * support[0] * mean + support[1] * v)
-    )
-    thrust = max(-side * (a - b), 0.0)
-    z = thrust + model.pull
-    turned_sin = -side * (sin * model.lead_cos + cos * model.lead_sin)
-    turned_cos = -side * (cos * model.lead_cos - sin * model.lead_sin)
-    second, third = acceleration(model.thrust, z, slope, turned_sin, turned_cos)
-    tau, released, _, _, _, steps = first_contact(
-        model.thrust,
-        z,
-        slope,
-        second,
-        third,
-        turned_sin,
-        turned_cos,
-        model.still,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-        math.inf,
-        thrust,
-        slope,
-        thrust == 0.0 and slope == 0.0 and second == 0.0,
-    )
-    if released == 1.0:
-        # A release is known to the rounding of |slope| tau. Where a fast mode that has died makes
-        # that large, half of the way is sure, and the rest is looked at from there.
-        size = 1.0 + abs(x) + support[1] * (abs(x) + model.clearance)
-        if abs(slope) * tau > _STEEP * (size + 2.0 * (free[0] + support[0]) * abs(v)):
-            tau *= 0.5
-            released = 0.0
-    dx, v = advance(model.stuck, centred, v, sin, cos, tau)
-    return tau, released, dx, v, steps + 1
-
-
-@rests.of(Grounded)
-def _rests(model, periods, time, side, x, v, a, j, sin, cos):
-    b, k = acceleration(model.support, x + side * model.clearance, v, 0.0, 0.0)
-    snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
-    free_snap, free_crackle = higher_derivatives(model.support, b, k, 0.0, 0.0)
-    return stays(side, a - b, j - k, snap - free_snap, crackle - free_crackle)
-
-
-@time_to_sticking.of(Grounded)
-def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
-    b, k = acceleration(model.support, x + side * model.clearance, v - side * rate, 0.0, 0.0)
-    return _tail(model, side, a, j, b, k, sin, rate)
 
 
 @compiled
-def _tail(model, side, a, j, b, k, sin, rate):
-    """Remaining time of a complete burst and an estimate of its error; docs/models.md."""
-    push = -side * (a - b)
-    loss = 1.0 - model.restitution
-    if not (push > 0.0 and loss > 0.0):
-        return 0.0, math.inf
-    if rate == 0.0:
-        return 0.0, 0.0
+def _apart(free, support, start, side, gap0, rate0, tau):
+    """Gap, its rate and roundoff, dx and dv of the primary, dy of the free mass, u, and phase.
+
+    Short motions as increments: a bounce keeps its digits however small it is. After a swing of
+    the support they would round in units of rate0 tau, the way back and forth.
+    """
+    primary = start.primary
+    y = start.free_mass
+    dx, dv, phase = increments(free, primary, tau)
+    if support.rate * tau <= _LONG:
+        dy, du, _ = increments(support, y, tau)
+        gap = gap0 + rate0 * tau + side * (dx - dy)
+        roundoff = ROUNDOFF * (gap0 + abs(rate0) * tau + abs(dx) + abs(dy))
+        dy += y.v * tau
+        u = y.v + du
+        rate = rate0 + side * (dv - du)
+        dx += primary.v * tau
+    else:
+        flow = free_flow(support, tau)
+        own = y.x * flow.c_less_1
+        carried = y.v * flow.s
+        dy = own + carried
+        u = y.v * (1.0 + flow.s_dot_less_1) - support.stiffness * flow.s * y.x
+        dx += primary.v * tau
+        gap = gap0 + side * (dx - dy)
+        rate = side * (primary.v + dv - u)
+        roundoff = ROUNDOFF * (gap0 + abs(dx) + abs(own) + abs(carried))
+    return gap, rate, roundoff, dx, dv, dy, u, phase
+
+
+@look.of(GroundedGap)
+def _look_at_gap(moving, tau):
+    start = moving.start
+    gap, rate, roundoff, dx, dv, dy, u, phase = _apart(
+        moving.free, moving.support, start, moving.side, moving.gap, moving.rate, tau
+    )
+    primary = motion_from(moving.free, start.primary.x + dx, start.primary.v + dv, phase)
+    free_mass = motion_from(moving.support, start.free_mass.x + dy, u, phase)
+    return _gap_point(moving, tau, gap, rate, roundoff, dx, primary, free_mass)
+
+
+@rates_of.of(GroundedGap)
+def _rates_of_gap(moving):
+    rate = rate_of(moving.free.forcing)
+    fastest = max(rate, moving.free.rate, moving.support.rate)
+    return rate, fastest, max(moving.free.coupling, moving.support.coupling)
+
+
+@walls.fly.of(Grounded)
+def _fly(model, segment, start):
+    s = segment
+    moving = GroundedGap(model.free, model.support, start, s.side, s.gap, s.rate)
+    point = _gap_point(
+        moving, 0.0, s.gap, s.rate, ROUNDOFF * s.gap, 0.0, start.primary, start.free_mass
+    )
+    leaving = s.gap == 0.0 and s.rate == 0.0 and point.second == 0.0
+    root = first_root(moving, point, 2.0 * model.clearance, leaving, HORIZON, 0.0)
+    p = root.point
+    if root.side == 0.0:
+        x, v = arrive(model.free, start.primary, p.tau)
+        y, u = arrive(model.support, start.free_mass, p.tau)
+        gap = s.gap + s.side * ((x - s.x) - (y - start.free_mass.x))
+        return End(p.tau, 0.0, x, v, gap, s.side * (v - u), root.steps)
+    step = root.step
+    # The gap's derivatives carry its rate; the primary's own are not in the point.
+    rate = p.slope + step * (
+        p.second
+        + step * (0.5 * p.third + step * (p.fourth * (1.0 / 6.0) + step * p.fifth * (1.0 / 24.0)))
+    )
+    dx, v = advance(model.free, start.primary, p.tau + step)
+    hit = GAVE_UP if root.side == GAVE_UP else root.side * s.side
+    return End(p.tau + step, hit, s.x + dx, v, 0.0, rate, root.steps)
+
+
+class SupportedForce(NamedTuple):
+    """The contact force in sticking over the reduced mass, as the search sees it."""
+
+    osc: Oscillator
+    mean: float
+    start: Motion
+    roundoff: float
+
+
+@compiled
+def _force_point(moving, tau, motion):
+    osc = moving.osc
+    snap, crackle, _ = higher_derivatives(osc, motion)
+    return Point(
+        tau,
+        motion.x + moving.mean,
+        motion.v,
+        motion.a,
+        motion.j,
+        snap,
+        crackle,
+        energy_norm(osc, motion.j, snap),
+        osc.strength * bound_of(osc.forcing, 3),
+        moving.roundoff,
+        tau,
+    )
+
+
+@look.of(SupportedForce)
+def _look_at_force(moving, tau):
+    start = moving.start
+    dx, dv, phase = increments(moving.osc, start, tau)
+    motion = motion_from(moving.osc, start.x + (start.v * tau + dx), start.v + dv, phase)
+    return _force_point(moving, tau, motion)
+
+
+@rates_of.of(SupportedForce)
+def _rates_of_force(moving):
+    rate = rate_of(moving.osc.forcing)
+    return rate, max(rate, moving.osc.rate), moving.osc.coupling
+
+
+@walls.stick.of(Grounded)
+def _stick(model, segment):
+    s = segment
+    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    together = motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v, phase)
+    if s.side == 0.0:
+        dx, v = advance(model.stuck, together, HORIZON)
+        return End(HORIZON, 0.0, s.x + dx, v, 0.0, 0.0, 1)
+    moving = _contact_force(model, s, phase)
+    point = _force_point(moving, 0.0, moving.start)
+    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, leaving, HORIZON, 0.0)
+    tau = root.point.tau + root.step
+    dx, v = advance(model.stuck, together, tau)
+    return End(tau, root.side, s.x + dx, v, 0.0, 0.0, root.steps)
+
+
+@compiled
+def _contact_force(model, s, phase):
+    """The contact force at the start of sticking: -g'' of the flight that would begin then."""
     free = model.free
     support = model.support
-    first = 2.0 * rate / (push * loss)
-    bend = side * (j - k) / push * first / 3.0
-    damped = (free[0] * model.mass_ratio + support[0]) / (1.0 + model.mass_ratio)
-    duration = first * (1.0 + bend - damped * model.restitution * first)
-    coupling = 2.0 * (free[0] + support[0])
-    lag = (abs(j - k) / push + coupling) * first
-    # Sizes, not the fourth derivatives themselves: their parts need not cancel along the burst.
-    snap = (
-        free[2] * free[3] * free[3] * abs(sin)
-        + 2.0 * free[0] * abs(j)
-        + abs(a)
-        + 2.0 * support[0] * abs(k)
-        + support[1] * abs(b)
-        + (free[1] + support[1]) * push
+    primary = motion_from(free, s.x, s.v, phase)
+    y = s.x + s.side * model.clearance
+    free_mass = motion_from(support, y, s.v, phase)
+    mean = (primary.a + model.mass_ratio * free_mass.a) / (1.0 + model.mass_ratio)
+    # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
+    # damping, which would have to cancel here.
+    _, force1, _, _, _ = force_rates(free.forcing, phase)
+    slope = -s.side * (
+        (free.strength * force1 - 2.0 * free.damping * mean - free.stiffness * s.v)
+        + (2.0 * support.damping * mean + support.stiffness * s.v)
     )
-    error = first * (lag * lag + snap / push * first * first)
-    if not duration > 0.0 or not lag < 0.5:
-        return 0.0, math.inf
-    return duration, error
+    value = max(-s.side * (primary.a - free_mass.a), 0.0)
+    turned = Phase(
+        -s.side * (phase.sin * model.lead_cos + phase.cos * model.lead_sin),
+        -s.side * (phase.cos * model.lead_cos - phase.sin * model.lead_sin),
+    )
+    size = 1.0 + abs(s.x) + 2.0 * (free.damping + support.damping) * abs(s.v)
+    roundoff = ROUNDOFF * (size + support.stiffness * abs(y))
+    start = motion_from(model.force, value - model.mean, slope, turned)
+    return SupportedForce(model.force, model.mean, start, roundoff)
 
 
-@settle.of(Grounded)
-def _settle(model, periods, time, side, x, v, rate, sin, cos, duration):
-    common = v - side * model.mass_ratio / (1.0 + model.mass_ratio) * rate
-    return advance(model.stuck, x + rest_shift(model, side), common, sin, cos, duration)
+@walls.stays.of(Grounded)
+def _stays(model, segment, start):
+    a, b = start.primary, start.free_mass
+    snap, _, _ = higher_derivatives(model.free, a)
+    snap2, _, _ = higher_derivatives(model.support, b)
+    return sticks(segment.side, a.a - b.a, a.j - b.j, snap - snap2)
 
 
-@motion.of(Grounded)
-def _motion(model, row, tau):
-    x = float(row[X])
-    v = float(row[V])
-    gap = float(row[GAP])
-    rate = float(row[RATE])
-    side = float(row[SIDE])
+@walls.time_to_completion.of(Grounded)
+def _time_to_completion(model, segment, start):
     free = model.free
-    sin, cos, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    a, j = acceleration(free, x, v, sin, cos)
-    if float(row[MODE]) == FLIGHT:
-        released = row[CAUSE] == RELEASE
-        a, j, y, u, b, k = both_motions(model, released, side, x, v, gap, rate, a, j, cos)
-        gap, rate, dx, v = move_apart(
-            free, x, v, a, j, sin, cos, model.support, y, u, b, k, side, gap, rate, tau
+    support = model.support
+    a, b = start.primary, start.free_mass
+    side = segment.side
+    force = -side * (a.a - b.a)
+    size = (
+        free.strength * bound_of(free.forcing, 2)
+        + 2.0 * free.damping * abs(a.j)
+        + abs(a.a)
+        + 2.0 * support.damping * abs(b.j)
+        + support.stiffness * abs(b.a)
+        + (free.stiffness + support.stiffness) * force
+    )
+    drag = (free.damping * model.mass_ratio + support.damping) / (1.0 + model.mass_ratio)
+    lag = 2.0 * (free.damping + support.damping)
+    return completion(model.law, drag, lag, size, force, side * (a.j - b.j), segment.rate)
+
+
+@walls.complete.of(Grounded)
+def _complete(model, segment, start):
+    s = segment
+    dx, v = advance(model.stuck, _together(model, s, start.primary.phase), s.completion)
+    return s.x + dx, v
+
+
+@compiled
+def _together(model, s, phase):
+    """Motion of both masses' centre from a segment in contact, about their place of rest."""
+    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
+    return motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v - share * s.rate, phase)
+
+
+@declared.motion.of(Grounded)
+def _motion(model, segment, tau):
+    s = segment
+    if s.mode == FLIGHT:
+        start = _begin(model, s)
+        gap, rate, _, dx, dv, _, _, _ = _apart(
+            model.free, model.support, start, s.side, s.gap, s.rate, tau
         )
-        return x + dx, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
-    gap = 0.0
-    bounce = 0.0
-    share = model.mass_ratio / (1.0 + model.mass_ratio) * side
-    if float(row[MODE]) == TAIL and rate > 0.0:
-        # The pair's centre follows the sticking flow; the bounces go on about it.
-        duration, _ = time_to_sticking(model, 0.0, 0.0, side, x, v, rate, a, j, sin, cos)
-        gap, bounce = tail_bounce(model.restitution, duration, rate, tau)
-    centred = x + rest_shift(model, side)
-    dx, v = advance(model.stuck, centred, v - share * rate, sin, cos, tau)
-    return x + dx + share * gap, v + share * bounce, gap, bounce
+        return s.x + dx, s.v + dv, min(max(gap, 0.0), 2.0 * model.clearance), rate
+    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
+    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    dx, v = advance(model.stuck, _together(model, s, phase), tau)
+    gap, bounce = bounce_in(model, s, tau)
+    # The pair's centre follows the sticking flow; the bounces go on about it.
+    return s.x + dx + share * gap, v + share * bounce, gap, bounce
 
 
 @compiled

@@ -1,33 +1,28 @@
 """The rigid impact damper: a free mass that flies, rigid walls, Newton's restitution."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from damper.engine import model as declared
+from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled
+from damper.engine.completion import bounce_at, completion, sticks
+from damper.engine.forcing import bound_of, harmonic, period_of, phase_at, rate_of
+from damper.engine.impact import restitution_at
 from damper.engine.oscillator import (
-    OVERDAMPED,
+    Motion,
     Oscillator,
-    acceleration,
     advance,
     arrive,
-    coasting_jerk,
     higher_derivatives,
     increments,
+    motion_from,
     oscillator,
-    relax,
-    sine_cosine,
 )
-from damper.engine.search import find_impact, find_release, stays, tail_bounce, tail_duration
-from damper.engine.segment import CAUSE, FLIGHT, GAP, MODE, RATE, RELEASE, SIDE, TAIL, TIME, V, X
-from damper.models import (
-    cut_flight,
-    flight,
-    motion,
-    rests,
-    settle,
-    sticking,
-    time_to_sticking,
-)
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, look, rates_of
+from damper.engine.segment import FLIGHT, TAIL, Segment
+from damper.models import walls
+from damper.models.walls import End
 from damper.parameters import Parameters
 
 
@@ -36,11 +31,10 @@ class Rigid(NamedTuple):
 
     mass_ratio: float
     clearance: float
-    restitution: float
-    phase: float
-    """Forcing phase at time 0, in (-pi, pi]."""
+    law: Any
+    """Contact law, from `damper.engine.impact`."""
     period: float
-    """Forcing period."""
+    """In which the clock counts."""
     tolerance: float
     """Error in time to which tails are closed."""
     free: Oscillator
@@ -49,125 +43,287 @@ class Rigid(NamedTuple):
     """Both masses together."""
 
 
-def prepare(parameters: Parameters, accuracy: float) -> Rigid:
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
     """Constants of one run."""
     p = parameters
-    return Rigid(
-        *_prepare(
-            p.mass_ratio,
-            p.damping_ratio,
-            p.frequency_ratio,
-            p.clearance,
-            p.restitution,
-            p.phase,
-            float(accuracy),
-        )
+    return make_rigid(
+        p.mass_ratio,
+        p.clearance,
+        law,
+        p.damping_ratio,
+        harmonic(p.frequency_ratio, p.phase),
+        accuracy,
     )
 
 
 @compiled
-def _prepare(mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase, accuracy):
+def make_rigid(
+    mass_ratio: float,
+    clearance: float,
+    law: Any,
+    damping_ratio: float,
+    forcing: Any,
+    accuracy: float,
+) -> Rigid:
+    """Constants of a damper with rigid walls; models that have more take them over."""
     heavier = 1.0 + mass_ratio
-    return (
+    return Rigid(
         mass_ratio,
         clearance,
-        restitution,
-        math.atan2(math.sin(phase), math.cos(phase)),
-        2.0 * math.pi / frequency_ratio,
-        accuracy / max(1.0, frequency_ratio),
-        oscillator(damping_ratio, 1.0, 1.0, frequency_ratio),
-        oscillator(damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, frequency_ratio),
+        law,
+        period_of(forcing),
+        accuracy / max(1.0, rate_of(forcing)),
+        oscillator(damping_ratio, 1.0, 1.0, forcing),
+        oscillator(damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, forcing),
     )
 
 
-@flight.of(Rigid)
-def _flight(model, cause, side, x, v, gap, rate, a, j, sin, cos):
-    if cause == RELEASE:
-        a = 0.0  # by definition, see flight_start
-        j = coasting_jerk(model.free, v, cos)
-    duration, hit, dx, end_v, end_rate, steps = find_impact(
-        model.free, model.clearance, side, x, v, gap, rate, a, j, sin, cos
-    )
-    if model.free[4] == OVERDAMPED and hit != 0.0 and -model.free[7] * duration > 1.0:
-        # As increments x and v would keep a rounding of the velocity that the damping has eaten.
-        dx, end_v = relax(model.free, x, v, sin, cos, duration)
-    return duration, hit, dx, end_v, end_rate, steps
+walls.have_rigid_walls(Rigid)
+
+
+class FlightGap(NamedTuple):
+    """The gap of a flight, as the search sees it."""
+
+    osc: Oscillator
+    start: Motion
+    side: float
+    gap: float
+    rate: float
+
+
+class Primary(NamedTuple):
+    """Where the primary is at a point of a search: displacement less that at the start."""
+
+    dx: float
+    v: float
 
 
 @compiled
-def flight_start(
-    free: Oscillator, cause: float, x: float, v: float, sin: float, cos: float
-) -> tuple[float, ...]:
-    """Second and third derivative of the primary at the start of a flight that `cause` began.
-
-    At a release x'' = 0 by definition. As it rounds, heavy damping would drown the third derivative
-    in it, and a velocity of 1e14, to which a varying mass can drive, what the flight begins with.
-    """
-    a, j = acceleration(free, x, v, sin, cos)
-    if cause == RELEASE:
-        a = 0.0
-        j = coasting_jerk(free, v, cos)
-    return a, j
-
-
-@cut_flight.of(Rigid)
-def _cut_flight(model, side, x, v, gap, rate, sin, cos, duration):
-    # How the errors of many such segments add up is all that matters.
-    if model.free[4] == OVERDAMPED:
-        dx, end_v = relax(model.free, x, v, sin, cos, duration)
-    else:
-        end_x, end_v = arrive(model.free, x, v, sin, cos, duration)
-        dx = end_x - x
-    end_gap = gap + ((rate * duration) + side * (dx - v * duration))
-    return dx, end_v, end_gap, rate + side * (end_v - v)
-
-
-@sticking.of(Rigid)
-def _sticking(model, periods, time, side, x, v, sin, cos):
-    return find_release(model.stuck, side, x, v, sin, cos)
+def flight_point(
+    moving: FlightGap,
+    tau: float,
+    gap: float,
+    rate: float,
+    roundoff: float,
+    dx: float,
+    motion: Motion,
+) -> Point:
+    """Gap and derivatives where the primary moves like this."""
+    snap, crackle, _ = higher_derivatives(moving.osc, motion)
+    side = moving.side
+    return Point(
+        tau,
+        gap,
+        rate,
+        side * motion.a,
+        side * motion.j,
+        side * snap,
+        side * crackle,
+        energy_norm(moving.osc, motion.j, snap),
+        moving.osc.strength * bound_of(moving.osc.forcing, 3),
+        roundoff,
+        Primary(dx, motion.v),
+    )
 
 
-@rests.of(Rigid)
-def _rests(model, periods, time, side, x, v, a, j, sin, cos):
-    snap, crackle = higher_derivatives(model.free, a, j, sin, cos)
-    return stays(side, a, j, snap, crackle)
+@look.of(FlightGap)
+def _look_at_gap(moving, tau):
+    start = moving.start
+    side = moving.side
+    dx, dv, phase = increments(moving.osc, start, tau)
+    gap = moving.gap + moving.rate * tau + side * dx
+    roundoff = ROUNDOFF * (moving.gap + abs(moving.rate) * tau + abs(dx))
+    dx += start.v * tau
+    motion = motion_from(moving.osc, start.x + dx, start.v + dv, phase)
+    return flight_point(moving, tau, gap, moving.rate + side * dv, roundoff, dx, motion)
 
 
-@time_to_sticking.of(Rigid)
-def _time_to_sticking(model, periods, time, side, x, v, rate, a, j, sin, cos):
-    return tail_duration(model.free, model.mass_ratio, model.restitution, side, a, j, sin, rate)
+@rates_of.of(FlightGap)
+def _rates_of_gap(moving):
+    osc = moving.osc
+    forcing_rate = rate_of(osc.forcing)
+    return forcing_rate, max(forcing_rate, osc.rate), osc.coupling
 
 
-@settle.of(Rigid)
-def _settle(model, periods, time, side, x, v, rate, sin, cos, duration):
-    common = v - side * model.mass_ratio / (1.0 + model.mass_ratio) * rate
-    return advance(model.stuck, x, common, sin, cos, duration)
+@walls.fly.of(Rigid)
+def _fly(model, segment, start):
+    return free_flight(model, segment, start)
 
 
-@motion.of(Rigid)
-def _motion(model, row, tau):
-    mass_ratio = model.mass_ratio
-    restitution = model.restitution
+@compiled
+def free_flight(model: Any, segment: Segment, start: Motion) -> End:
+    """The next impact of a free mass that nothing acts on."""
+    s = segment
+    moving = FlightGap(model.free, start, s.side, s.gap, s.rate)
+    point = flight_point(moving, 0.0, s.gap, s.rate, 0.0, 0.0, start)
+    leaving = s.gap == 0.0 and s.rate == 0.0 and start.a == 0.0
+    root = first_root(moving, point, 2.0 * model.clearance, leaving, HORIZON, 0.0)
+    p = root.point
+    if root.side == 0.0:
+        # Formed as such: how the errors of many such segments add up is all that matters.
+        x, v = arrive(model.free, start, p.tau)
+        gap = s.gap + ((s.rate * p.tau) + s.side * ((x - s.x) - s.v * p.tau))
+        return End(p.tau, 0.0, x, v, gap, s.rate + s.side * (v - s.v), root.steps)
+    dx, dv = carry(p, s.side, root.step)
+    # Not by a difference of velocities: the rate of a small bounce keeps its digits.
+    rate = p.slope + s.side * dv
+    hit = GAVE_UP if root.side == GAVE_UP else root.side * s.side
+    return End(p.tau + root.step, hit, s.x + dx, p.state.v + dv, 0.0, rate, root.steps)
+
+
+@compiled
+def carry(p: Point, side: float, step: float) -> tuple[float, float]:
+    """Displacement of the primary a short step after a point of its flight; change of velocity."""
+    a = side * p.second
+    j = side * p.third
+    snap = side * p.fourth
+    crackle = side * p.fifth
+    # One term more than the gap needs: it is what is left of the velocity's error.
+    dv = step * (a + step * (0.5 * j + step * (snap * (1.0 / 6.0) + step * crackle * (1.0 / 24.0))))
+    dx = step * (
+        p.state.v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
+    )
+    return p.state.dx + dx, dv
+
+
+class Force(NamedTuple):
+    """The contact force in sticking over the free mass, -side x'', as the search sees it."""
+
+    osc: Oscillator
+    start: Motion
+    side: float
+
+
+@compiled
+def _force_point(moving, tau, dx, motion):
+    osc = moving.osc
+    snap, crackle, sixth = higher_derivatives(osc, motion)
+    side = moving.side
+    growth = osc.strength * bound_of(osc.forcing, 5)
+    x = moving.start.x + dx
+    return Point(
+        tau,
+        -side * motion.a,
+        -side * motion.j,
+        -side * snap,
+        -side * crackle,
+        -side * sixth,
+        0.0,
+        energy_norm(osc, crackle, sixth),
+        growth,
+        ROUNDOFF * (osc.strength + 2.0 * osc.damping * abs(motion.v) + osc.stiffness * abs(x)),
+        Primary(dx, motion.v),
+    )
+
+
+@look.of(Force)
+def _look_at_force(moving, tau):
+    start = moving.start
+    dx, dv, phase = increments(moving.osc, start, tau)
+    dx += start.v * tau
+    motion = motion_from(moving.osc, start.x + dx, start.v + dv, phase)
+    return _force_point(moving, tau, dx, motion)
+
+
+@rates_of.of(Force)
+def _rates_of_force(moving):
+    osc = moving.osc
+    forcing_rate = rate_of(osc.forcing)
+    return forcing_rate, max(forcing_rate, osc.rate), osc.coupling
+
+
+@walls.stick.of(Rigid)
+def _stick(model, segment):
+    s = segment
+    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    start = motion_from(model.stuck, s.x, s.v, phase)
+    if s.side == 0.0:
+        x, v = arrive(model.stuck, start, HORIZON)
+        return End(HORIZON, 0.0, x, v, 0.0, 0.0, 1)
+    moving = Force(model.stuck, start, s.side)
+    point = _force_point(moving, 0.0, 0.0, start)
+    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, leaving, HORIZON, 0.0)
+    p = root.point
+    step = root.step
+    if root.side == 0.0:
+        x, v = arrive(model.stuck, start, p.tau)
+        return End(p.tau, 0.0, x, v, 0.0, 0.0, root.steps)
+    a = -s.side * p.value
+    j = -s.side * p.slope
+    snap = -s.side * p.second
+    dx = step * (p.state.v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap / 24.0)))
+    v = p.state.v + step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
+    return End(p.tau + step, root.side, s.x + (p.state.dx + dx), v, 0.0, 0.0, root.steps)
+
+
+@walls.stays.of(Rigid)
+def _stays(model, segment, start):
+    snap, _, _ = higher_derivatives(model.free, start)
+    return sticks(segment.side, start.a, start.j, snap)
+
+
+@walls.time_to_completion.of(Rigid)
+def _time_to_completion(model, segment, start):
+    return rigid_completion(model, model.mass_ratio, segment, start)
+
+
+@compiled
+def rigid_completion(
+    model: Any, mass_ratio: float, segment: Segment, start: Motion
+) -> tuple[float, float]:
+    """Time to the completion point and its error, for this mass ratio."""
     free = model.free
-    x = float(row[X])
-    v = float(row[V])
-    gap = float(row[GAP])
-    rate = float(row[RATE])
-    side = float(row[SIDE])
-    sin0, cos0, _ = sine_cosine(free[3] * float(row[TIME]) + model.phase)
-    if float(row[MODE]) == FLIGHT:
-        a, j = flight_start(free, float(row[CAUSE]), x, v, sin0, cos0)
-        dx, dv, _, _ = increments(free, x, v, a, j, sin0, cos0, tau)
-        gap = max(gap + rate * tau + side * dx, 0.0)
-        gap = min(gap, 2.0 * model.clearance)
-        return x + (v * tau + dx), v + dv, gap, rate + side * dv
-    gap = 0.0
-    bounce = 0.0
-    share = mass_ratio / (1.0 + mass_ratio) * side
-    if float(row[MODE]) == TAIL and rate > 0.0:
-        # The pair's centre follows the sticking flow; the bounces go on about it.
-        a, j = acceleration(free, x, v, sin0, cos0)
-        duration, _ = tail_duration(free, mass_ratio, restitution, side, a, j, sin0, rate)
-        gap, bounce = tail_bounce(restitution, duration, rate, tau)
-    dx, v = advance(model.stuck, x, v - share * rate, sin0, cos0, tau)
-    return x + dx + share * gap, v + share * bounce, gap, bounce
+    side = segment.side
+    force = -side * start.a
+    size = (
+        free.strength * bound_of(free.forcing, 2)
+        + 2.0 * free.damping * abs(start.j)
+        + free.stiffness * force
+    )
+    drag = free.damping * mass_ratio / (1.0 + mass_ratio)
+    return completion(
+        model.law, drag, 2.0 * free.damping, size, force, side * start.j, segment.rate
+    )
+
+
+@walls.complete.of(Rigid)
+def _complete(model, segment, start):
+    s = segment
+    common = s.v - s.side * model.mass_ratio / (1.0 + model.mass_ratio) * s.rate
+    together = motion_from(model.stuck, s.x, common, start.phase)
+    dx, v = advance(model.stuck, together, s.completion)
+    return s.x + dx, v
+
+
+@declared.motion.of(Rigid)
+def _motion(model, segment, tau):
+    if segment.mode == FLIGHT:
+        return flight_at(model, segment, walls.primary_motion(model, segment), tau)
+    s = segment
+    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
+    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    together = motion_from(model.stuck, s.x, s.v - share * s.rate, phase)
+    dx, v = advance(model.stuck, together, tau)
+    gap, bounce = bounce_in(model, s, tau)
+    # The pair's centre follows the sticking flow; the bounces go on about it.
+    return s.x + dx + share * gap, v + share * bounce, gap, bounce
+
+
+@compiled
+def flight_at(
+    model: Any, segment: Segment, start: Motion, tau: float
+) -> tuple[float, float, float, float]:
+    """As `damper.engine.model.motion`, in a flight of a free mass on which nothing acts."""
+    s = segment
+    dx, dv, _ = increments(model.free, start, tau)
+    gap = min(max(s.gap + s.rate * tau + s.side * dx, 0.0), 2.0 * model.clearance)
+    return s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv
+
+
+@compiled
+def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
+    """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
+    if segment.mode != TAIL or segment.rate == 0.0:
+        return 0.0, 0.0
+    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.rate, tau)

@@ -4,21 +4,34 @@
     mu(t) = mean (1 + depth cos(frequency t + phase'))
 
 Nothing here is known in closed form. A step is the Taylor polynomial of x'' about its start, short
-enough for a remainder below rounding, which docs/models.md proves. Where the damping is so heavy
-that such steps would be tiny, and the fast mode has died, the polynomial is that of the slow
-motion alone, from the same equations solved from the highest derivative down.
+enough for a remainder below roundoff, which docs/models.md proves.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import Oscillator, sine_cosine
-from damper.engine.search import HORIZON, ROUNDING, stays
+from damper.engine.completion import sticks
+from damper.engine.forcing import Phase, turn_over, turned
+from damper.engine.oscillator import Oscillator
+from damper.engine.search import HORIZON, ROUNDOFF
+from damper.engine.trigonometry import sine_cosine
 
-#: How the free mass varies: mean mass ratio, depth, frequency, order, phase at time 0.
-MassLaw = tuple[float, ...]
+
+class MassLaw(NamedTuple):
+    """How the free mass varies: mean (1 + depth cos(frequency t + phase))."""
+
+    mean: float
+    """Mean mass ratio."""
+    depth: float
+    frequency: float
+    order: float
+    """Forcing periods in one period of the variation."""
+    phase: float
+    """At time 0."""
+
 
 #: Degree of the polynomial of x''.
 DEGREE = 30
@@ -30,10 +43,6 @@ DECAY = 0.2
 CHANGE = 0.5
 #: Largest remainder of x'' in units of its largest coefficient.
 REMAINDER = 1e-16
-#: Fastest rate times a step, above which the fast mode is left out once it has died.
-STIFF = 64.0
-#: Rounding of the velocity, relative to its terms, to which a fast mode has died.
-DEAD = 32.0 * 2.220446049250313e-16
 _HALVINGS = 60
 #: Binomials C(DEGREE, k), to go over to the Bernstein basis.
 _BINOMIALS = np.array([float(math.comb(DEGREE, k)) for k in range(DEGREE + 1)])
@@ -60,7 +69,7 @@ def mass_law(
         Forcing frequency.
     """
     reduced = math.atan2(math.sin(phase), math.cos(phase))
-    return mean, depth, frequency_ratio / order, order, reduced
+    return MassLaw(mean, depth, frequency_ratio / order, order, reduced)
 
 
 @compiled
@@ -91,8 +100,7 @@ def advance_together(
     time: float,
     x: float,
     v: float,
-    sin: float,
-    cos: float,
+    phase: Phase,
     tau: float,
 ) -> tuple[float, ...]:
     """Motion of both masses as one over a time `tau`.
@@ -116,10 +124,9 @@ def advance_together(
     terms = np.empty(DEGREE + 1)
     passed = 0.0
     dx = 0.0
-    sin1 = sin
-    cos1 = cos
+    here = phase
     for _ in range(_STEPS):
-        step, v, _ = expand(free, law, periods, time + passed, x + dx, v, sin1, cos1, terms)
+        step, _ = expand(free, law, periods, time + passed, x + dx, v, here, terms)
         last = passed + step >= tau
         part = (tau - passed) / step if last else 1.0
         more, v = evaluate(terms, step, v, part)
@@ -127,9 +134,7 @@ def advance_together(
         if last:
             break
         passed += step
-        turn_sin, turn_cos, _ = sine_cosine(free[3] * passed)
-        sin1 = sin * turn_cos + cos * turn_sin
-        cos1 = cos * turn_cos - sin * turn_sin
+        here = turned(free.forcing, phase, turn_over(free.forcing, passed))
     return dx, v
 
 
@@ -142,8 +147,7 @@ def step_together(
     side: float,
     x: float,
     v: float,
-    sin: float,
-    cos: float,
+    phase: Phase,
 ) -> tuple[float, ...]:
     """One step of sticking, up to the release if that comes first.
 
@@ -156,17 +160,17 @@ def step_together(
         As `damper.engine.search.find_release`.
     """
     terms = np.empty(DEGREE + 1)
-    step, v, rounding = expand(free, law, periods, time, x, v, sin, cos, terms)
+    step, roundoff = expand(free, law, periods, time, x, v, phase, terms)
     part = 1.0
     released = 0.0
     if side != 0.0:
-        part = _first_loss(terms, side, free[3] * cos - v, rounding)
+        part = _first_loss(terms, side, free.forcing.omega * phase.cos - v, roundoff)
         if part <= 1.0:
             released = 1.0
         else:
             part = 1.0
     dx, v = evaluate(terms, step, v, part)
-    return part * step, released, dx, v, 1
+    return part * step, released, dx, v
 
 
 @compiled
@@ -196,8 +200,7 @@ def expand(
     time: float,
     x: float,
     v: float,
-    sin: float,
-    cos: float,
+    phase: Phase,
     terms: np.ndarray,
 ) -> tuple[float, ...]:
     """Length of the next step, and the Taylor polynomial of x'' on it.
@@ -211,43 +214,33 @@ def expand(
 
     Returns
     -------
-    step, v, rounding : float
-        Time; the velocity at its start, changed by rounding where a dead mode is left out;
-        rounding of x''.
+    step, v, roundoff : float
+        Time; the velocity at its start, changed by roundoff where a dead mode is left out;
+        roundoff of x''.
     """
-    zeta = free[0]
-    omega = free[3]
+    zeta = free.damping
+    omega = free.forcing.omega
     mass_ratio, sin_m, cos_m = modulation(law, periods, time)
     inertia = 1.0 + mass_ratio
-    swing = law[0] * law[1]
-    frequency = law[2]
+    swing = law.mean * law.depth
+    frequency = law.frequency
     fast = 2.0 * zeta / inertia
     weights = np.empty(DEGREE + 1)
-    rounding = ROUNDING * ((1.0 + 2.0 * zeta * abs(v)) + abs(x)) / inertia
+    roundoff = ROUNDOFF * ((1.0 + 2.0 * zeta * abs(v)) + abs(x)) / inertia
 
-    calm = min(HORIZON, REACH / omega)
-    calm = min(calm, _steady_span(swing / inertia * abs(sin_m), swing / inertia * abs(cos_m), law))
-    step = min(calm, 2.0 * zeta)
-    while fast * step > STIFF:
-        count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
-        slow_v = _slow_terms(zeta, omega, inertia, x, sin, cos, step, weights, count, terms)
-        # The force rounds as its phase does, however small it is.
-        if abs(slow_v - v) > DEAD * (abs(v) + (1.0 + abs(x)) / (2.0 * zeta)):
-            break
-        largest, left = _sizes(terms)
-        if left <= REMAINDER * largest:
-            return step, slow_v, max(ROUNDING * largest, left)
-        step *= 0.5
-
-    step = min(calm, REACH / (fast + 1.0 / math.sqrt(inertia)))
+    smooth = min(HORIZON, REACH / omega)
+    smooth = min(
+        smooth, _steady_span(swing / inertia * abs(sin_m), swing / inertia * abs(cos_m), law)
+    )
+    step = min(smooth, REACH / (fast + 1.0 / math.sqrt(inertia)))
     for _ in range(_HALVINGS):
         count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
-        _forward_terms(zeta, omega, inertia, x, v, sin, cos, step, weights, count, terms)
+        _fill_terms(zeta, omega, inertia, x, v, phase, step, weights, count, terms)
         largest, left = _sizes(terms)
         if left <= REMAINDER * largest:
             break
         step *= 0.5
-    return step, v, max(rounding, left)
+    return step, max(roundoff, left)
 
 
 @compiled
@@ -264,7 +257,7 @@ def _steady_span(first, second, law):
         2.0 * CHANGE / (slope + math.sqrt(slope * slope + 4.0 * 0.5431 * second * CHANGE + 1e-99))
     )
     far = math.log(2.0 * CHANGE / max(first + second, 1e-99))
-    return DECAY * max(min(near, 1.0), far) / law[2]
+    return DECAY * max(min(near, 1.0), far) / law.frequency
 
 
 @compiled
@@ -286,10 +279,10 @@ def _weigh(swing, angle, sin, cos, inertia, weights):
 
 
 @compiled
-def _forward_terms(zeta, omega, inertia, x, v, sin, cos, step, weights, count, terms):
+def _fill_terms(zeta, omega, inertia, x, v, phase, step, weights, count, terms):
     """Taylor coefficients of x'' by the recurrence that the equation of motion is."""
-    force = sin
-    following = cos
+    force = phase.sin
+    following = phase.cos
     size = 1.0
     position = x
     velocity = v
@@ -306,46 +299,6 @@ def _forward_terms(zeta, omega, inertia, x, v, sin, cos, step, weights, count, t
 
 
 @compiled
-def _slow_terms(zeta, omega, inertia, x, sin, cos, step, weights, count, terms):
-    """Taylor coefficients of x'' on the slow motion through x; its velocity.
-
-    The recurrence of `_forward_terms` lets the fast mode grow without bound. Its equations are
-    therefore solved as a system for the coefficients of the velocity, the first one being unknown
-    and the one after the last zero (F. W. J. Olver, J. Res. NBS 71B, 1967, 111-129): elimination
-    from the last equation up, then substitution from the first one down.
-    """
-    size = DEGREE + 2
-    rows = np.zeros((size, size))
-    right = np.zeros(size)
-    force = sin
-    following = cos
-    scale = 1.0
-    for k in range(size):
-        right[k] = force * scale
-        force, following = following, -force
-        scale *= omega * step / (k + 1.0)
-        for j in range(1, min(k + 1, count)):
-            rows[k, k - j + 1] = float(weights[j]) * (k - j + 1.0) / step
-        rows[k, k] += 2.0 * zeta
-        if k > 0:
-            rows[k, k - 1] += step / k
-    right[0] -= x
-    for k in range(size - 2, -1, -1):
-        factor = inertia * (k + 1.0) / step / float(rows[k + 1, k + 1])
-        for i in range(k + 1):
-            rows[k, i] -= factor * float(rows[k + 1, i])
-        right[k] -= factor * float(right[k + 1])
-    for k in range(size):
-        value = float(right[k])
-        for i in range(k):
-            value -= float(rows[k, i]) * float(right[i])
-        right[k] = value / float(rows[k, k])
-        if k > 0:
-            terms[k - 1] = k * float(right[k]) / step
-    return float(right[0])
-
-
-@compiled
 def _sizes(terms):
     """Largest coefficient, and a bound on the remainder by the decay of all of them."""
     largest = 0.0
@@ -358,11 +311,11 @@ def _sizes(terms):
 
 
 @compiled
-def _first_loss(terms, side, jerk, rounding):
+def _first_loss(terms, side, jerk, roundoff):
     """First part of a step at which the thrust -side x'' falls through zero; 2 if it does not.
 
     `jerk` has the sign of the third derivative at the start if the second one is zero there, up to
-    rounding, which heavy damping multiplies in the terms.
+    roundoff, which heavy damping multiplies in the terms.
     The Bernstein coefficients of the thrust on an interval enclose it, and where they change sign
     once it has one root (Descartes' rule). Other intervals are halved.
     """
@@ -370,8 +323,8 @@ def _first_loss(terms, side, jerk, rounding):
     rest = np.empty(size)
     ahead = np.empty(size)
     thrust = -side * float(terms[0])
-    if thrust <= rounding:
-        if not stays(side, 0.0, jerk, float(terms[2]), float(terms[3])):
+    if thrust <= roundoff:
+        if not sticks(side, 0.0, jerk, float(terms[2])):
             return _root(terms, side, 0.0, 1.0) if thrust > 0.0 else 0.0
         thrust = max(thrust, 0.0)
     for i in range(size):
@@ -402,11 +355,11 @@ def _first_loss(terms, side, jerk, rounding):
         sinks = False
         for i in range(size):
             value = float(ahead[i])
-            if value < -rounding:
+            if value < -roundoff:
                 sinks = True
                 changes += 1 if sign >= 0.0 else 0
                 sign = -1.0
-            elif value > rounding:
+            elif value > roundoff:
                 changes += 1 if sign < 0.0 else 0
                 sign = 1.0
         if not sinks:

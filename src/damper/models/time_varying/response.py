@@ -1,180 +1,157 @@
-"""The response where the free mass varies: what `damper.observers.response` adds up for a segment.
+"""The response of the damper with a time-varying free mass: what a segment of it adds.
 
 Flight is that of the rigid damper. While the masses move as one, each step is a polynomial
-(`damper.models.time_varying.motion`) short enough for one Gauss-Legendre rule, and the
-peak is sought on it.
+(`damper.models.time_varying.motion`) short enough for one Gauss rule, and the peak is sought on it.
+
+The free mass gains and loses kinetic energy although nothing pushes it: (1/2) mu'(t) u^2 per unit
+time, u its velocity, in every segment alike. That is the work of the modulation.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.oscillator import acceleration, oscillator, sine_cosine
-from damper.engine.search import tail_duration
-from damper.engine.segment import FLIGHT, MODE, PERIOD, RATE, SIDE, TAIL, TIME, V, X
-from damper.models.time_varying import TimeVarying
-from damper.models.time_varying.motion import DEGREE, evaluate, expand, modulation
-from damper.observers.response import (
-    MAX_ITERATIONS,
-    MODULATION,
-    NODES,
-    PEAK,
-    ROUNDING,
-    SPEED_SQUARE,
-    SQUARE,
-    WEIGHTS,
-    WORK,
-    add_bounces,
-    add_oscillation,
-    add_part,
+from damper.engine.forcing import Harmonic, Phase, force_rates, phase_at, turn_over, turned
+from damper.engine.oscillator import Motion
+from damper.engine.peak import Moment, bounds_of, moment_at
+from damper.engine.quadrature import MOST
+from damper.engine.segment import FLIGHT, TAIL
+from damper.models.response import (
+    Part,
+    gauss_sums,
+    integrands,
+    oscillation,
+    part_of,
+    swing_of,
+    tail_of,
+    with_bounces,
 )
+from damper.models.time_varying import TimeVarying
+from damper.models.time_varying.motion import DEGREE, MassLaw, evaluate, expand, modulation
 
 
-@add_part.of(TimeVarying)
-def _add_part(model, more, row, low, high, totals):
-    free = model.free
-    law = model.law
-    periods = float(row[PERIOD])
-    time = float(row[TIME])
-    side = float(row[SIDE])
-    rate = float(row[RATE])
-    x = float(row[X])
-    v = float(row[V])
-    sin, cos, _ = sine_cosine(free[3] * time + model.phase)
-    a, j = acceleration(free, x, v, sin, cos)
-    if row[MODE] == FLIGHT:
-        add_oscillation(free, (x, v, a, j, sin, cos), 0.0, low, high, True, totals)
-        u = v - side * rate
-        before, _, _ = modulation(law, periods, time + low)
-        after, _, _ = modulation(law, periods, time + high)
-        totals[MODULATION] += 0.5 * u * u * (after - before)
-        return
-    mass_ratio, _, _ = modulation(law, periods, time)
-    heavier = 1.0 + mass_ratio
-    v -= side * (mass_ratio / heavier) * rate
-    if row[MODE] == TAIL and rate > 0.0:
+@part_of.of(TimeVarying)
+def _part_of(model, tables, segment, low, high, peak):
+    s = segment
+    if s.mode == FLIGHT:
+        part = oscillation(swing_of(model, model.mass_ratio, s, 0.0), low, high, peak)
+        u = s.v - s.side * s.rate
+        before, _, _ = modulation(model.mass, s.periods, s.time + low)
+        after, _, _ = modulation(model.mass, s.periods, s.time + high)
+        gain = 0.5 * u * u * (after - before)
+        return Part(part.square, part.speed_square, part.work, 0.0, 0.0, gain, part.peak)
+    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
+    start = _centre(model, mass_ratio, s)
+    in_tail = s.mode == TAIL
+    part = _contact(model, s, start, low, high, math.inf if in_tail else peak)
+    if in_tail:
         # What bounces add is O(w^2) at most: the mass may stay what it was at the start.
-        duration, _ = tail_duration(free, mass_ratio, model.restitution, side, a, j, sin, rate)
-        stuck = oscillator(free[0] / heavier, 1.0 / heavier, 1.0 / heavier, free[3])
-        a, j = acceleration(stuck, x, v, sin, cos)
-        start = (x, v, a, j, sin, cos)
-        add_bounces(
-            model.restitution, mass_ratio, stuck, row, start, 0.0, duration, low, high, totals
-        )
-    _add_together(model, periods, time, x, v, sin, cos, low, high, row[MODE] != TAIL, totals)
+        part = with_bounces(part, tail_of(model, mass_ratio, s, start, 0.0), low, high, peak)
+    return part
 
 
 @compiled
-def _add_together(model, periods, time, x, v, sin, cos, low, high, watch, totals):
-    """Add the integrals over [low, high] of both masses' common motion; watch for the peak."""
+def _centre(model, mass_ratio, segment):
+    """Motion of both masses' centre from a segment in contact, with the mass ratio as it is."""
+    s = segment
+    heavier = 1.0 + mass_ratio
+    drag = 2.0 * model.free.damping
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    force, force1, _, _, _ = force_rates(model.free.forcing, phase)
+    v = s.v - s.side * mass_ratio / heavier * s.rate
+    a = (force - drag * v - s.x) / heavier
+    return Motion(s.x, v, a, (force1 - drag * a - v) / heavier, phase)
+
+
+class Polynomial(NamedTuple):
+    """One step of both masses' common motion, from its start."""
+
+    terms: np.ndarray
+    """Of x'', in parts of the step."""
+    step: float
+    x: float
+    v: float
+    bound2: float
+    bound3: float
+    """Bounds on |x''| and |x'''| on the step, by the sums of their terms."""
+    forcing: Harmonic
+    phase: Phase
+    mass: MassLaw
+    periods: float
+    time: float
+
+
+@moment_at.of(Polynomial)
+def _moment_at(moving, tau):
+    part = tau / moving.step
+    dx, v = evaluate(moving.terms, moving.step, moving.v, part)
+    a = 0.0
+    for k in range(DEGREE, -1, -1):
+        a = a * part + float(moving.terms[k])
+    return Moment(tau, moving.x + dx, v, a, 0.0)
+
+
+@bounds_of.of(Polynomial)
+def _bounds_of(moving, moment, span):
+    return moving.bound2, moving.bound3
+
+
+@integrands.of(Polynomial)
+def _integrands(moving, moment):
+    phase = turned(moving.forcing, moving.phase, turn_over(moving.forcing, moment.tau))
+    force, _, _, _, _ = force_rates(moving.forcing, phase)
+    mass = moving.mass
+    _, sin, _ = modulation(mass, moving.periods, moving.time + moment.tau)
+    speed_square = moment.v * moment.v
+    gain = -0.5 * mass.mean * mass.depth * mass.frequency * sin * speed_square
+    return moment.x * moment.x, speed_square, force * moment.v, gain
+
+
+@compiled
+def _polynomial(model, periods, time, x, v, phase, terms):
+    """The step from a state on; writes `terms`."""
     free = model.free
-    law = model.law
-    omega = free[3]
-    half_swing = 0.5 * law[0] * law[1] * law[2]
-    terms = np.empty(DEGREE + 1)
-    nodes = NODES.shape[1]
-    passed = 0.0
-    sin1 = sin
-    cos1 = cos
-    while True:
-        step, v, _ = expand(free, law, periods, time + passed, x, v, sin1, cos1, terms)
-        first = max(low - passed, 0.0)
-        span = min(high - passed, step) - first
-        if span >= 0.0:
-            square = 0.0
-            speed_square = 0.0
-            work = 0.0
-            gain = 0.0
-            for k in range(nodes):
-                tau = first + span * float(NODES[-1, k])
-                weight = float(WEIGHTS[-1, k])
-                dx, v_k = evaluate(terms, step, v, tau / step)
-                turn_sin, turn_cos, _ = sine_cosine(omega * tau)
-                _, sin_m, _ = modulation(law, periods, time + (passed + tau))
-                square += weight * (x + dx) * (x + dx)
-                speed_square += weight * v_k * v_k
-                work += weight * v_k * (sin1 * turn_cos + cos1 * turn_sin)
-                gain -= weight * v_k * v_k * sin_m
-            totals[SQUARE] += span * square
-            totals[SPEED_SQUARE] += span * speed_square
-            totals[WORK] += span * work
-            totals[MODULATION] += span * half_swing * gain
-            if watch and totals[PEAK] < math.inf:
-                end = (first + span) / step
-                totals[PEAK] = _climb(terms, step, x, v, first / step, end, float(totals[PEAK]))
-        if passed + step >= high:
-            return
-        dx, v = evaluate(terms, step, v, 1.0)
-        x += dx
-        passed += step
-        turn_sin, turn_cos, _ = sine_cosine(omega * passed)
-        sin1 = sin * turn_cos + cos * turn_sin
-        cos1 = cos * turn_cos - sin * turn_sin
-
-
-@compiled
-def _climb(terms, step, x, v, low, high, peak):
-    """Largest of `peak` and |x| on the parts [low, high] of a step, for sure and to rounding.
-
-    As `damper.observers.response._climb`, with the derivatives' bounds by the sums of their terms.
-    """
+    step, _ = expand(free, model.mass, periods, time, x, v, phase, terms)
     bound2 = 0.0
     bound3 = 0.0
     for k in range(DEGREE + 1):
         bound2 += abs(float(terms[k]))
         bound3 += k * abs(float(terms[k]))
     bound3 /= step
-    t = low
-    x1, v1, a1 = _state(terms, step, x, v, t)
-    peak = max(peak, abs(x1))
-    part = high - low
-    while t < high and t + part > t:
-        end = min(t + part, high)
-        x2, v2, a2 = _state(terms, step, x, v, end)
-        peak = max(peak, abs(x2))
-        span = (end - t) * step
-        eighth = 0.125 * span * span
-        if max(abs(x1), abs(x2)) + bound2 * eighth > peak * (1.0 + ROUNDING):
-            same_sign = (v1 > 0.0 and v2 > 0.0) or (v1 < 0.0 and v2 < 0.0)
-            if not same_sign and abs(a1) > bound3 * span:
-                peak = max(peak, _turn(terms, step, x, v, t, end, v1))
-            elif not (same_sign and min(abs(v1), abs(v2)) > bound3 * eighth):
-                part *= 0.5
-                continue
-        t = end
-        x1 = x2
-        v1 = v2
-        a1 = a2
-        part *= 2.0
-    return peak
+    return Polynomial(
+        terms, step, x, v, bound2, bound3, free.forcing, phase, model.mass, periods, time
+    )
 
 
 @compiled
-def _turn(terms, step, x, v, low, high, v_low):
-    """|x| where the velocity vanishes between two parts of a step, once, by Newton's method."""
-    rising = v_low > 0.0
-    t = 0.5 * (low + high)
-    x1 = 0.0
-    for _ in range(MAX_ITERATIONS):
-        x1, v1, a1 = _state(terms, step, x, v, t)
-        if v1 * v1 <= ROUNDING * abs(x1 * a1) or a1 == 0.0:
-            break
-        if (v1 > 0.0) == rising:
-            low = t
-        else:
-            high = t
-        t -= v1 / (a1 * step)
-        if not low < t < high:
-            t = 0.5 * (low + high)
-    return abs(x1)
-
-
-@compiled
-def _state(terms, step, x, v, part):
-    """x and its first two derivatives at a part of a step."""
-    dx, v = evaluate(terms, step, v, part)
-    a = 0.0
-    for k in range(DEGREE, -1, -1):
-        a = a * part + float(terms[k])
-    return x + dx, v, a
+def _contact(model, segment, start, low, high, peak):
+    """What both masses' common motion adds on [low, high]."""
+    s = segment
+    forcing = model.free.forcing
+    x = start.x
+    v = start.v
+    terms = np.empty(DEGREE + 1)
+    square = 0.0
+    speed_square = 0.0
+    work = 0.0
+    gain = 0.0
+    passed = 0.0
+    while True:
+        phase = turned(forcing, start.phase, turn_over(forcing, passed))
+        moving = _polynomial(model, s.periods, s.time + passed, x, v, phase, terms)
+        first = max(low - passed, 0.0)
+        last = min(high - passed, moving.step)
+        if first <= last:
+            sums = gauss_sums(moving, first, last, MOST, peak)
+            square += sums.square
+            speed_square += sums.speed_square
+            work += sums.work
+            gain += sums.own
+            peak = sums.peak
+        if passed + moving.step >= high:
+            return Part(square, speed_square, work, 0.0, 0.0, gain, peak)
+        dx, v = evaluate(terms, moving.step, v, 1.0)
+        x += dx
+        passed += moving.step

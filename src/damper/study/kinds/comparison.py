@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -40,7 +41,7 @@ class Scene(Strict):
         Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
-            "is not zero of the initial state. Rigid walls, or walls that give."
+            "is not zero of the initial state. Rigid or compliant contact."
         ),
     ]
     until: Annotated[
@@ -63,13 +64,16 @@ class Scene(Strict):
         if faults.lines:
             return
         try:
-            asked = Parameters(**given).model
+            damper = Parameters(**given)
         except ValueError as error:
             faults.add(("parameters",), str(error))
             return
-        if asked not in _MODELS:
-            message = f"the {asked} model has no reference to compare with"
+        if damper.model not in _MODELS:
+            message = f"the {damper.model} model has no reference to compare with"
             faults.add(("parameters",), message, f"a scene with {' or '.join(_MODELS)} walls")
+        if damper.yield_speed < math.inf:
+            message = "the other solvers have a constant restitution"
+            faults.add(("parameters", "yield_speed"), message, "a scene without it")
 
 
 _LEVELS = ListOf(Number(gt=0), least=1)

@@ -1,0 +1,117 @@
+"""The completion of a chatter sequence, in closed form, and whether masses in contact stick.
+
+All is relative to one wall (side = +1 right, -1 left), with the gap g = clearance - side (y - x).
+In a complete chatter sequence infinitely many impacts accumulate at a completion point, where
+sticking begins. Derivations: docs/theory.md.
+"""
+
+import math
+from typing import Any
+
+from damper.engine.compiled import compiled
+from damper.engine.impact import restitution_at
+
+
+@compiled
+def sticks(side: float, a: float, j: float, snap: float) -> bool:
+    """Whether masses in contact with no relative velocity stay together.
+
+    They do while the contact force is positive, -side a > 0; where `a` vanishes, the first
+    derivative after it that does not decides.
+
+    Parameters
+    ----------
+    a, j, snap : float
+        Second to fourth derivative of side g in flight.
+    """
+    if a == 0.0:
+        a = j
+    if a == 0.0:
+        a = snap
+    return side * a <= 0.0
+
+
+@compiled
+def completion_times(
+    drag: float, restitution: float, force: float, jerk: float, gap_rate: float
+) -> tuple[float, float]:
+    """Time that infinitely many bounces take, to first and to second order in their speed.
+
+    Parameters
+    ----------
+    drag : float
+        (damping mass_ratio + that of a support) / (1 + mass_ratio): each impact changes the
+        velocities, and with them what the dashpots do.
+    force, jerk : float
+        -g'' > 0 and g''' of the gap just after an impact.
+    gap_rate : float
+        Rebound speed w.
+
+    Returns
+    -------
+    first, second : float
+        T1 and T2 of docs/theory.md, whatever they are worth here.
+    """
+    first = 2.0 * gap_rate / (force * (1.0 - restitution))
+    # Each part is relative to `first` and of order w.
+    bend = jerk / force * first / 3.0
+    return first, first * (1.0 + bend - drag * restitution * first)
+
+
+@compiled
+def completion(
+    law: Any, drag: float, lag: float, size: float, force: float, jerk: float, gap_rate: float
+) -> tuple[float, float]:
+    """Time to the completion point after an impact, and an estimate of its error, O(w^3).
+
+    Parameters
+    ----------
+    law : NamedTuple
+        Contact law. What its coefficient changes along the rest of the sequence is error.
+    drag, force, jerk, gap_rate : float
+        As for `completion_times`.
+    lag : float
+        Fastest rate at which dashpots change accelerations.
+    size : float
+        Size of the gap's fourth derivative, by the sizes of its terms: they need not cancel along
+        the sequence.
+
+    Returns
+    -------
+    duration, error : float
+        An infinite error says that the sequence need not complete from here.
+    """
+    restitution = restitution_at(law, 0.0)
+    if not (force > 0.0 and restitution < 1.0):
+        return 0.0, math.inf
+    if gap_rate == 0.0:
+        return 0.0, 0.0
+    first, duration = completion_times(drag, restitution, force, jerk, gap_rate)
+    change = (abs(jerk) / force + lag) * first
+    error = first * (change * change + size / force * first * first)
+    error += first * abs(restitution_at(law, gap_rate) - restitution) / (1.0 - restitution)
+    if not duration > 0.0 or not change < 0.5:
+        return 0.0, math.inf
+    return duration, error
+
+
+@compiled
+def bounce_at(
+    restitution: float, duration: float, gap_rate: float, tau: float
+) -> tuple[float, float]:
+    """Gap and gap rate in the closed rest of a sequence: its bounces are self-similar.
+
+    Returns
+    -------
+    gap, gap_rate : float
+        With a relative error that vanishes with the rebound speed `gap_rate`.
+    """
+    left = 1.0 - tau / duration
+    if restitution == 0.0 or left <= 0.0:
+        return 0.0, 0.0
+    bounce = math.floor(math.log(left) / math.log(restitution))
+    shrink = math.exp(bounce * math.log(restitution))
+    length = duration * shrink * (1.0 - restitution)
+    part = min(max((1.0 - left / shrink) / (1.0 - restitution), 0.0), 1.0)
+    speed = gap_rate * shrink
+    return speed * length * part * (1.0 - part), speed * (1.0 - 2.0 * part)

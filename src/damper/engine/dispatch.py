@@ -1,0 +1,54 @@
+"""Functions that choose their implementation by the class of their first argument.
+
+Models, contact laws and forcings are NamedTuples of constants. What the engine asks of them is
+declared here and there with `by_model`, and each implements it in its own file.
+"""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+from damper.engine.compiled import INNER_OPTIONS, Compiled, compiled, when_numba_loads
+
+
+def by_model(function: Callable) -> Callable:
+    """Make a function that each class of its first argument implements for itself (a decorator).
+
+    ``@function.of(Model)`` gives the implementation for one class, and
+    ``function.share(Model, Other)`` takes over that of another. The decorated function itself
+    serves the classes without one. Compiled code chooses while it is compiled, so a run pays
+    nothing for the choice, nor for classes that it does not use.
+    """
+    chosen: dict[type, Callable] = {}
+
+    @wraps(function)
+    def choose(model: tuple, *rest: Any) -> Any:
+        return chosen.get(type(model), function)(model, *rest)
+
+    def of(kind: type) -> Callable:
+        def implement(implementation: Callable) -> Callable:
+            known = isinstance(implementation, Compiled)
+            chosen[kind] = implementation if known else compiled(implementation)
+            return chosen[kind]
+
+        return implement
+
+    def share(kind: type, other: type) -> None:
+        chosen[kind] = chosen[other]
+
+    choose.share = share  # type: ignore[attr-defined]
+    choose.of = of  # type: ignore[attr-defined]
+
+    def declare() -> None:
+        from numba.extending import overload
+
+        def typed(model: Any, *rest: Any) -> Callable:
+            implementation = chosen.get(model.instance_class, function)
+            return (
+                implementation.py_func if isinstance(implementation, Compiled) else implementation
+            )
+
+        overload(choose, jit_options=INNER_OPTIONS, strict=False)(typed)
+
+    when_numba_loads(declare)
+    return choose

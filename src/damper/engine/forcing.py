@@ -1,0 +1,266 @@
+"""The force on the primary: value, derivatives and their bounds at a time, and what repeats.
+
+A forcing is a NamedTuple of constants, and an implementation of the functions declared here for
+its class. Another forcing is another such file: docs/design.md says how. `Harmonic` is the force
+sin(omega t + phase).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_model
+from damper.engine.trigonometry import sine_cosine
+
+#: Steady amplitude over the static one, above which free and steady part would cancel.
+RESONANT_GAIN = 4.0
+#: A Taylor series stops where its remainder is below this part of its scale.
+TAYLOR_REMAINDER = 1e-18
+
+
+class FreeFlow(NamedTuple):
+    """Free motion over a time tau: x0 C + v0 S, in forms that do not cancel as tau -> 0."""
+
+    c_less_1: float
+    s: float
+    s_less_tau: float
+    s_dot_less_1: float
+
+
+@by_model
+def period_of(forcing: Any) -> float:
+    """Time after which it repeats: a suggestion for the clock, windows and sections."""
+
+
+@by_model
+def rate_of(forcing: Any) -> float:
+    """Its fastest rate."""
+
+
+@by_model
+def bound_of(forcing: Any, order: int) -> float:
+    """Bound on the size of its derivative of this order, 0 to 5, at all times."""
+
+
+@by_model
+def phase_at(forcing: Any, periods: float, time: float) -> Any:
+    """What the forcing is at a moment (whole periods and local time), as a NamedTuple."""
+
+
+@by_model
+def turn_over(forcing: Any, tau: float) -> Any:
+    """How its phase changes in a time `tau`."""
+
+
+@by_model
+def turned(forcing: Any, phase: Any, turn: Any) -> Any:
+    """Phase after a turn."""
+
+
+@by_model
+def force_rates(forcing: Any, phase: Any) -> tuple[float, ...]:
+    """Value and first four derivatives of the force."""
+
+
+@by_model
+def gain_of(forcing: Any, damping: float, stiffness: float, split: float) -> Any:
+    """Constants of an oscillator's answer to the force, which `driven` uses."""
+
+
+@by_model
+def driven(
+    forcing: Any, gain: Any, osc: Any, flow: FreeFlow, phase: Any, turn: Any, tau: float
+) -> tuple[float, float]:
+    """Displacement and velocity of an oscillator after a time `tau` under the force, from rest."""
+
+
+@by_model
+def taylor(
+    forcing: Any, osc: Any, a: float, j: float, phase: Any, tau: float
+) -> tuple[float, float]:
+    """x - x0 - v0 tau and v - v0 by their Taylor series: relative accuracy as tau -> 0."""
+
+
+class Phase(NamedTuple):
+    """Sine and cosine of the forcing phase."""
+
+    sin: float
+    cos: float
+
+
+class Turn(NamedTuple):
+    """Sine, cosine, and cosine - 1 without cancellation, of a change of the forcing phase."""
+
+    sin: float
+    cos: float
+    cos_less_1: float
+
+
+class Gain(NamedTuple):
+    """Steady response to exp(i omega tau); both are zero near resonance: another form serves."""
+
+    re: float
+    im: float
+
+
+class Harmonic(NamedTuple):
+    """The force sin(omega t + phase)."""
+
+    omega: float
+    phase: float
+    """Phase at time 0, in (-pi, pi]."""
+
+
+@compiled
+def harmonic(omega: float, phase: float) -> Harmonic:
+    """Make a harmonic forcing."""
+    return Harmonic(omega, math.atan2(math.sin(phase), math.cos(phase)))
+
+
+@period_of.of(Harmonic)
+def _period_of(forcing):
+    return 2.0 * math.pi / forcing.omega
+
+
+@rate_of.of(Harmonic)
+def _rate_of(forcing):
+    return forcing.omega
+
+
+@bound_of.of(Harmonic)
+def _bound_of(forcing, order):
+    bound = 1.0
+    for _ in range(order):
+        bound *= forcing.omega
+    return bound
+
+
+@phase_at.of(Harmonic)
+def _phase_at(forcing, periods, time):
+    sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
+    return Phase(sin, cos)
+
+
+@turn_over.of(Harmonic)
+def _turn_over(forcing, tau):
+    sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
+    return Turn(sin, cos, cos_less_1)
+
+
+@turned.of(Harmonic)
+def _turned(forcing, phase, turn):
+    return Phase(
+        phase.sin * turn.cos + phase.cos * turn.sin, phase.cos * turn.cos - phase.sin * turn.sin
+    )
+
+
+@force_rates.of(Harmonic)
+def _force_rates(forcing, phase):
+    omega = forcing.omega
+    square = omega * omega
+    return (
+        phase.sin,
+        omega * phase.cos,
+        -square * phase.sin,
+        -square * omega * phase.cos,
+        square * square * phase.sin,
+    )
+
+
+@gain_of.of(Harmonic)
+def _gain_of(forcing, damping, stiffness, split):
+    omega = forcing.omega
+    root = math.sqrt(stiffness)
+    # Products keep the digits that stiffness - omega**2 would lose near resonance.
+    detuning = (root - omega) * (root + omega)
+    loss = 2.0 * damping * omega
+    modulus = math.sqrt(detuning * detuning + loss * loss)
+    if root > damping and stiffness > RESONANT_GAIN * modulus:
+        return Gain(0.0, 0.0)
+    return Gain(detuning / modulus / modulus, -loss / modulus / modulus)
+
+
+@driven.of(Harmonic)
+def _driven(forcing, gain, osc, flow, phase, turn, tau):
+    # The complex response Q to exp(i omega tau) from rest; Re Q answers the cosine of the turn.
+    omega = forcing.omega
+    if gain.re == 0.0 and gain.im == 0.0:
+        q_re, q_im, q_dot_re, q_dot_im = _resonant(
+            osc.damping, osc.split, omega, flow.c_less_1, flow.s, tau
+        )
+    else:
+        # gain (exp(i angle) - C - i omega S) and its derivative.
+        re = turn.cos_less_1 - flow.c_less_1
+        im = turn.sin - omega * flow.s
+        q_re = gain.re * re - gain.im * im
+        q_im = gain.re * im + gain.im * re
+        re = osc.stiffness * flow.s - omega * turn.sin
+        im = omega * (turn.cos_less_1 - flow.s_dot_less_1)
+        q_dot_re = gain.re * re - gain.im * im
+        q_dot_im = gain.re * im + gain.im * re
+    return q_re * phase.sin + q_im * phase.cos, q_dot_re * phase.sin + q_dot_im * phase.cos
+
+
+@compiled
+def _resonant(damping, split, omega, c_less_1, s, tau):
+    """Q and Q' as divided differences of the exponential: nothing grows as damping -> 0.
+
+    With lambda = -damping + i split and E = (exp(i omega tau) - exp(lambda tau)) /
+    (i omega - lambda): Q = (E - S) / (i omega - conj(lambda)) and Q' = E + conj(lambda) Q.
+    """
+    shift = omega - split
+    growth = math.expm1(damping * tau) if damping > 0.0 else 0.0
+    half, half_cosine, _ = sine_cosine(0.5 * shift * tau)
+    turn = 2.0 * half * half_cosine
+    # exp((damping + i shift) tau) - 1
+    re = growth * (1.0 - 2.0 * half * half) - 2.0 * half * half
+    im = (1.0 + growth) * turn
+    square = damping * damping + shift * shift
+    if square > 0.0:
+        ratio_re = (re * damping + im * shift) / square
+        ratio_im = (im * damping - re * shift) / square
+    else:
+        ratio_re = tau
+        ratio_im = 0.0
+    # exp(lambda tau) = c + i sine
+    c = 1.0 + c_less_1 - damping * s
+    sine = s * split
+    e_re = c * ratio_re - sine * ratio_im
+    e_im = c * ratio_im + sine * ratio_re
+    total = omega + split
+    square = damping * damping + total * total
+    re = e_re - s
+    q_re = (re * damping + e_im * total) / square
+    q_im = (e_im * damping - re * total) / square
+    return q_re, q_im, e_re - damping * q_re + split * q_im, e_im - damping * q_im - split * q_re
+
+
+@taylor.of(Harmonic)
+def _taylor(forcing, osc, a, j, phase, tau):
+    omega = forcing.omega
+    force_even = -osc.strength * omega * omega * phase.sin
+    force_odd = -osc.strength * omega * omega * omega * phase.cos
+    decrease = -omega * omega
+    twice = 2.0 * osc.damping
+    reach = max(osc.rate, omega) * tau
+    lower = a
+    upper = j
+    power = 0.5 * tau  # tau**(n-1) / n! of the n-th derivative
+    dv = a * tau
+    dx = a * power
+    remainder = 0.5 * reach
+    n = 3.0
+    # Relative to the second term, since the first one may be zero.
+    while remainder > TAYLOR_REMAINDER * reach:
+        dv += upper * power * tau
+        power *= tau / n
+        dx += upper * power
+        following = (force_even - osc.stiffness * lower) - twice * upper
+        lower = upper
+        upper = following
+        force_next = force_even * decrease
+        force_even = force_odd
+        force_odd = force_next
+        remainder *= reach / n
+        n += 1.0
+    return dx * tau, dv

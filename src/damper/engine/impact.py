@@ -1,0 +1,54 @@
+"""The impact: momentum is kept, the relative velocity is reversed and multiplied by r.
+
+A contact law says what r is. It is a NamedTuple of constants and one function, `restitution_at`,
+implemented for its class: docs/extending.md adds one. The engine takes r only from there, so no
+part of it assumes that r is the same at each impact.
+"""
+
+from typing import Any, NamedTuple
+
+from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_model
+
+
+@by_model
+def restitution_at(law: Any, approach_speed: float) -> float:
+    """Coefficient of restitution of an impact; at speed 0 its limit for small speeds."""
+
+
+class ConstantRestitution(NamedTuple):
+    """Newton's law: the same coefficient at each speed."""
+
+    restitution: float
+
+
+@restitution_at.of(ConstantRestitution)
+def _constant(law, approach_speed):
+    return law.restitution
+
+
+class YieldingRestitution(NamedTuple):
+    """Restitution that falls where the contact yields: r (v_y / v)^(1/4) above the speed v_y.
+
+    The law of impacts with fully plastic indentation: K. L. Johnson, Contact Mechanics, Cambridge
+    University Press 1985, section 11.5. Below v_y it is constant.
+    """
+
+    restitution: float
+    yield_speed: float
+
+
+@restitution_at.of(YieldingRestitution)
+def _yielding(law, approach_speed):
+    if approach_speed <= law.yield_speed:
+        return law.restitution
+    return law.restitution * (law.yield_speed / approach_speed) ** 0.25
+
+
+@compiled
+def impact(
+    mass_ratio: float, restitution: float, side: float, v: float, approach_speed: float
+) -> tuple[float, float]:
+    """Velocity of the primary and gap rate just after an impact on the wall `side`."""
+    v += side * mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio) * approach_speed
+    return v, restitution * approach_speed

@@ -1,0 +1,102 @@
+"""The event loop of a run. Its only product is the segment log.
+
+Between events the motion is known in closed form or to roundoff, so a run *is* the list of its
+segments. A model says which segment follows which (`damper.engine.model`); the loop keeps log,
+budget and clock. Time is held as whole forcing periods plus a local time in [0, period), so
+nothing blurs in long runs.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.forcing import rate_of
+from damper.engine.model import begin, following
+from damper.engine.search import MAX_STEPS
+from damper.engine.segment import segment_at, write_segment
+
+#: Why the loop returned: FINISHED, or what `damper.parameters.variables.STATUS` explains.
+FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
+
+#: Evaluations from which on a search is long; so many of them count as an event of the budget.
+LONG_SEARCH = 100
+#: Length of a segment without an event below which it gets nowhere, in units of the faster of 1
+#: and 1/omega. Its evaluations count as those of long searches do.
+BRIEF = 1e-3
+
+
+@compiled
+def run(
+    model: Any,
+    state: np.ndarray,
+    until_periods: float,
+    until_time: float,
+    max_events: int,
+    log: np.ndarray,
+    counts: np.ndarray,
+) -> tuple[int, int]:
+    """Advance from event to event until a time, or until the log is full.
+
+    Parameters
+    ----------
+    model : NamedTuple
+    state : float64 array (COLUMNS,)
+        The present segment; updated in place. One that the end cuts stays the present one.
+    until_periods, until_time : float
+        Where to stop, whole periods plus local time; an event at exactly that time still counts.
+    max_events : int
+        Events after which to stop. Evaluations in long searches and brief segments count too, a
+        hundred for an event, and one whole search more.
+    log : float64 array (rows, COLUMNS)
+        One row per segment; with no rows nothing is kept.
+    counts : int64 array (3,)
+        Events, evaluations, and those in long searches and brief segments, added to.
+
+    Returns
+    -------
+    code, rows : int
+        FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the rows written.
+    """
+    keep = len(log) > 0
+    segment = segment_at(state)
+    start = begin(model, segment)
+    events = int(counts[0])
+    evaluations = int(counts[1])
+    searched = int(counts[2])
+    most_searched = float(LONG_SEARCH) * max_events + MAX_STEPS
+    brief = BRIEF / max(1.0, rate_of(model.free.forcing))
+    rows = 0
+    code = FINISHED
+    while True:
+        if keep and rows == len(log):
+            code = LOG_FULL
+            break
+        remaining = (until_periods - segment.periods) * model.period + (until_time - segment.time)
+        if remaining < 0.0:
+            break
+        step = following(model, segment, start)
+        evaluations += step.steps
+        over = step.duration > remaining
+        if keep:
+            write_segment(log[rows], segment, remaining if over else step.duration)
+            rows += 1
+        if over:
+            break
+        if step.lost:
+            code = SEARCH_FAILED
+            break
+        if step.steps >= LONG_SEARCH or (not step.is_event and step.duration < brief):
+            searched += step.steps
+        if (step.is_event and events >= max_events) or searched > most_searched:
+            code = TOO_MANY_EVENTS
+            break
+        if step.is_event:
+            events += 1
+        segment = step.next
+        start = step.start
+    write_segment(state, segment, 0.0)
+    counts[0] = events
+    counts[1] = evaluations
+    counts[2] = searched
+    return code, rows

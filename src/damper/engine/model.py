@@ -1,0 +1,60 @@
+"""What the event loop, the run and the observers ask of a model of the damper.
+
+A model is a NamedTuple of constants with at least the fields ``mass_ratio``, ``clearance``,
+``law`` (`damper.engine.impact`), ``period`` (in which the clock counts; the forcing repeats in
+it), ``tolerance`` and ``free`` (the primary's oscillator in flight). Each of `damper.models`
+implements these functions for its class.
+"""
+
+from typing import Any, NamedTuple
+
+from damper.engine.dispatch import by_model
+from damper.engine.segment import Segment
+
+
+class Step(NamedTuple):
+    """The answer of a model to the loop: how a segment ends, and which comes next."""
+
+    duration: float
+    is_event: bool
+    lost: bool
+    """Whether the search for the end gave up."""
+    steps: int
+    """Evaluations of the motion that it took."""
+    next: Segment
+    start: Any
+    """What `begin` returns for the next segment."""
+
+
+@by_model
+def place(
+    model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
+) -> Segment:
+    """Initial segment of a run, from the state of both masses (`damper.parameters.State`)."""
+
+
+@by_model
+def begin(model: Any, segment: Segment) -> Any:
+    """What the motion in a segment follows from, a NamedTuple that the loop hands on."""
+
+
+@by_model
+def following(model: Any, segment: Segment, start: Any) -> Step:
+    """How a segment ends, and which one comes next."""
+
+
+@by_model
+def motion(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
+    """State a time `tau` after a segment's start.
+
+    Returns
+    -------
+    x, v, gap, rate : float
+        Of the primary, and of the gap at the segment's wall.
+    """
+
+
+@by_model
+def mass_ratio_at(model: Any, periods: float, time: float) -> float:
+    """Mass ratio at a moment: constant unless a model says otherwise."""
+    return model.mass_ratio

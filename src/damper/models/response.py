@@ -1,0 +1,325 @@
+"""What one segment adds to the response: integrals, energy lost, and the peak displacement.
+
+Each model implements `part_of` in its own `response` module, which only the observer `response`
+and the stress study load.
+
+**Integrals** of x^2, v^2 and force times v are Gauss-Legendre sums over steps of a segment
+(`damper.engine.quadrature`). The motion from a known state is an entire function: at complex time z
+it is at most (its present size + force |z|) exp(rate |z|), rate = max(omega, 2 beta + sqrt(kappa)),
+so that the integrands are of exponential type 2 rate. An overdamped motion has a fast mode
+exp(-R tau) that soon decays; steps h <= tau are enough for it, because
+max over tau of exp(-R tau) (e R tau / (8 n))^(2 n) = 4^(-2 n). So steps grow until only omega and
+the slow mode count.
+
+**The peak** comes from the same nodes: between two of them, a time h apart, |x| is at most
+max(|x0|, |x1|) + B h^2 / 8 with |x''| <= B. Nearly always that is no more than the peak so far.
+Where it is more, `damper.engine.peak.highest` looks closer until it is certain.
+
+**In the tail of a burst** the centre of both masses follows the sticking flow and the bounces go
+on about it (`damper.engine.model.motion`). The integrals are taken along the centre: complete
+bounces add O(w^3), w the rebound speed at the tail's start, which is what the tail itself neglects.
+A bounce that an end of the window cuts adds O(w^2) to work, losses and stored energy and is
+accounted for; so is the O(w^2) by which bounces carry the primary out, in the peak.
+"""
+
+from typing import Any, NamedTuple
+
+from damper.engine.bounds import bounds_ahead
+from damper.engine.compiled import compiled
+from damper.engine.completion import bounce_at
+from damper.engine.dispatch import by_model
+from damper.engine.forcing import force_rates, phase_at, rate_of
+from damper.engine.impact import restitution_at
+from damper.engine.model import mass_ratio_at, motion
+from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
+from damper.engine.peak import Moment, bounds_of, highest, moment_at
+from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
+from damper.engine.segment import FLIGHT, TAIL, Segment
+
+#: Part of the largest displacement below which a bounce's height does not show.
+_ROUNDOFF = 2.220446049250313e-16
+
+
+class Part(NamedTuple):
+    """What part of a segment adds to the response."""
+
+    square: float
+    """Integral of x^2."""
+    speed_square: float
+    """Integral of v^2."""
+    work: float
+    """Work of the force."""
+    loss: float
+    """Energy lost in contact after the impact itself."""
+    support: float
+    """Energy lost in a support of the free mass."""
+    modulation: float
+    """Energy that a time-varying free mass gains by its variation."""
+    peak: float
+    """Largest |x| so far."""
+
+
+@by_model
+def part_of(
+    model: Any, tables: Any, segment: Segment, low: float, high: float, peak: float
+) -> Part:
+    """What a segment adds on [low, high] after its start.
+
+    Parameters
+    ----------
+    model : NamedTuple
+    tables : NamedTuple or tuple
+        What the module's function `prepare` made of the model; () where there is none.
+    segment : Segment
+    low, high : float
+    peak : float
+        Largest |x| so far; with infinity none is sought.
+    """
+
+
+@by_model
+def impact_loss(model: Any, segment: Segment) -> float:
+    """Energy lost in the impact that begins a segment."""
+    mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
+    reduced = mass_ratio / (1.0 + mass_ratio)
+    return 0.5 * reduced * (segment.speed - segment.rate) * (segment.speed + segment.rate)
+
+
+@compiled
+def stored_energy(model: Any, segment: Segment, tau: float) -> float:
+    """Energy stored in masses and springs a time `tau` after a segment's start."""
+    mass_ratio = mass_ratio_at(model, segment.periods, segment.time + tau)
+    return energy_in(model, segment, mass_ratio, motion(model, segment, tau))
+
+
+@by_model
+def energy_in(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> float:
+    """Energy in a state of a segment, which `damper.engine.model.motion` gives."""
+    return primary_and_masses(model, segment, mass_ratio, state)
+
+
+@compiled
+def primary_and_masses(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> float:
+    """Energy of the primary's spring and of both masses."""
+    x, v, gap, rate = state
+    u = v - segment.side * rate
+    energy = 0.5 * (v * v + x * x + mass_ratio * u * u)
+    if segment.mode == TAIL:
+        # What the dashpot has taken from the centre in the bounce under way; motion leaves it out.
+        drag = 2.0 * model.free.damping * mass_ratio / (1.0 + mass_ratio)
+        energy -= drag * v * segment.side * gap
+    return energy
+
+
+@by_model
+def integrands(moving: Any, moment: Moment) -> tuple[float, float, float, float]:
+    """x^2, v^2, power of the force, and a power of the model's own."""
+
+
+class Sums(NamedTuple):
+    """Integrals of the `integrands`, and the largest |x| so far."""
+
+    square: float
+    speed_square: float
+    work: float
+    own: float
+    peak: float
+
+
+@compiled
+def gauss_sums(moving: Any, start: float, end: float, nodes: int, peak: float) -> Sums:
+    """Integrals over a step by one Gauss rule, and the largest |x| on it."""
+    rule = nodes - FEWEST
+    step = end - start
+    square = 0.0
+    speed_square = 0.0
+    work = 0.0
+    own = 0.0
+    bound2 = 0.0
+    # Before the first node the start of the step, and after the last one its end.
+    for k in range(-1, nodes + 1):
+        tau = start if k < 0 else end
+        if 0 <= k < nodes:
+            tau = start + step * float(NODES[rule, k])
+        q = moment_at(moving, tau)
+        peak = max(peak, abs(q.x))
+        if k < 0:
+            bound2, _ = bounds_of(moving, q, step)
+            p = q
+            continue
+        if k < nodes:
+            weight = step * float(WEIGHTS[rule, k])
+            one, two, three, four = integrands(moving, q)
+            square += weight * one
+            speed_square += weight * two
+            work += weight * three
+            own += weight * four
+        apart = q.tau - p.tau
+        if max(abs(p.x), abs(q.x)) + 0.125 * bound2 * apart * apart > peak:
+            peak = highest(moving, p, q, peak)
+        p = q
+    return Sums(square, speed_square, work, own, peak)
+
+
+class Swing(NamedTuple):
+    """Motion of an oscillator from a segment's start; the primary's x is its own less `shift`."""
+
+    osc: Oscillator
+    start: Motion
+    shift: float
+
+
+@compiled
+def swing_of(model: Any, mass_ratio: float, segment: Segment, shift: float) -> Swing:
+    """The primary in flight, or both masses' centre in contact."""
+    s = segment
+    osc = model.free
+    v = s.v
+    if s.mode != FLIGHT:
+        osc = model.stuck
+        v -= s.side * mass_ratio / (1.0 + mass_ratio) * s.rate
+    phase = phase_at(osc.forcing, s.periods, s.time)
+    return Swing(osc, motion_from(osc, s.x + shift, v, phase), shift)
+
+
+@moment_at.of(Swing)
+def _moment_at(moving, tau):
+    start = moving.start
+    dx, dv, phase = increments(moving.osc, start, tau)
+    now = motion_from(moving.osc, start.x + (start.v * tau + dx), start.v + dv, phase)
+    return Moment(tau, now.x - moving.shift, now.v, now.a, now)
+
+
+@bounds_of.of(Swing)
+def _bounds_of(moving, moment, span):
+    return bounds_ahead(moving.osc, moment.motion, span)
+
+
+@integrands.of(Swing)
+def _integrands(moving, moment):
+    force, _, _, _, _ = force_rates(moving.osc.forcing, moment.motion.phase)
+    return moment.x * moment.x, moment.v * moment.v, force * moment.v, 0.0
+
+
+@compiled
+def longest_step(osc: Oscillator, tau: float) -> float:
+    """Longest step that one rule integrates, a time `tau` after a segment's start."""
+    forcing_rate = rate_of(osc.forcing)
+    step = 0.5 * LONGEST_REACH / max(osc.rate, forcing_rate)
+    if osc.regime == OVERDAMPED:
+        step = min(max(step, tau), 0.5 * LONGEST_REACH / max(forcing_rate, -osc.slow))
+    return step
+
+
+@compiled
+def oscillation(moving: Swing, low: float, high: float, peak: float) -> Part:
+    """What the motion of an oscillator adds on [low, high]."""
+    square = 0.0
+    speed_square = 0.0
+    work = 0.0
+    tau = low
+    while True:
+        whole = longest_step(moving.osc, tau)
+        step = min(whole, high - tau)
+        end = high if step < whole else min(tau + step, high)
+        nodes = nodes_for(LONGEST_REACH * (step / whole))
+        sums = gauss_sums(moving, tau, end, nodes, peak)
+        square += sums.square
+        speed_square += sums.speed_square
+        work += sums.work
+        peak = sums.peak
+        tau = end
+        if not tau < high:
+            return Part(square, speed_square, work, 0.0, 0.0, 0.0, peak)
+
+
+class Tail(NamedTuple):
+    """The closed rest of a burst: bounces about the centre of both masses."""
+
+    start: Motion
+    """Of the centre, about its place of rest."""
+    shift: float
+    """As in `Swing`."""
+    force: float
+    force1: float
+    """The force on the primary, and its first derivative."""
+    share: float
+    """Part of the gap by which a bounce carries the primary; negative on the left wall."""
+    restitution: float
+    rate: float
+    """Rebound speed of the first bounce."""
+    duration: float
+
+
+@compiled
+def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shift: float) -> Tail:
+    """The tail that a segment is, from the motion of the masses' centre, with this mass ratio."""
+    force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
+    share = segment.side * mass_ratio / (1.0 + mass_ratio)
+    restitution = restitution_at(model.law, 0.0)
+    return Tail(start, shift, force, force1, share, restitution, segment.rate, segment.completion)
+
+
+@compiled
+def with_bounces(part: Part, tail: Tail, low: float, high: float, peak: float) -> Part:
+    """Add what the bounces of a tail lose on [low, high], and how far they carry the primary.
+
+    `part` is that of the centre, and `peak` the largest |x| before.
+    """
+    speed_square = part.speed_square
+    work = part.work
+    loss = part.loss
+    if tail.rate > 0.0:
+        # Bounce speed over bounce time, the same for all of them.
+        slope = tail.rate / (tail.duration * (1.0 - tail.restitution))
+        for k in range(2):
+            tau = high if k == 1 else low
+            sign = 1.0 if k == 1 else -1.0
+            gap, bounce = bounce_at(tail.restitution, tail.duration, tail.rate, tau)
+            # Until it ends, a bounce holds the square of its speed: bounce^2 + 4 slope gap.
+            loss -= sign * 0.5 * abs(tail.share) * (bounce * bounce + 4.0 * slope * gap)
+            # The bounce under way has carried the primary this far from the centre.
+            carried = sign * tail.share * gap
+            work += (tail.force + tau * tail.force1) * carried
+            speed_square += 2.0 * (tail.start.v + tau * tail.start.a) * carried
+        peak = _tail_peak(tail, low, high, peak)
+    return Part(part.square, speed_square, work, loss, part.support, part.modulation, peak)
+
+
+@compiled
+def _tail_peak(tail, low, high, peak):
+    """Largest of `peak` and |x| on [low, high] of a tail, to the tail's own accuracy O(w^3).
+
+    x is the centre plus `share` times the gap. On one bounce both are parabolas up to O(w^3), so
+    each bounce gives its ends and its vertex. Bounces too low to be seen make one, which is flat.
+    """
+    start = tail.start
+    speed = tail.rate
+    length = tail.duration * (1.0 - tail.restitution)
+    height = 0.25 * abs(tail.share) * speed * length
+    reach = high * (abs(start.v) + high * (abs(start.a) + high * abs(start.j)))
+    if abs(start.x - tail.shift) + reach + height <= peak:
+        return peak
+    begin = 0.0
+    while begin < high:
+        if height <= _ROUNDOFF * peak:
+            speed = 0.0
+            length = high - begin
+        first = max((low - begin) / length, 0.0)
+        last = min((high - begin) / length, 1.0)
+        if first <= last:
+            a = start.a + begin * start.j
+            v = start.v + 0.5 * begin * (start.a + a)
+            x = start.x + begin * (start.v + 0.5 * begin * (start.a + begin * start.j / 3.0))
+            # x + length * part * (v + part * change / 2), part from 0 to 1 along the bounce.
+            v += tail.share * speed
+            change = a * length - 2.0 * tail.share * speed
+            vertex = -v / change if change != 0.0 else first
+            for part in (first, min(max(vertex, first), last), last):
+                carried = length * part * (v + 0.5 * part * change)
+                peak = max(peak, abs((x - tail.shift) + carried))
+        begin += length
+        speed *= tail.restitution
+        length *= tail.restitution
+        height *= tail.restitution * tail.restitution
+    return peak

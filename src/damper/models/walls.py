@@ -1,0 +1,197 @@
+"""Rigid walls: what follows which segment, for all models that have them.
+
+A flight ends at an impact; an impact begins a flight, or the closed rest of a complete chatter
+sequence (a TAIL); that ends in sticking, and sticking in a release. What differs from model to
+model are the motions, declared below.
+"""
+
+from typing import Any, NamedTuple
+
+from damper.engine import model as declared
+from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_model
+from damper.engine.forcing import phase_at
+from damper.engine.impact import impact, restitution_at
+from damper.engine.model import Step, begin, mass_ratio_at
+from damper.engine.oscillator import Motion, motion_at_release, motion_from
+from damper.engine.search import GAVE_UP, ROUNDOFF
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    RELEASE,
+    STICK,
+    STICKING,
+    TAIL,
+    Segment,
+    clock_after,
+)
+
+
+class End(NamedTuple):
+    """How a flight or sticking ends."""
+
+    duration: float
+    hit: float
+    """Wall of an impact, 1 for a release; 0 where nothing happens; or GAVE_UP."""
+    x: float
+    v: float
+    gap: float
+    rate: float
+    steps: int
+
+
+@by_model
+def fly(model: Any, segment: Segment, start: Any) -> End:
+    """The next impact of a flight; gap and rate at the segment's wall."""
+
+
+@by_model
+def stick(model: Any, segment: Segment) -> End:
+    """The end of sticking; `side` is 0 where there is no clearance: then there is no release."""
+
+
+@by_model
+def stays(model: Any, segment: Segment, start: Any) -> bool:
+    """Whether masses in contact with no relative velocity stay together."""
+
+
+@by_model
+def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
+    """Time to the completion point after the impact that begins a segment, and its error."""
+
+
+@by_model
+def complete(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
+    """Displacement and common velocity at the completion point of a tail."""
+
+
+def have_rigid_walls(kind: type) -> None:
+    """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
+    declared.place.of(kind)(_place)
+    declared.begin.of(kind)(primary_motion)
+    declared.following.of(kind)(_following)
+
+
+@compiled
+def primary_motion(model: Any, segment: Segment) -> Motion:
+    """Motion of the primary in flight from the start of a segment."""
+    phase = phase_at(model.free.forcing, segment.periods, segment.time)
+    if segment.cause == RELEASE:
+        return motion_at_release(model.free, segment.x, segment.v, phase)
+    return motion_from(model.free, segment.x, segment.v, phase)
+
+
+@compiled
+def _following(model: Any, segment: Segment, start: Any) -> Step:
+    s = segment
+    if s.mode == FLIGHT:
+        end = fly(model, s, start)
+        periods, time = clock_after(model.period, s.periods, s.time, end.duration)
+        if end.hit == 0.0 or end.hit == GAVE_UP:
+            new = _plain(s, periods, time, end.x, end.v, end.gap, end.rate, FLIGHT, NOTHING)
+            return Step(end.duration, False, end.hit != 0.0, end.steps, new, begin(model, new))
+        return _struck(model, s, periods, time, end)
+    if s.mode == STICKING:
+        end = stick(model, s)
+        periods, time = clock_after(model.period, s.periods, s.time, end.duration)
+        released = end.hit == 1.0
+        mode = FLIGHT if released else STICKING
+        cause = RELEASE if released else NOTHING
+        new = _plain(s, periods, time, end.x, end.v, 0.0, 0.0, mode, cause)
+        return Step(end.duration, released, end.hit == GAVE_UP, end.steps, new, begin(model, new))
+    x, v = complete(model, s, start)
+    periods, time = clock_after(model.period, s.periods, s.time, s.completion)
+    new = Segment(periods, time, x, v, 0.0, 0.0, s.side, STICKING, STICK, 0.0, v, 0.0, 0.0, 0.0)
+    return Step(s.completion, True, False, 1, new, begin(model, new))
+
+
+@compiled
+def _plain(s, periods, time, x, v, gap, rate, mode, cause):
+    """Segment that no impact begins, on the same wall and in the same burst."""
+    return Segment(
+        periods, time, x, v, gap, rate, s.side, mode, cause, 0.0, v, s.first_speed, 0.0, 0.0
+    )
+
+
+@compiled
+def _struck(model, s, periods, time, end):
+    """Step over an impact."""
+    side = end.hit
+    speed = abs(end.rate)
+    first_speed = speed if s.first_speed == 0.0 or side != s.side else s.first_speed
+    v, rate = impact(
+        mass_ratio_at(model, periods, time), restitution_at(model.law, speed), side, end.v, speed
+    )
+    new = _after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
+    start = begin(model, new)
+    if rate == 0.0:
+        if stays(model, new, start):
+            new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
+    else:
+        left, error = time_to_completion(model, new, start)
+        if error <= model.tolerance:
+            new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
+    return Step(end.duration, True, False, end.steps, new, start)
+
+
+@compiled
+def _after_impact(periods, time, end, v, rate, speed, first_speed, mode, completion):
+    return Segment(
+        periods,
+        time,
+        end.x,
+        v,
+        0.0,
+        rate,
+        end.hit,
+        mode,
+        IMPACT,
+        speed,
+        end.v,
+        first_speed,
+        completion,
+        0.0,
+    )
+
+
+@compiled
+def slack(clearance: float, x: float, y: float) -> float:
+    """Distance to a wall within which the free mass counts as in contact at the start."""
+    return ROUNDOFF * (clearance + abs(x) + abs(y))
+
+
+@compiled
+def _place(
+    model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
+) -> Segment:
+    """The rules for a start on a wall are those of an impact.
+
+    Approaching is an impact at once, and separating a flight from gap 0. With no relative velocity
+    the masses stick or part as after an impact without a rebound, and none is counted.
+    """
+    clearance = model.clearance
+    relative = y - x
+    side = 1.0 if relative >= 0.0 else -1.0
+    gap = clearance - side * relative
+    rate = -side * (u - v)
+    mode = FLIGHT
+    cause = NOTHING
+    if clearance == 0.0:
+        # Stuck between both walls for good, with the common velocity that keeps the momentum.
+        side = 0.0
+        mass_ratio = mass_ratio_at(model, periods, time)
+        v = (v + mass_ratio * u) / (1.0 + mass_ratio)
+        gap = 0.0
+        rate = 0.0
+        mode = STICKING
+    elif gap <= ROUNDOFF * (clearance + abs(x) + abs(y)):
+        gap = 0.0
+        if rate == 0.0:
+            here = Segment(
+                periods, time, x, v, 0.0, 0.0, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0
+            )
+            if stays(model, here, begin(model, here)):
+                mode = STICKING
+                cause = STICK
+    return Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0)

@@ -1,0 +1,435 @@
+"""The parameters of a run: dimensionless, and the same damper in SI units.
+
+Lengths are scaled by F0/K and times by sqrt(M/K), so the primary obeys
+``x'' + 2 zeta x' + x = sin(omega t + phase)`` and the free mass flies between two walls that
+move with it, ``|y - x| <= clearance``. The ranges are those for which results are promised.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import KW_ONLY
+from functools import cached_property
+
+from damper.parameters.quantity import Declared, quantity, shared
+from damper.parameters.units import LENGTH, SPEED, Units
+
+#: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
+LEAST_COMPLIANT_RESTITUTION = 1e-3
+#: Largest rate, in units of sqrt(K/M), at which a support moves the free mass.
+LARGEST_SUPPORT_RATE = 2000.0
+
+
+class Parameters(Declared):
+    """Dimensionless parameters of an impact damper.
+
+    Those under Parameters make the damper with rigid walls and Newton's restitution. The others
+    add to it; they choose at most one other model: a support that ties the free mass to the frame,
+    compliant contact, or a time-varying free mass.
+
+    Parameters
+    ----------
+    {quantities}
+
+    Other Parameters
+    ----------------
+    {options}
+
+    Raises
+    ------
+    ValueError
+        Names the field, the value and the range when a value is not finite or out of range;
+        names the fields when they contradict each other.
+    TypeError
+        When a value is not a real number.
+
+    Examples
+    --------
+    >>> Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8,
+    ...            clearance=1.0, restitution=0.6).period
+    7.853981633974483
+    >>> Parameters(0.1, 0.05, 0.8, 1.0, restitution=1.2)
+    Traceback (most recent call last):
+    ...
+    ValueError: restitution = 1.2: must be a finite number with 0 <= restitution <= 1
+    """
+
+    mass_ratio: float = quantity(
+        r"$\mu$",
+        "mass ratio m/M",
+        definition="free mass over primary mass",
+        minimum=1e-6,
+        maximum=1e18,
+        from_si=lambda free_mass, primary_mass: free_mass / primary_mass,
+    )
+    damping_ratio: float = quantity(
+        r"$\zeta$",
+        "damping ratio of the primary",
+        definition="C / (2 sqrt(K M))",
+        minimum=0.0,
+        maximum=10.0,
+        from_si=lambda damping, stiffness, primary_mass: (
+            0.5 * damping / math.sqrt(stiffness * primary_mass)
+        ),
+    )
+    frequency_ratio: float = quantity(
+        r"$\omega$",
+        "frequency ratio",
+        definition="forcing frequency over sqrt(K/M)",
+        minimum=1e-3,
+        maximum=1e3,
+        from_si=lambda forcing_frequency, primary_mass, stiffness: (
+            forcing_frequency * math.sqrt(primary_mass / stiffness)
+        ),
+    )
+    clearance: float = quantity(
+        r"$d$",
+        "clearance to each wall",
+        LENGTH,
+        definition="half of the free mass's whole travel",
+        minimum=0.0,
+        from_si=lambda gap, stiffness, force_amplitude: 0.5 * gap * stiffness / force_amplitude,
+    )
+    restitution: float = quantity(r"$r$", "coefficient of restitution", minimum=0.0, maximum=1.0)
+    phase: float = quantity(
+        r"$\varphi$",
+        "forcing phase",
+        "rad",
+        definition="the force is sin(omega t + phase)",
+        default=0.0,
+    )
+
+    # Options are given by name.
+    _: KW_ONLY
+
+    yield_speed: float = quantity(
+        r"$v_\mathrm{y}$",
+        "yield speed of the contact",
+        SPEED,
+        definition="approach speed above which restitution falls as (yield_speed / speed)^(1/4)",
+        minimum=0.0,
+        above=True,
+        default=math.inf,
+        note="leave it out for a constant restitution",
+    )
+    support_stiffness_ratio: float = quantity(
+        r"$\kappa$",
+        "stiffness of the free mass's support over that of the primary",
+        minimum=0.0,
+        default=0.0,
+        model="grounded",
+        from_si=lambda support_stiffness, stiffness: support_stiffness / stiffness,
+    )
+    support_damping_ratio: float = quantity(
+        r"$\zeta_2$",
+        "damping ratio of the free mass's support",
+        definition="C2 / (2 sqrt(K M)) with K and M of the primary",
+        minimum=0.0,
+        default=0.0,
+        model="grounded",
+        from_si=lambda support_damping, stiffness, primary_mass: (
+            0.5 * support_damping / math.sqrt(stiffness * primary_mass)
+        ),
+    )
+    support_damping_factor: float = quantity(
+        "$C_2/C_1$",
+        "damping of the free mass's support over that of the primary",
+        definition="in place of a value of its own",
+        minimum=0.0,
+        default=0.0,
+        model="grounded",
+    )
+    contact_stiffness_ratio: float = quantity(
+        r"$k_\mathrm{c}$",
+        "stiffness of the contact over that of the primary",
+        definition="its damping gives an impact between free bodies the restitution",
+        minimum=1e-3,
+        maximum=1e8,
+        default=math.inf,
+        note="leave it out for a rigid wall",
+        model="compliant",
+        from_si=lambda contact_stiffness, stiffness: contact_stiffness / stiffness,
+    )
+    contact_tension: float = quantity(
+        r"$\chi$",
+        "whether the contact force may be tensile",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        default=0.0,
+        note="0: contact ends when its force vanishes, 1: when the gap reopens",
+        model="compliant",
+        chooses=False,
+    )
+    modulation_depth: float = quantity(
+        r"$\mu_1/\mu$",
+        "modulation of the free mass over its mean",
+        definition="it is mass_ratio (1 + depth cos(omega t / order + modulation_phase))",
+        minimum=0.0,
+        maximum=1.0,
+        below=True,
+        default=0.0,
+        model="time_varying",
+    )
+    modulation_order: float = quantity(
+        "$n$",
+        "forcing periods in one period of the modulation",
+        minimum=1.0,
+        maximum=1000.0,
+        whole=True,
+        default=1.0,
+        model="time_varying",
+        chooses=False,
+    )
+    modulation_phase: float = quantity(
+        r"$\varphi_\mu$",
+        "phase of the modulation",
+        "rad",
+        default=0.0,
+        model="time_varying",
+        chooses=False,
+    )
+
+    def __post_init__(self) -> None:
+        if self.check_each():
+            check_together(self.__dict__)
+
+    @cached_property
+    def model(self) -> str:
+        """Which of `damper.models` these parameters ask for."""
+        asked = next(iter(_asked(self.__dict__)), "rigid")
+        # A multiple of no damping is no support.
+        nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
+        return "rigid" if asked == "grounded" and nothing else asked
+
+    @property
+    def support_damping(self) -> float:
+        """Damping ratio of the free mass's support, however it is given."""
+        return _support_damping(self.__dict__)
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / frequency_ratio, in units of sqrt(M/K)."""
+        return 2.0 * math.pi / self.frequency_ratio
+
+
+class SIParameters(Declared, shares=Parameters):
+    """The same damper in SI units; `damper.events` and `damper.simulate` answer in SI units then.
+
+    Parameters
+    ----------
+    {quantities}
+
+    Other Parameters
+    ----------------
+    {options}
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `Parameters`; also when a dimensionless parameter leaves its range, which the message
+        names with the values that it is formed from.
+
+    Examples
+    --------
+    >>> p = SIParameters(primary_mass=2.0, damping=4.0, stiffness=200.0, force_amplitude=10.0,
+    ...                  forcing_frequency=11.0, free_mass=0.2, gap=0.02, restitution=0.6)
+    >>> p.dimensionless.clearance, p.dimensionless.damping_ratio
+    (0.2, 0.1)
+    >>> p.units.length, p.units.time
+    (0.05, 0.1)
+    """
+
+    primary_mass: float = quantity("$M$", "mass of the primary", "kg", minimum=0.0, above=True)
+    damping: float = quantity("$C$", "damping coefficient of the primary", "N s/m", minimum=0.0)
+    stiffness: float = quantity("$K$", "stiffness of the primary", "N/m", minimum=0.0, above=True)
+    force_amplitude: float = quantity(
+        "$F_0$",
+        "amplitude of the force",
+        "N",
+        minimum=0.0,
+        above=True,
+        note="lengths are scaled by F0/K, so free vibration has no place here",
+    )
+    forcing_frequency: float = quantity(
+        r"$\Omega$",
+        "angular forcing frequency",
+        "rad/s",
+        definition="2 pi times that in Hz",
+        minimum=0.0,
+        above=True,
+    )
+    free_mass: float = quantity("$m$", "free mass", "kg", minimum=0.0, above=True)
+    gap: float = quantity(
+        "$2D$",
+        "gap, the free mass's whole travel",
+        "m",
+        definition="without its own size; the clearance is half of it",
+        minimum=0.0,
+    )
+    restitution: float = shared()
+    phase: float = shared(default=0.0)
+
+    _: KW_ONLY
+
+    yield_speed: float = shared(default=math.inf)
+    support_stiffness: float = quantity(
+        "$K_2$", "stiffness of the free mass's support", "N/m", minimum=0.0, default=0.0
+    )
+    support_damping: float = quantity(
+        "$C_2$", "damping coefficient of the free mass's support", "N s/m", minimum=0.0, default=0.0
+    )
+    support_damping_factor: float = shared(default=0.0)
+    contact_stiffness: float = quantity(
+        r"$K_\mathrm{c}$",
+        "stiffness of the contact",
+        "N/m",
+        minimum=0.0,
+        above=True,
+        default=math.inf,
+        note="leave it out for a rigid wall",
+    )
+    contact_tension: float = shared(default=0.0)
+    modulation_depth: float = shared(default=0.0)
+    modulation_order: float = shared(default=1.0)
+    modulation_phase: float = shared(default=0.0)
+
+    def __post_init__(self) -> None:
+        self.check_each()
+        self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
+
+    @cached_property
+    def dimensionless(self) -> Parameters:
+        """The scaled parameters."""
+        values, units = self.__dict__, self.units
+        scaled: dict[str, float] = {}
+        for q, names in _SCALED:
+            own = values[names[0]]
+            if own == q.default:  # 0, 1 and infinity are the same in both systems
+                continue
+            given = [values[name] for name in names]
+            ratio = _ratio(q.from_si, given) if q.from_si else own / units.size(q.units)
+            # A gap or a spring that underflows to zero would be another damper.
+            if not q.holds(ratio) or _ordinary(ratio) != _ordinary(own):
+                origin = ", ".join(map("{} = {!r}".format, names, given))
+                raise ValueError(
+                    f"{q.name} = {ratio!r}, from {origin}: must be a finite number with {q.allowed}"
+                )
+            scaled[q.name] = ratio
+        check_together(_DEFAULTS | scaled, SI_NAME)
+        return Parameters(**scaled)
+
+    @cached_property
+    def units(self) -> Units:
+        """Sizes of the dimensionless units of this damper."""
+        values = self.__dict__
+        length = self.force_amplitude / self.stiffness
+        time = math.sqrt(self.primary_mass / self.stiffness)
+        units = Units(length, time, self.force_amplitude * length)
+        if not (_ordinary(time) and all(map(_ordinary, (length, units.speed, units.energy)))):
+            given = ("force_amplitude", "stiffness", "primary_mass")
+            raise ValueError(
+                f"{', '.join(f'{name} = {values[name]!r}' for name in given)}: cannot be scaled: "
+                "F0/K, sqrt(M/K), F0/sqrt(K M) or F0^2/K is zero or infinite"
+            )
+        return units
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / forcing_frequency in s."""
+        return 2.0 * math.pi / self.forcing_frequency
+
+
+#: Dimensionless parameter -> its counterpart in SI units, which may be of the same name.
+SI_NAME = {q.name: q.si_names[0] for q in Parameters.quantities}
+_SCALED = tuple((q, q.si_names) for q in Parameters.quantities)
+_DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
+_CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
+
+
+def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) -> None:
+    """Raise ValueError where options of a damper contradict each other.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Every dimensionless parameter, each in its range.
+    called : mapping of str to str, optional
+        What the message calls a parameter, where that is not its name.
+    """
+
+    def named(name: str) -> str:
+        return called.get(name, name)
+
+    asked = _asked(values)
+    if len(asked) > 1:
+        words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
+        raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
+    if "compliant" in asked:
+        _check_compliant(values, named)
+    elif values["contact_tension"]:
+        raise ValueError(
+            f"contact_tension = 1: a rigid wall has no tension; give {named(_STIFFNESS)} with it"
+        )
+    if "grounded" in asked:
+        _check_support(values, named)
+
+
+def _check_compliant(values: Mapping[str, float], named: Callable[[str], str]) -> None:
+    if values["yield_speed"] < math.inf:
+        raise ValueError(
+            f"yield_speed and {named(_STIFFNESS)}: compliant contact has a constant restitution; "
+            "leave out one of the two"
+        )
+    if values["restitution"] < LEAST_COMPLIANT_RESTITUTION and not values["contact_tension"]:
+        raise ValueError(
+            f"restitution = {values['restitution']!r} with {named(_STIFFNESS)}: must be >= "
+            f"{LEAST_COMPLIANT_RESTITUTION:g}, as a contact without tension always rebounds; or "
+            "contact_tension = 1"
+        )
+
+
+def _check_support(values: Mapping[str, float], named: Callable[[str], str]) -> None:
+    stiffness, damping = "support_stiffness_ratio", "support_damping_ratio"
+    if values["support_damping_factor"] and values[damping]:
+        raise ValueError(
+            f"support_damping_factor and {named(damping)} both give the damping of the support: "
+            "one of the two must go"
+        )
+    mass = values["mass_ratio"]
+    rate = 2.0 * _support_damping(values) / mass + math.sqrt(values[stiffness] / mass)
+    if not rate <= LARGEST_SUPPORT_RATE:
+        raise ValueError(
+            f"{named(stiffness)}, {named(damping)}: the support moves the free mass at the rate "
+            f"C2/m + sqrt(K2/m) = {rate:g} sqrt(K/M); must be <= {LARGEST_SUPPORT_RATE:g} sqrt(K/M)"
+        )
+
+
+_STIFFNESS = "contact_stiffness_ratio"
+
+
+def _asked(values: Mapping[str, float]) -> dict[str, list[str]]:
+    """Models that are asked for, each with the names that ask."""
+    asked: dict[str, list[str]] = {}
+    for q in _CHOOSING:
+        if values[q.name] != q.default:
+            asked.setdefault(q.model, []).append(q.name)
+    return asked
+
+
+def _support_damping(values: Mapping[str, float]) -> float:
+    return (
+        values["support_damping_ratio"] + values["damping_ratio"] * values["support_damping_factor"]
+    )
+
+
+def _ratio(formula: Callable[..., float], given: Iterable[float]) -> float:
+    """Value of a formula; NaN where a divisor underflows to zero."""
+    try:
+        return formula(*given)
+    except ArithmeticError:
+        return math.nan
+
+
+def _ordinary(value: float) -> bool:
+    """Whether a number is neither zero nor infinite."""
+    return 0.0 < abs(value) < math.inf

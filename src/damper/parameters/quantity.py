@@ -1,0 +1,203 @@
+"""How a quantity is declared: symbol, meaning, units, range, default, model, form in SI units.
+
+A class of parameters declares each of its quantities once, as a field:
+
+    class Parameters(Declared):
+        mass_ratio: float = quantity(r"$\\mu$", "mass ratio m/M", minimum=1e-6, maximum=1e18)
+
+Checks, docstrings, the names and ranges of the study language, its schema and reference, labels of
+figures and the arguments of `damper.simulate` follow from that.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from textwrap import wrap
+from typing import Any, ClassVar, dataclass_transform
+
+from damper.parameters.units import SI_UNITS
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity; `symbol` is matplotlib mathtext, `default` is None where it must be given."""
+
+    name: str
+    symbol: str
+    long_name: str
+    units: str = "1"
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    above: bool = False
+    """Whether the minimum itself is excluded."""
+    below: bool = False
+    """Whether the maximum itself is excluded."""
+    whole: bool = False
+    """Whether only whole numbers are allowed."""
+    default: float | None = None
+    note: str = ""
+    """What a reader of an error should know beside the range."""
+    definition: str = ""
+    """What a reader of the documentation should know beside the long name."""
+    option: bool = False
+    """Whether the basic damper does without it; given by name only."""
+    model: str = ""
+    """Model of `damper.models` that it belongs to; none for what every model has."""
+    chooses: bool = True
+    """Whether a value other than the default asks for this model."""
+    from_si: Callable[..., float] | None = None
+    """Value from quantities of `SIParameters`, which are the names of its arguments."""
+
+    @property
+    def limits(self) -> str:
+        """The range, as a table shows it."""
+        words = "any"
+        if self.maximum < math.inf:
+            words = f"{self.minimum:g} to {'< ' if self.below else ''}{self.maximum:g}"
+        elif self.minimum > -math.inf:
+            words = f"{'>' if self.above else '>='} {self.minimum:g}"
+        words += ", whole" if self.whole else ""
+        return f"{words} ({self.note})" if self.note else words
+
+    @property
+    def allowed(self) -> str:
+        """The range in words that name the quantity."""
+        if self.maximum < math.inf:
+            upper = "<" if self.below else "<="
+            words = f"{self.minimum:g} <= {self.name} {upper} {self.maximum:g}"
+        elif self.minimum > -math.inf:
+            words = f"{self.name} {'>' if self.above else '>='} {self.minimum:g}"
+        else:
+            # In an SI study units of F0/K are metres, so they are not named here.
+            words = f"any {self.name}" + (f" in {self.units}" if self.units == "rad" else "")
+        words += ", whole" if self.whole else ""
+        return f"{words} ({self.note})" if self.note else words
+
+    def holds(self, value: float) -> bool:
+        """Whether a number is allowed."""
+        if value == self.default:
+            return True
+        low = value > self.minimum if self.above else value >= self.minimum
+        high = value < self.maximum if self.below else value <= self.maximum
+        return low and high and math.isfinite(value) and not (self.whole and value % 1.0)
+
+    def check(self, value: float) -> float:
+        """Return `value` as a float if it is allowed.
+
+        Raises
+        ------
+        ValueError
+            Not finite or out of range; the message names quantity, value and range.
+        TypeError
+            Not a real number.
+        """
+        number = real(self.name, value)
+        if not self.holds(number):
+            raise ValueError(
+                f"{self.name} = {value!r}: must be a finite number with {self.allowed}"
+            )
+        return number
+
+    @property
+    def si_names(self) -> tuple[str, ...]:
+        """Quantities of `SIParameters` that it is formed from; its own counterpart first."""
+        if self.from_si is None:
+            return (self.name,)
+        code = self.from_si.__code__
+        return code.co_varnames[: code.co_argcount]
+
+
+def real(name: str, value: float) -> float:
+    """Return a real number as float; TypeError with name and value for anything else."""
+    if type(value) is float:
+        return value
+    # bool is an int to Python, but restitution=True is a slip, not a number.
+    if isinstance(value, bool | str | bytes):
+        raise TypeError(f"{name} = {value!r}: must be a real number")
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name} = {value!r}: must be a real number") from None
+
+
+def quantity(
+    symbol: str, long_name: str, units: str = "1", *, default: Any = MISSING, **about: Any
+) -> Any:
+    """Field of a class that is `Declared`; the arguments are those of `Quantity`."""
+    described = {"symbol": symbol, "long_name": long_name, "units": units, **about}
+    return field(default=default, metadata=described)
+
+
+def shared(*, default: Any = MISSING) -> Any:
+    """Field that the class of the other system of units declares, under the same name."""
+    return field(default=default)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(quantity, shared))
+class Declared:
+    """Base of the classes whose fields are quantities: frozen dataclasses of checked values.
+
+    `shares` is the class that declares the `shared` fields, in dimensionless units. In the
+    docstring ``{quantities}`` and ``{options}`` stand for the fields that may be given by position
+    and for those that are given by name only.
+    """
+
+    quantities: ClassVar[tuple[Quantity, ...]]
+    """Every quantity, in the order of the fields."""
+    _checks: ClassVar[tuple[tuple[str, object, Callable[[float], float], bool], ...]]
+
+    def __init_subclass__(cls, shares: "type[Declared] | None" = None) -> None:
+        dataclass(frozen=True)(cls)
+        known = {q.name: q for q in shares.quantities} if shares else {}
+        made = {f.name: _quantity_of(f, known) for f in fields(cls)}  # type: ignore[arg-type]
+        cls.quantities = tuple(made.values())
+        cls._checks = tuple(
+            (f.name, f.default, made[f.name].check, bool(f.kw_only))
+            for f in fields(cls)  # type: ignore[arg-type]
+        )
+        cls.__doc__ = filled(cls.__doc__, cls.quantities)
+
+    def check_each(self) -> bool:
+        """Check every value in place; return whether an option is given."""
+        values, options = self.__dict__, False
+        for name, default, check, option in self._checks:
+            value = values[name]
+            # What is left out is the very object of the default. A rigid damper pays for no more:
+            # this loop is a good part of what a run costs before it starts.
+            if value is not default:
+                values[name] = check(value)
+                options = options or option
+        return options
+
+
+def _quantity_of(field: Field[Any], known: Mapping[str, Quantity]) -> Quantity:
+    if field.metadata:
+        default = None if field.default is MISSING else field.default
+        return Quantity(field.name, default=default, option=bool(field.kw_only), **field.metadata)
+    same = known[field.name]
+    return replace(same, units=SI_UNITS.get(same.units, same.units))
+
+
+def filled(text: str | None, quantities: Iterable[Quantity], kind: str = "float") -> str:
+    """Return a docstring with its lists of quantities filled in."""
+    listed = {False: "", True: ""}
+    for quantity in quantities:
+        listed[quantity.option] += _entry(quantity, kind)
+    text = text or ""
+    for name, option in (("{quantities}", False), ("{options}", True)):
+        text = text.replace(f"    {name}\n", listed[option])
+    return text
+
+
+def _entry(quantity: Quantity, kind: str) -> str:
+    """Entry of one quantity in a docstring, in numpydoc's form."""
+    default = "" if quantity.default is None else f", default {quantity.default:g}"
+    about = quantity.long_name[0].upper() + quantity.long_name[1:]
+    about += f"; {quantity.definition}" if quantity.definition else ""
+    about += f"; in {quantity.units}" if quantity.units != "1" else ""
+    # A range keeps its sign on the line of its number.
+    about += "" if quantity.limits == "any" else f"; {quantity.limits.replace('= ', '=~')}"
+    lines = (line.replace("=~", "= ") for line in wrap(f"{about}.", 90))
+    return "".join(
+        [f"    {quantity.name} : {kind}{default}\n", *(f"        {line}\n" for line in lines)]
+    )

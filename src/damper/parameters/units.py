@@ -1,0 +1,35 @@
+"""Units: what lengths, times, speeds and energies are scaled by, and their sizes in SI units."""
+
+from dataclasses import dataclass
+
+LENGTH = "F0/K"
+SPEED = "F0/sqrt(K M)"
+TIME = "sqrt(M/K)"
+ENERGY = "F0^2/K"
+#: What these units are called where the damper is given in SI units.
+SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
+
+
+@dataclass(frozen=True)
+class Units:
+    """Sizes of the dimensionless units of one damper: F0/K in m, sqrt(M/K) in s, F0^2/K in J."""
+
+    length: float
+    time: float
+    energy: float
+
+    @property
+    def speed(self) -> float:
+        """Size of the unit of speed in m/s."""
+        return self.length / self.time
+
+    def size(self, unit: str) -> float:
+        """SI size of LENGTH, SPEED, TIME or ENERGY; 1 for anything else."""
+        name = _NAMES.get(unit)
+        return 1.0 if name is None else getattr(self, name)
+
+
+_NAMES = {LENGTH: "length", SPEED: "speed", TIME: "time", ENERGY: "energy"}
+
+#: Units of a dimensionless run.
+NO_UNITS = Units(1.0, 1.0, 1.0)

@@ -1,0 +1,109 @@
+"""The closed rest of a complete chatter sequence, against bounces followed in 50 digits."""
+
+import math
+import random
+
+import pytest
+from reference.accumulation import accumulation_time
+from tails import largest_rate, tail
+
+from damper import Parameters
+from damper.engine.completion import bounce_at, completion, completion_times, sticks
+from damper.engine.impact import ConstantRestitution
+from damper.models import model_of
+
+ON_WALL = (0.5, 0.2, 0.3, 0.6)  # mass ratio, zeta, omega, r; at t = 2, x = 2, x' = .1
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_sticks_while_the_contact_force_is_positive(side: float) -> None:
+    """The first derivative that does not vanish decides."""
+    for j in (-3.0, 0.0, 3.0):
+        assert sticks(side, -side * 1e-300, j, side)
+        assert not sticks(side, side * 1e-300, j, -side)
+    assert sticks(side, 0.0, -side, side)
+    assert not sticks(side, 0.0, side, -side)
+    assert sticks(side, 0.0, 0.0, -side)
+    assert not sticks(side, 0.0, 0.0, side)
+    assert sticks(side, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_orders_of_the_completion_times(side: float) -> None:
+    """Halving w divides the errors by 4.06 and 8.07 (model section 4), on both walls alike."""
+    mu, zeta, omega, r = ON_WALL
+    phase = 0.0 if side > 0.0 else math.pi
+    model = model_of(Parameters(mu, zeta, omega, 1.0, r, phase))
+    errors = []
+    for w in (0.01, 0.005):
+        exact = accumulation_time(
+            mu, zeta, omega, r, time=2, position=2, velocity=0.1, rebound_speed=w
+        )
+        duration, _, _, _ = tail(model, 2.0, side, 2.0 * side, 0.1 * side, w)
+        force = -(math.sin(omega * 2) - 2 * zeta * 0.1 - 2.0)
+        jerk = omega * math.cos(omega * 2) + 2 * zeta * force - 0.1
+        first, second = completion_times(zeta * mu / (1 + mu), r, force, jerk, w)
+        assert second == pytest.approx(duration, rel=1e-14)
+        errors.append((float(first - exact), float(duration - exact)))
+    ratios = [one / other for one, other in zip(*errors, strict=True)]
+    assert ratios == pytest.approx([4.06, 8.07], abs=0.006)
+
+
+def test_error_estimate_bounds_the_true_error() -> None:
+    """Over random walls, masses and damping: the accuracy setting rests on this."""
+    rng = random.Random(1000)
+    ratios = []
+    while len(ratios) < 16:
+        mu = 10 ** rng.uniform(-4, 2)
+        zeta = rng.choice([0.0, 0.02, 0.2, 1.0, 3.0, 10.0])
+        omega = 10 ** rng.uniform(-1, 1)
+        r = rng.choice([0.05, 0.3, 0.6, 0.8, 0.9, 0.95])
+        time, x, v = rng.uniform(0, 2 * math.pi / omega), rng.uniform(-2, 2), rng.uniform(-2, 2)
+        model = model_of(Parameters(mu, zeta, omega, 1.0, r))
+        # The rebound speed at which the estimate is what an accuracy setting might ask for.
+        rate = largest_rate(model, time, 1.0, x, v, 10 ** rng.uniform(-11, -5))
+        if rate == 0.0:
+            continue  # the wall does not press
+        duration, error, _, _ = tail(model, time, 1.0, x, v, rate)
+        exact = accumulation_time(
+            *(mu, zeta, omega, r),
+            time=time,
+            position=x,
+            velocity=v,
+            rebound_speed=rate,
+            dps=25,
+            burst_floor=1e-13,
+        )
+        ratios.append(float(abs(exact - duration)) / error)
+    assert max(ratios) <= 1.0
+    assert max(ratios) > 1e-4  # not a bound that no tail would ever pass
+
+
+def test_no_completion_where_a_sequence_need_not_complete() -> None:
+    nothing = (0.0, math.inf)
+    half, one, zero = (ConstantRestitution(r) for r in (0.5, 1.0, 0.0))
+    assert completion(half, 0.0, 0.2, 1.0, -0.2, 0.1, 1e-9) == nothing  # the gap opens
+    assert completion(half, 0.0, 0.2, 1.0, 0.0, 0.1, 1e-9) == nothing
+    assert completion(one, 0.0, 0.2, 1.0, 0.2, 0.1, 1e-9) == nothing
+    assert completion(half, 0.0, 0.2, 1.0, 1e-3, 0.1, 0.1) == nothing  # too bent
+    assert completion(zero, 0.0, 0.2, 1.0, 0.2, 0.1, 0.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("r", [0.05, 0.5, 0.9])
+def test_bounces_are_those_of_a_constant_force(r: float) -> None:
+    """Against bounces computed one after the other: g = w t - a t^2 / 2, w -> r w."""
+    force, w = 0.7, 1e-6
+    duration = 2 * w / (force * (1 - r))
+    start, speed = 0.0, w
+    while start < 0.999 * duration and speed > 1e-3 * w:
+        flight = 2 * speed / force
+        for part in (0.01, 0.3, 0.5, 0.9):
+            t = part * flight
+            gap, rate = bounce_at(r, duration, w, start + t)
+            assert gap == pytest.approx(speed * t - force * t * t / 2, rel=1e-9)
+            assert rate == pytest.approx(speed - force * t, rel=1e-9, abs=1e-9 * speed)
+        start += flight
+        speed *= r
+    assert bounce_at(r, duration, w, 0.0) == (0.0, w)
+    assert bounce_at(r, duration, w, duration) == (0.0, 0.0)
+    assert bounce_at(0.0, 1.0, 0.0, 0.5) == (0.0, 0.0)

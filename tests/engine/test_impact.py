@@ -1,0 +1,109 @@
+"""The impact: momentum is kept, and the coefficient of restitution is that of the contact law."""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+
+from damper import Parameters
+from damper.engine.impact import (
+    ConstantRestitution,
+    YieldingRestitution,
+    impact,
+    restitution_at,
+)
+from damper.engine.segment import CAUSE, IMPACT, MODE, RATE, SIDE, SPEED, TAIL, V_BEFORE, V
+from damper.engine.trajectory import Trajectory
+from damper.models import model_of
+
+EPS = np.finfo(float).eps
+
+
+@settings(max_examples=300)
+@given(
+    mu=st.floats(-6, 18).map(lambda k: 10.0**k),
+    r=st.floats(0, 1),
+    side=st.sampled_from([-1.0, 1.0]),
+    v=st.floats(-10, 10),
+    approach=st.floats(0, 10),
+)
+def test_momentum_and_relative_velocity(
+    mu: float, r: float, side: float, v: float, approach: float
+) -> None:
+    """The closed form of model section 1, whose terms need not cancel in exact arithmetic."""
+    after, rate = impact(mu, r, side, v, approach)
+    with mp.workdps(40):
+        m, e, x, y = mpf(mu), mpf(r), mpf(v), v + side * mpf(approach)
+        x_after = ((1 - m * e) * x + m * (1 + e) * y) / (1 + m)
+        y_after = ((1 + e) * x + (m - e) * y) / (1 + m)
+        scale = abs(v) + approach + 1e-290  # subnormal numbers have fewer digits
+        assert abs(after - x_after) <= 4 * EPS * scale
+        assert rate == r * approach
+        assert abs(-side * (y_after - x_after) - rate) <= 2 * EPS * scale
+
+
+def test_laws() -> None:
+    """Constant; and falling with the fourth root of the speed above the one where it yields."""
+    assert restitution_at(ConstantRestitution(0.6), 3.0) == 0.6
+    law = YieldingRestitution(0.6, 0.5)
+    for speed in (0.0, 0.1, 0.5):
+        assert restitution_at(law, speed) == 0.6
+    assert restitution_at(law, 8.0) == pytest.approx(0.3, rel=1e-15)
+    assert restitution_at(law, math.nextafter(0.5, 1.0)) == pytest.approx(0.6, rel=1e-15)
+
+
+class Softening(NamedTuple):
+    """A law that exists for this test alone."""
+
+    least: float
+    most: float
+    speed: float
+
+
+@restitution_at.of(Softening)
+def _softening(law, approach_speed):
+    return law.least + (law.most - law.least) / (1.0 + approach_speed / law.speed)
+
+
+def test_the_engine_takes_the_coefficient_from_the_law_alone() -> None:
+    """A law that only this file knows, in a run with complete chatter sequences."""
+    law = Softening(0.2, 0.7, 0.05)
+    p = Parameters(0.1, 0.05, 0.2, 0.25, 0.999)
+    run = Trajectory(model_of(p)._replace(law=law))
+    log = np.concatenate([piece.copy() for piece in run.segments(10.0)])
+    hits = log[log[:, CAUSE] == IMPACT]
+    assert len(hits) > 100
+    mu, seen = p.mass_ratio, set()
+    for row in hits:
+        speed, side = row[SPEED], row[SIDE]
+        r = law.least + (law.most - law.least) / (1.0 + speed / law.speed)
+        seen.add(round(r, 2))
+        assert row[RATE] == pytest.approx(r * speed, rel=1e-15)
+        # Both velocities before and after: momentum.
+        u_before, u_after = row[V_BEFORE] + side * speed, row[V] - side * row[RATE]
+        momentum = row[V_BEFORE] + mu * u_before
+        assert row[V] + mu * u_after == pytest.approx(momentum, abs=1e-15)
+    assert len(seen) > 15
+    # A tail is closed with what the law says of small speeds.
+    tails = log[log[:, MODE] == TAIL]
+    assert len(tails) > 5
+    assert restitution_at(law, 0.0) == 0.7
+
+
+def test_the_velocity_before_is_that_in_which_the_last_segment_ends() -> None:
+    """For what begins without an impact, too: nothing jumps there."""
+    run = Trajectory(model_of(Parameters(0.1, 0.05, 0.2, 0.25, 0.3)))
+    log = np.concatenate([piece.copy() for piece in run.segments(5.0)])
+    causes = set()
+    for row, following in pairwise(log):
+        _, v, _, _ = run.motion_in(row, row[-1])
+        assert following[V_BEFORE] == pytest.approx(v, abs=2e-15)
+        if following[CAUSE] != IMPACT:
+            assert following[V_BEFORE] == following[V]
+        causes.add(following[CAUSE])
+    assert causes >= {0.0, 1.0, 2.0}

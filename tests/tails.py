@@ -1,0 +1,31 @@
+"""The closed rest of a chatter sequence, asked of a model directly; for the tests."""
+
+from damper.engine.compiled import compiled
+from damper.engine.model import begin
+from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
+from damper.models.walls import complete, time_to_completion
+
+
+@compiled
+def tail(model, time, side, x, v, rate):
+    """Time to the completion point after an impact, its error, and x and v there.
+
+    The impact is at the local time `time` on the wall `side`; `x`, `v` and the gap's `rate` are
+    those just after it.
+    """
+    s = Segment(0.0, time, x, v, 0.0, rate, side, FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
+    start = begin(model, s)
+    duration, error = time_to_completion(model, s, start)
+    s = Segment(0.0, time, x, v, 0.0, rate, side, TAIL, IMPACT, 0.0, v, 0.0, duration, 0.0)
+    end_x, end_v = complete(model, s, start)
+    return duration, error, end_x, end_v
+
+
+def largest_rate(model, time, side, x, v, target):
+    """Rebound speed at which the error is just below `target`; 0 if there is none."""
+    low, high = 1e-14, 1e3
+    for _ in range(60):
+        middle = (low * high) ** 0.5
+        error = tail(model, time, side, x, v, middle)[1]
+        low, high = (low, middle) if error > target else (middle, high)
+    return low if 0.5 * target < tail(model, time, side, x, v, low)[1] <= target else 0.0
