@@ -164,13 +164,15 @@ def test_nothing_is_compiled_twice() -> None:
 
 # --- the cache
 
+#: An entry whose result comes from a function of another module.
 SMALL = """
 from damper.engine.compiled import COMPILED, cache_folder, compile_at_once
-from damper.engine.impact import impact
+from damper.engine.completion import completion
+from damper.engine.impact import ConstantRestitution
 assert COMPILED
 compile_at_once()
 print(cache_folder().name)
-print(*(value.hex() for value in impact(0.1, 0.6, 1.0, 0.5, 0.25)))
+print(completion(ConstantRestitution(0.5), 0.0, 0.0, 0.1, 1.0, 0.0, 0.25)[0])
 """
 
 
@@ -190,28 +192,20 @@ def test_the_cache_serves_a_second_process(tmp_path: Path) -> None:
 
 @needs_numba
 def test_an_edit_in_a_called_module_changes_compiled_results(tmp_path: Path) -> None:
-    """numba alone would keep the old sine inside its cached caller."""
+    """numba alone would keep the old coefficient inside its cached caller."""
     shutil.copytree(SOURCE, tmp_path / "damper", ignore=shutil.ignore_patterns("__pycache__"))
-    code = SMALL.replace("engine.impact import impact", "engine.forcing import harmonic").replace(
-        "impact(0.1, 0.6, 1.0, 0.5, 0.25)", "phase_at(harmonic(1.0, 0.5), 0.0, 0.0)"
-    )
-    code = code.replace("import harmonic", "import harmonic, phase_at").replace(
-        "assert COMPILED",
-        "from damper.engine.compiled import compiled\n"
-        "entry = compiled(lambda: phase_at(harmonic(1.0, 0.5), 0.0, 0.0))",
-    )
-    code = code.replace("phase_at(harmonic(1.0, 0.5), 0.0, 0.0))\n", "entry())\n")
     settings = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "DAMPER_COMPILE": "1"}
-    before = run(code, tmp_path, **settings).split()
-    called = tmp_path / "damper/engine/trigonometry.py"
+    before = run(SMALL, tmp_path, **settings).split()
+    assert list((tmp_path / "cache").rglob("*.nbc"))
+    called = tmp_path / "damper/engine/impact.py"
     text = called.read_text()
-    law = "return sine, cosine, less_1"
+    law = "def _constant(law, approach_speed):\n    return law.restitution"
     assert text.count(law) == 1
-    called.write_text(text.replace(law, "return 0.5 * sine, cosine, less_1"))
-    after = run(code, tmp_path, **settings).split()
+    called.write_text(text.replace(law, f"{law} / 2.0"))
+    after = run(SMALL, tmp_path, **settings).split()
     assert after[0] != before[0]
-    assert float.fromhex(after[1]) == 0.5 * float.fromhex(before[1])
-    assert after[2] == before[2]
+    # 2 w / (a (1 - r))
+    assert (float(before[1]), float(after[1])) == (1.0, pytest.approx(2.0 / 3.0))
 
 
 @needs_numba

@@ -273,6 +273,9 @@ def test_momentum_restitution_and_path(
 
 def test_other_models_are_refused() -> None:
     p = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5, support_stiffness_ratio=0.1)
+    yields = damper.Parameters(0.1, 0.1, 1.0, 5.5, 0.5, yield_speed=1.0)
     for function in (orbits, largest_clearance):
         with pytest.raises(ValueError, match="that of the rigid damper, this is the grounded one"):
             function(p)
+        with pytest.raises(ValueError, match="constant restitution, this damper a yield_speed"):
+            function(yields)

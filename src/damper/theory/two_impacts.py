@@ -188,7 +188,7 @@ def orbits(parameters: Parameters) -> list[Orbit]:
     Raises
     ------
     ValueError
-        For another model than the rigid one.
+        For another model than the rigid one, and for a restitution that is not constant.
 
     Examples
     --------
@@ -232,7 +232,7 @@ def largest_clearance(parameters: Parameters) -> float:
     Raises
     ------
     ValueError
-        For another model than the rigid one.
+        As `orbits`.
     """
     linear = _linear_form(parameters)
     if linear is None:
