@@ -98,8 +98,8 @@ def test_layers_import_only_those_above():
             assert layer_of(name) <= layer, f"{path.relative_to(SOURCE)} imports {name}"
 
 
-def test_the_engine_knows_no_model():
-    """Nor does one model's folder know another's; what they share is the rigid damper."""
+def test_models_do_not_know_each_other():
+    """What they share is the rigid damper and what lies beside the folders."""
     folders = {path.name for path in (SOURCE / "models").iterdir() if path.is_dir()}
     for name in folders - {"rigid", "__pycache__"}:
         for path in (SOURCE / "models" / name).rglob("*.py"):

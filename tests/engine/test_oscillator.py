@@ -4,6 +4,7 @@ The closed form is the textbook one; where two of its rates coincide the paramet
 1e-40, which 120 digits carry and a double cannot see.
 """
 
+import itertools
 import math
 import random
 from typing import NamedTuple
@@ -192,9 +193,16 @@ def test_motion_against_120_digits(numbers: tuple) -> None:
     for omega in OMEGAS:
         for tau in draw.sample(TAUS, 5):
             x, v, phase = draw.choice(STATES)
-            case = Case(*numbers, omega, phase, x, v)
-            found = errors(case, tau)
+            found = errors(Case(*numbers, omega, phase, x, v), tau)
             assert max(found) <= 20, (omega, tau, found)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("numbers", OSCILLATORS, ids=str)
+def test_motion_against_120_digits_everywhere(numbers: tuple) -> None:
+    for omega, tau, (x, v, phase) in itertools.product(OMEGAS, TAUS, STATES):
+        found = errors(Case(*numbers, omega, phase, x, v), tau)
+        assert max(found) <= 40, (omega, tau, found)
 
 
 def test_every_regime_has_been_seen() -> None:
