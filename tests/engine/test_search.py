@@ -126,7 +126,7 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limi
 
 
 def find(
-    offset, slope=0.0, sines=(), width=FAR, leaving=False, bound=0.0, limit=HORIZON, samples=1000
+    offset, slope=0.0, sines=(), width=FAR, leaving=False, bound=0.0, limit=HORIZON, samples=2000
 ):
     """Search a sum given as (amplitude, rate, phase) each."""
     numbers = np.array([*sines, *[(0.0, 1.0, 0.0)] * (3 - len(sines))], dtype=float)
@@ -139,16 +139,25 @@ sine = st.tuples(st.floats(-1, 1), st.floats(-1, 1.5).map(lambda k: 10.0**k), st
 
 @settings(max_examples=300)
 @given(
-    start=st.floats(-12, 0).map(lambda k: 10.0**k),
+    depth=st.floats(-9, 0).map(lambda k: 10.0**k),
+    dips=st.booleans(),
     width=st.one_of(st.just(FAR), st.floats(0.5, 4)),
-    slope=st.floats(-0.5, 0.5),
+    slope=st.floats(-0.1, 0.1),
     sines=st.lists(sine, min_size=1, max_size=3),
 )
-def test_no_root_is_skipped(start: float, width: float, slope: float, sines: list) -> None:
-    """Dense samples before the root lie inside; at the root the value is roundoff."""
-    here = sum(a * math.sin(p) for a, _, p in sines)
-    begin = min(start, 0.5 * width) * 0.9
-    side, tau, _, value, roundoff, lowest, highest = find(begin - here, slope, sines, width)
+def test_no_root_is_skipped(
+    depth: float, dips: bool, width: float, slope: float, sines: list
+) -> None:
+    """Dense samples before the root lie inside; at the root the value is roundoff.
+
+    The lowest place before the horizon is just above zero, or just below it.
+    """
+    grid = np.linspace(0.0, HORIZON, 3000)
+    path = slope * grid + sum(a * np.sin(w * grid + p) for a, w, p in sines)
+    offset = (-depth if dips else depth) - path.min()
+    if not 0.0 < path[0] + offset < width:
+        offset = min(depth, 0.5 * width) - path[0]
+    side, tau, _, value, roundoff, lowest, highest = find(offset, slope, sines, width)
     assert side != GAVE_UP
     assert lowest >= -2.0 * roundoff
     assert highest <= width + 2.0 * roundoff

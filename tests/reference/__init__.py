@@ -1,4 +1,4 @@
-"""Independent reference solutions of the rigid impact damper, for the tests only.
+"""Independent reference solutions of the impact damper, for the tests only.
 
 Nothing in here imports the engine under test. Every module is derived on its own from the
 equations of the model and is written for clarity, not for speed.
@@ -11,11 +11,13 @@ closed_form
 compliant
     The damper with compliant contact, in arbitrary precision and by DOP853.
 accumulation
-    Accumulation time of a burst, bounce by bounce, in arbitrary precision.
+    Completion time of a chatter sequence, bounce by bounce, in arbitrary precision.
 fine_step
     Brute force in double precision: tiny steps, bisection at the walls (no chatter).
 dop853
     ``scipy.integrate.solve_ivp`` with events, restarted at each impact (no chatter).
+grounded, varying_mass
+    The damper with a grounded and with a time-varying free mass, in arbitrary precision.
 two_impacts
     Closed form of the symmetric orbit with two impacts per cycle.
 """
