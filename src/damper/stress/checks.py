@@ -28,12 +28,13 @@ from damper.engine.segment import (
     STICKING,
     Segment,
     segment_at,
+    write_segment,
 )
 from damper.engine.trajectory import DEFAULT_ACCURACY, LOG_ROWS, Trajectory
 from damper.models import check_settings, start_run
 from damper.models.response import impact_loss, part_of, stored_energy
 from damper.models.walls import primary_motion
-from damper.observers.base import Observer, Window, record_type
+from damper.observers.common.base import Observer, Window, record_type
 from damper.stress.laws import LAW_NAMES, LAWS, REFUSED, RUN
 from damper.sweep.points import Point, read_point
 
@@ -175,7 +176,7 @@ def _follow(model, tables, log, records, last, ends):
             at = _sample_contact(model, s, found)
         _add_energies(model, tables, s, index == len(log) - 1, found)
         found.segments += 1.0
-        last[:] = log[index]
+        write_segment(last, s, s.duration)
     end.x = at.x
     end.v = at.v
     end.gap = at.gap

@@ -130,8 +130,11 @@ def _fill(touch, table, forms):
             for row in range(6):
                 propagator[row, column] = after[row]
         for kind in range(_FORMS):
-            forms[level + 1, kind] = forms[level, kind]
             _accumulate(forms[level, kind], propagator, 1.0, forms[level + 1, kind])
+            # By elements: numba takes seconds to compile the message of a failed slice assignment.
+            for i in range(6):
+                for j in range(6):
+                    forms[level + 1, kind, i, j] += forms[level, kind, i, j]
 
 
 @compiled

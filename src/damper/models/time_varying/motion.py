@@ -370,7 +370,9 @@ def _first_loss(terms, side, jerk, roundoff):
             continue
         if changes == 1:
             return _root(terms, side, start, end)
-        rest[:] = kept
+        # By elements: numba takes seconds to compile the message of a failed slice assignment.
+        for i in range(size):
+            rest[i] = kept[i]
         part *= 0.5
 
 
