@@ -13,14 +13,14 @@ from damper.parameters import Parameters
 def stored_energy(parameters: Parameters, state: Sequence[float]) -> float:
     """Energy in the masses and the springs at one moment, in units of F0^2/K.
 
-    (1/2) (v^2 + x^2 + mu u^2), and (1/2) k g^2 for each wall that gives and whose gap g is
-    negative. What is left in a wall that has let go counts until the gap reopens; it is lost to
+    (1/2) (v^2 + x^2 + mu u^2), and (1/2) k g^2 for each compliant contact whose gap g is
+    negative. What is left in a contact that has ended counts until the gap reopens; it is lost to
     the wall's dashpot on the way.
 
     Parameters
     ----------
     parameters : Parameters
-        With rigid walls or walls that give.
+        With rigid walls or compliant contact.
     state : sequence of float (4,)
         x, v, y, u; more entries are left alone.
     """
@@ -57,7 +57,7 @@ def energy_residual(
         In the primary's dashpot: integral of 2 zeta v^2.
     lost : float
         In impacts, (1/2) mu / (1 + mu) (s^2 - w^2) each with the relative speeds s before and w
-        after; with walls that give, in their dashpots, (N + k g) (-g') while g < 0.
+        after; with compliant contact, in its dashpots, (N + k g) (-g') while g < 0.
 
     Returns
     -------

@@ -41,8 +41,8 @@ FLOOR = 1e-2
 #: Part of the clearance by which a free mass may be beyond a rigid wall and still count as inside.
 BOX = 1e-2
 
-#: Part of a forcing period that sticking must last to count as one too many. A wall that gives, and
-#: lets go of the mass only slowly, seems to hold it for a moment.
+#: Part of a forcing period that sticking must last to count as one too many. A compliant contact
+#: whose force falls slowly seems to hold the mass for a moment.
 BRIEF = 1e-2
 
 #: What became of a run: the first of these that holds, in the order of their names from the second
@@ -160,7 +160,7 @@ def counted_impacts(reference: Reference, floor: float = FLOOR) -> int:
 
 @dataclass(frozen=True)
 class _Burst:
-    """A complete burst of the reference: its impacts, the stick that ends it, when it lets go."""
+    """A complete burst of the reference: its impacts, the stick that ends it, the release."""
 
     first: int
     last: int

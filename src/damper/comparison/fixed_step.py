@@ -42,7 +42,7 @@ def solve_by(
     Parameters
     ----------
     loop : callable
-        Takes the constants of the scene and of walls that give, the start, the step, the limit of
+        Takes the constants of the scene and of compliant contact, the start, the step, the limit of
         `limit_of`, times, whether to add up energies, and a number of evaluations; returns what
         `solution_of` takes.
     scene : Scene
@@ -52,7 +52,7 @@ def solve_by(
     max_evaluations : int
         As given to the solver.
     wall : tuple, optional
-        Constants of walls that give.
+        Constants of compliant contact.
 
     Raises
     ------
@@ -255,7 +255,7 @@ def rk4(
 
 
 @compiled
-def push(
+def contact_force(
     mass: float,
     zeta: float,
     omega: float,

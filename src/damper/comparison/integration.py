@@ -47,9 +47,9 @@ class Motion(NamedTuple):
     """Whether the masses move as one."""
     stiffness: float = 0.0
     damping: float = 0.0
-    """k and c of a wall that pushes with N = -(k g + c h)."""
+    """k and c of a compliant contact with the force N = -(k g + c h)."""
     springs: float = 0.0
-    """Stiffness of a spring under load, pushing or let go of: k where g < 0."""
+    """Stiffness of its spring, in contact or springing back: k where g < 0."""
     gap_size: float = math.inf
     rate_size: float = math.inf
     """Sizes that gap and rate are expected to have, where they are small."""
@@ -81,7 +81,7 @@ def falling_gap(start: Sequence[float]) -> Quantity:
 
 
 def falling_depth(start: Sequence[float]) -> Quantity:
-    """Depth below the surface of a wall that gives, treated in the same way."""
+    """Depth below the surface of a compliant wall, treated in the same way."""
     if start[2] < 0.0:
         return lambda tau, z: -float(z[2])
     return lambda tau, z: -float(z[2] / tau if tau > 0.0 else z[3])
@@ -197,7 +197,7 @@ class Run:
         Raises
         ------
         StalledError
-            When time has stood still to rounding for many impacts.
+            When time has stood still to roundoff for many impacts.
         """
         self.impacts.append((self.reached, side, approach))
         resolution = 4.0 * np.finfo(float).eps * max(1.0, abs(before))
@@ -211,7 +211,7 @@ class Run:
         away = side * (self.parameters.clearance - gap)
         return np.stack([x, v, x + away, v - side * rate], axis=1)
 
-    def push(self, side: float, z: Sequence[float], tau: float = 0.0) -> float:
+    def contact_force(self, side: float, z: Sequence[float], tau: float = 0.0) -> float:
         """Acceleration -g'' of flight towards the wall, a time after `reached`."""
         p = self.parameters
         angle = p.frequency_ratio * tau + (p.frequency_ratio * self.reached + p.phase)

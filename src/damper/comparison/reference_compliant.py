@@ -153,8 +153,8 @@ class _Walk:
         if pair.gap > 0:
             phase = "flight"
         elif pair.gap < 0:
-            pushed = contact.k * pair.gap + contact.c * pair.rate < 0
-            phase = "contact" if contact.tension or pushed else "below"
+            acts = contact.k * pair.gap + contact.c * pair.rate < 0
+            phase = "contact" if contact.tension or acts else "below"
         elif pair.rate < 0:
             self._impact(pair)
             phase = "contact"
@@ -345,12 +345,12 @@ def _series(
     spring, damper = contact.gamma * contact.k, contact.gamma * contact.c
     scale = mpf(1)  # omega**n / n!
     for n in range(count - 2):
-        push = scale * cycle[n % 4] - (centre[n] + contact.beta * gap[n])
-        push -= 2 * p.zeta * (n + 1) * (centre[n + 1] + contact.beta * gap[n + 1])
+        load = scale * cycle[n % 4] - (centre[n] + contact.beta * gap[n])
+        load -= 2 * p.zeta * (n + 1) * (centre[n + 1] + contact.beta * gap[n + 1])
         wall = spring * gap[n] + damper * (n + 1) * gap[n + 1]
         both = (n + 1) * (n + 2)
-        centre.append(contact.share * push / both)
-        gap.append((push - wall) / both)
+        centre.append(contact.share * load / both)
+        gap.append((load - wall) / both)
         scale *= p.omega / (n + 1)
     return centre, gap
 

@@ -388,9 +388,9 @@ def _slide(
         c = taylor(p, inertia, t, x, v, count)
         tau = None
         if side:
-            thrust = [-side * n * (n - 1) * c[n] for n in range(2, count)]
-            order = lowest_order(thrust) if fresh else 0
-            tau = first_root(thrust[order:], step, absolute=True)
+            force = [-side * n * (n - 1) * c[n] for n in range(2, count)]
+            order = lowest_order(force) if fresh else 0
+            tau = first_root(force[order:], step, absolute=True)
         span = step if tau is None else tau
         x, v = horner(c, span)
         t = until if span == until - t else t + span

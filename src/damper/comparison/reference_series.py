@@ -35,7 +35,7 @@ def skip_ahead(q: Sequence[mpf], end: mpf) -> mpf | None:
     """Return a point of ``[0, end]`` that no root precedes, or None if there is none at all.
 
     The same steps as in `first_root`, in double precision on coefficients scaled to ``[0, 1]``;
-    each value is lowered by more than its rounding error, so the result is just as certain.
+    each value is lowered by more than its roundoff, so the result is just as certain.
     """
     scaled, power = [], mpf(1)
     for value in q:

@@ -22,7 +22,7 @@ from damper.comparison.solution import Solution
 from damper.models.compliant.restitution import contact_damping
 from damper.models.walls import slack
 
-#: What a free mass and a wall that gives are doing; loose: the wall springs back behind the mass.
+#: What a free mass and a compliant wall are doing; loose: the wall springs back behind the mass.
 FLIGHT, CONTACT, LOOSE = "flight", "contact", "loose"
 
 
@@ -70,7 +70,7 @@ def solve_restarted(
 
 
 def _start(run: Run) -> tuple[float, list[float]]:
-    """Wall that is nearer, and the state relative to it; a gap of rounding is none.
+    """Wall that is nearer, and the state relative to it; a gap of roundoff is none.
 
     From the centre it is the one that the free mass will near, so that a mirrored scene is
     mirrored in every step.
@@ -89,11 +89,11 @@ def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], boo
     across = 2.0 * run.parameters.clearance
     events = (falling_gap(z), lambda tau, z: across - float(z[2]))
     gap_size = rate_size = math.inf
-    push = run.push(side, z)
+    force = run.contact_force(side, z)
     if z[2] == 0.0 and z[3] > 0.0:
         rate_size = z[3]
-        if push > 0.0:
-            gap_size = 0.5 * z[3] * z[3] / push
+        if force > 0.0:
+            gap_size = 0.5 * z[3] * z[3] / force
     flight = Motion(side, events, gap_size=gap_size, rate_size=rate_size)
     z, hit = run.advance(flight, z)
     if hit == 1:
@@ -101,8 +101,8 @@ def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], boo
     return side, z, hit >= 0
 
 
-def _push(run: Run, side: float) -> Quantity:
-    return lambda tau, z: run.push(side, z, tau)
+def _force_on(run: Run, side: float) -> Quantity:
+    return lambda tau, z: run.contact_force(side, z, tau)
 
 
 def _stays(run: Run, side: float, z: Sequence[float]) -> bool:
@@ -114,7 +114,7 @@ def _stays(run: Run, side: float, z: Sequence[float]) -> bool:
 def _derivatives(run: Run, x: float, v: float) -> tuple[float, float]:
     """Second derivative of the primary in flight, and what decides where it vanishes: the third."""
     p = run.parameters
-    a = -run.push(1.0, (x, v))
+    a = -run.contact_force(1.0, (x, v))
     angle = p.frequency_ratio * run.reached + p.phase
     return a, p.frequency_ratio * math.cos(angle) - 2.0 * p.damping_ratio * a - v
 
@@ -141,9 +141,9 @@ def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, li
             run.impact(begin, side, approach)
             run.lost += 0.5 * share * (1.0 - r * r) * approach * approach
             z = [z[0], z[1] + side * share * (1.0 + r) * approach, 0.0, r * approach]
-            push = run.push(side, z)
+            force = run.contact_force(side, z)
             # What is left of the burst to first order, 2 w / (a (1 - r)), is within tolerance.
-            stuck = sticking and push > 0.0 and 2.0 * z[3] <= tolerance * push * (1.0 - r)
+            stuck = sticking and force > 0.0 and 2.0 * z[3] <= tolerance * force * (1.0 - r)
         if stuck:
             run.stick_times.append(run.reached)
             z = merged(side, z)
@@ -153,7 +153,7 @@ def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, li
         if not stuck:
             side, z, touches = _fly(run, side, z)
             continue
-        z, ended = run.advance(Motion(side, (_push(run, side),), together=True), z)
+        z, ended = run.advance(Motion(side, (_force_on(run, side),), together=True), z)
         if ended >= 0:
             run.release_times.append(run.reached)
         stuck = touches = False
@@ -192,7 +192,7 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
             side, z, touches = _fly(run, side, z)
             continue
         if kind == CONTACT:
-            rate_size = abs(z[3]) + abs(run.push(side, z)) / frequency
+            rate_size = abs(z[3]) + abs(run.contact_force(side, z)) / frequency
             contact = Motion(
                 side,
                 (falling_depth(z) if held else force,),

@@ -21,7 +21,7 @@ def _none() -> np.ndarray:
 class Solution:
     """A run as one solver sees it; everything absolute and dimensionless.
 
-    Impacts are contacts that begin: with walls that give, the times at which the gap closes.
+    Impacts are contacts that begin: with compliant contact, the times at which the gap closes.
     """
 
     impact_times: np.ndarray = field(default_factory=_none)

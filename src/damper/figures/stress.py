@@ -13,7 +13,7 @@ from damper.figures.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
 from damper.stress.laws import LIMIT
 from damper.study.stress_table import GRADED, Row, excesses, regimes
 
-#: Colours by violation over its limit: rounding, thousands of it, nearly the limit, beyond.
+#: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
 _EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)
 _COLOURS = ("#DCEBF7", SKY, ORANGE, VERMILION)
 _TITLES = {

@@ -21,7 +21,7 @@ from damper.stress.verdicts import (
 )
 from damper.study.twins_table import failures
 
-#: Ways that change nothing but roundings: what they differ by is rounding times growth.
+#: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
 EXACT = tuple(name for name in IDENTITIES if name not in ("sharper", "looser"))
 _COLOURS = {WELL: BLUE, GROWING: VERMILION, GRAZING: PURPLE, BORDER: ORANGE}
 _MARKS = {WELL: "o", GROWING: "^", GRAZING: "s", BORDER: "D"}
@@ -74,7 +74,7 @@ def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
 
 
 def largest(twins: xr.Dataset) -> np.ndarray:
-    """Largest difference of each lane in the ways that change roundings only; NaN without any."""
+    """Largest difference of each lane in the ways that change roundoff only; NaN without any."""
     found = np.array([twins[f"{name}_difference"].values for name in EXACT])
     known = ~np.isnan(found)
     return np.where(known.any(axis=0), np.where(known, found, -1.0).max(axis=0), np.nan)
@@ -113,9 +113,9 @@ def _differences(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
     ax.text(
         0.03,
         0.97,
-        f"dashed: {ALLOWANCE:g} roundings $\\times$ growth; beyond it\n"
+        f"dashed: {ALLOWANCE:g} units of roundoff $\\times$ growth; beyond it\n"
         "judged by backward error\n"
-        "solid: one rounding $\\times$ growth",
+        "solid: one unit roundoff $\\times$ growth",
         transform=ax.transAxes,
         va="top",
         fontsize=7.0,
@@ -158,5 +158,5 @@ def _errors(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
     ax.set_yscale("log")
     ax.set_xlim(_NO_ERROR, max(10.0 * SOUND, 2.0 * float(np.nanmax(errors))))
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
-    ax.set_xlabel(r"backward error, in roundings ($2^{-52}$)")
+    ax.set_xlabel(r"backward error, in units of roundoff ($2^{-52}$)")
     ax.set_ylabel("part of the lanes with at least that")

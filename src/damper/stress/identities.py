@@ -17,7 +17,7 @@ import numpy as np
 from damper.engine.segment import DURATION, IMPACT, PERIODS, RELEASE, STICK, TIME
 from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.models import start_run
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.stress.backward import backward_error
 from damper.stress.checks import Laws

@@ -139,8 +139,8 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
         "it did up to there is checked as well.",
         "",
         "Each law's violation is taken over the sizes of the terms whose difference it is, so "
-        f"rounding is some 1e-16 to 1e-15. Beyond {LIMIT:g} it is broken; the energy balance may "
-        f"add {ENERGY_PER_SEGMENT:.1e} for each segment, one rounding.",
+        f"roundoff is some 1e-16 to 1e-15. Beyond {LIMIT:g} it is broken; the energy balance may "
+        f"add {ENERGY_PER_SEGMENT:.1e} for each segment, one unit roundoff.",
         "",
         "## Laws",
         "",

@@ -39,7 +39,7 @@ def _variables() -> list[Variable]:
             "comparable_events",
             "events up to which a comparison says something",
             "1",
-            comment="growth leaves rounding below 1e-6, and the noise changes no event's kind",
+            comment="growth leaves roundoff below 1e-6, and the noise changes no event's kind",
         ),
         Variable("compared_of_events", "events of the run, its end included", "1"),
         Variable("condition", "how sharply the run's events are determined", "1"),
@@ -47,7 +47,7 @@ def _variables() -> list[Variable]:
             "backward_error",
             "largest backward error of a segment",
             _ROUNDING,
-            comment="rigid model only; over the sizes of the terms, in units of rounding",
+            comment="rigid model only; over the sizes of the terms, in units of roundoff",
         ),
         Variable(
             "backward_displacement",
@@ -84,8 +84,8 @@ def _variables() -> list[Variable]:
                 f"{name}_ratio",
                 f"largest difference over what the condition allows: {_OTHERWISE[name]}",
                 "1",
-                comment=f"allowed: {ALLOWANCE:g} roundings times the growth; for another accuracy, "
-                "its error times the growth too",
+                comment=f"allowed: {ALLOWANCE:g} units of roundoff times the growth; for another "
+                "accuracy, its error times the growth too",
             ),
             Variable(f"{name}_verdict", f"verdict: {_OTHERWISE[name]}", "1"),
         ]

@@ -84,11 +84,11 @@ def make(twins: xr.Dataset) -> tuple[str, str]:
     text += [
         f"{count} lanes were run again in six ways that must not matter. {_outcome(twins, failed)}",
         "",
-        f"Where rounding alone moves an event, two runs may differ by it: allowed are {ALLOWANCE:g}"
-        " roundings (2.2e-16) times the growth of a small noise over the run, and, where the "
-        "accuracy is another one, its error times that growth. A lane whose noise grows beyond "
+        f"Where roundoff alone moves an event, two runs may differ by it: allowed are {ALLOWANCE:g}"
+        " units of roundoff (2.2e-16) times the growth of a small noise over the run, and, where "
+        "the accuracy is another one, its error times that growth. A lane whose noise grows beyond "
         "all comparison, or that ends in other events, is judged step by step: the backward error "
-        "says by how many roundings the equations would have to be changed for each of its "
+        "says by how many units of roundoff the equations would have to be changed for each of its "
         f"segments to be exact. Up to {SOUND:g} of them ({SOUND * 2.0**-52:.0e}) the method is "
         "sound, and the difference is the lane's own. Lanes of models other than the rigid damper "
         "must keep the laws of the other table instead (impact, continuity, energy), which is less "
@@ -173,7 +173,7 @@ def _beyond(twins: xr.Dataset) -> str:
         "A ratio above 1 is no failure where the backward errors of both runs are sound. "
         f"{int(above.sum())} lanes have one; {int(heavy.sum())} of them have a damping ratio of at "
         f"least {HEAVY:g}, where the primary creeps. The noise of the twins understates there what "
-        "roundings do, or the method's own roundings are more than it: the comparison does not say."
+        "roundoff does, or the method's own roundoff is more than it: the comparison does not say."
     )
 
 

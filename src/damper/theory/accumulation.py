@@ -70,8 +70,8 @@ def predict(
     ------
     ValueError
         For a damper that is not rigid, another side, restitution = 1, a negative rebound speed,
-        what is not finite, and a wall that does not push just after the impact: such a sequence
-        need not complete.
+        what is not finite, and a contact force that is not positive just after the impact: such a
+        sequence need not complete.
     TypeError
         When a value is not a real number.
 
@@ -103,8 +103,8 @@ def predict(
     found = predict_rest(model_of(p), after)
     if math.isnan(found.first_order_time):
         raise ValueError(
-            f"the wall does not push just after this impact (side = {side}, x = {x!r}, v = {v!r}, "
-            f"time = {time!r}): must be a state with side x'' < 0"
+            f"the contact force is not positive just after this impact (side = {side}, x = {x!r}, "
+            f"v = {v!r}, time = {time!r}): must be a state with side x'' < 0"
         )
     return found
 
@@ -116,7 +116,7 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     Returns
     -------
     Prediction
-        NaN where the wall does not push, and of second order where that time is not positive,
+        NaN where the contact force is not positive, and of second order where that time is not,
         which it cannot be.
     """
     s = segment

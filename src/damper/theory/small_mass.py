@@ -12,8 +12,8 @@ If the bounces accumulate before psi = pi, both masses stick until then and the 
 all follows; the restitution up to which they do is r_crit(G). Frequency and damping of the primary
 enter through A alone.
 
-Times are counted back from pi, as the push that is *left*, so that its end keeps its digits. After
-an impact with rebound speed w the gap is, a time tau later,
+Times are counted back from pi, as the phase that is *left* of the contact force, so that its end
+keeps its digits. After an impact with rebound speed w the gap is, a time tau later,
 
     g = w tau - 2 sin(left) sin(tau/2)^2 + cos(left) (tau - sin(tau)).
 
@@ -27,7 +27,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-#: Part of the push that the rest of a burst may take for it to complete for sure.
+#: Part of the contact force that the rest of a burst may take for it to complete for sure.
 _SURE = 0.125
 #: The rest of a burst is closed by the formula of first order when it is shorter than this part.
 _CLOSED = 1e-9
@@ -73,8 +73,8 @@ def first_impact(reduced_gap: float) -> float:
 def completes(reduced_gap: float, restitution: float) -> bool:
     """Whether the burst after a release completes before the walls' acceleration reverses.
 
-    Certain but for rounding: a flight outlasts the push, or a bound on all further flights does
-    not. With `left` of the push left and the rebound speed w, let a be the least and q a the
+    Certain but for roundoff: a flight outlasts the force, or a bound on all further flights does
+    not. With `left` of the force left and the rebound speed w, let a be the least and q a the
     greatest acceleration over the next left/2. A flight under a to q a returns with at most
     sqrt(q) w, and with no more than w once the acceleration falls, so the n-th rebound speed is at
     most q w r^n and all flights together last at most 2 q w / (a (1 - r)) while that is below
@@ -173,21 +173,21 @@ def _bisect(gap: float) -> float:
 
 
 def _follow(theta: float, restitution: float, part: float) -> tuple[float, float] | None:
-    """Follow a burst from its first impact until the rest takes less than a part of the push.
+    """Follow a burst from its first impact until the rest takes a small part of the phase left.
 
     Returns
     -------
     left, rebound : float, or None
         Phase left to pi and rebound speed after the last impact followed; None if a flight
-        outlasts the push.
+        outlasts the force.
     """
     r = _checked("restitution", restitution, 1.0, "1")
     left = math.pi - theta
     rebound = r * _less_cosine(theta)
     while left > 0.0:
-        push = math.sin(left)
-        bound = part * left if left <= 0.5 * math.pi else part * left * push
-        if 2.0 * rebound <= bound * push * (1.0 - r):
+        force = math.sin(left)
+        bound = part * left if left <= 0.5 * math.pi else part * left * force
+        if 2.0 * rebound <= bound * force * (1.0 - r):
             return left, rebound
         flight = _flight(left, rebound)
         if flight is None:
@@ -199,7 +199,7 @@ def _follow(theta: float, restitution: float, part: float) -> tuple[float, float
 
 
 def _flight(left: float, rebound: float) -> tuple[float, float] | None:
-    """Duration and approach speed of the next flight; None if it outlasts the push."""
+    """Duration and approach speed of the next flight; None if it outlasts the contact force."""
     sine, cosine = math.sin(left), math.cos(left)
     gap, rate = _motion(left, rebound, sine, cosine)
     if gap >= 0.0:

@@ -36,7 +36,7 @@ from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.observers.response import Response
 from damper.parameters import Parameters, State
 

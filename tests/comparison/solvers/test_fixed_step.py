@@ -383,7 +383,7 @@ def test_without_sticking_the_free_mass_would_sink_through_the_wall(monkeypatch)
         kept = module.solve(scene, setting)
         assert len(kept.stick_times) == 1
         assert kept.penetration < 1e-12
-    monkeypatch.setattr(module, "push", lambda *state: (-1.0, -1.0))
+    monkeypatch.setattr(module, "contact_force", lambda *state: (-1.0, -1.0))
     for setting in steps:
         step = p.period / setting
         sunk = module.solve(scene, setting)

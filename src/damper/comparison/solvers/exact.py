@@ -120,7 +120,7 @@ def _sample(
 def _observer(run, scene):
     # Loaded for a balance alone. Its window may be any number of periods long: only arrays of
     # samples need whole ones.
-    from damper.observers.base import Window
+    from damper.observers.common.base import Window
     from damper.observers.response import Response
 
     observer = Response()

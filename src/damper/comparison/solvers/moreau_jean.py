@@ -22,7 +22,7 @@ end by themselves. The method is of first order wherever there is an impulse.
   wall taken up again by drift, not a release.
 
 **States** inside a step lie on the chord. **The balance** takes the impulse's own work,
-P times the mean of g0' and g1', as what impacts take; with theta = 1/2 it then closes to rounding,
+P times the mean of g0' and g1', as what impacts take; with theta = 1/2 it then closes to roundoff,
 a property of the midpoint rule that says nothing about the errors of the motion.
 """
 
@@ -107,7 +107,7 @@ def _run(
         u = v
     wall = 0.0  # of the contact under way
     since = start  # when it began
-    pushed = False  # whether the step before had an impulse
+    acted = False  # whether the step before had an impulse
     stuck = False
     free = 0  # steps since the last impulse
     parted = start  # end of the last step with one
@@ -151,14 +151,14 @@ def _run(
 
         # What the impulses mean.
         if impulse > 0.0:
-            if not pushed and not stuck:
+            if not acted and not stuck:
                 wall = side
                 since = time
                 if rate0 < 0.0:
                     since = min(max(time - gap / rate0, last), until)
                     notes, events = note(notes, events, since, IMPACT, side, -rate0)
                 last = since
-            elif pushed and not stuck and side == wall:
+            elif acted and not stuck and side == wall:
                 stuck = True
                 notes, events = note(notes, events, since, STICK, side, 0.0)
             free = 0
@@ -169,7 +169,7 @@ def _run(
                 stuck = False
                 last = parted
                 notes, events = note(notes, events, parted, RELEASE, wall, 0.0)
-        pushed = impulse > 0.0
+        acted = impulse > 0.0
 
         v_mean = THETA * v1 + weight * v
         u_mean = THETA * u1 + weight * u

@@ -1,18 +1,18 @@
 """Classical Runge-Kutta with a fixed step that impacts cut: they are located inside the step.
 
 A step that ends beyond a wall is cut short there: the length of a Runge-Kutta step whose end lies
-on the wall is found by Newton's iteration in a bracket, to rounding. The law of impact is applied,
+on the wall is found by Newton's iteration in a bracket, to roundoff. The law of impact is applied,
 and what is left of the step is done from there, as often as need be. A release is located alike, by
 the force between the masses. A step that goes out and comes back is not noticed.
 
-The gap is held as such and is exactly zero after an impact. So bounces far below the rounding of
+The gap is held as such and is exactly zero after an impact. So bounces far below the roundoff of
 y - x are resolved as well.
 
-**Sticking** begins after an impact with the rebound speed w if the wall pushes, a > 0, and the
-flight back to it, 2 w / a, takes no more than h^2 max(1, omega), h the step. Up to O(w^3) the
-masses after that follow the motion of the stuck pair (docs/method.md), that is up to O(h^6): all
-that comes after a burst keeps the fourth order of the rest. Sticking itself begins too early by
-2 w / (a (1 - r)), O(h^2) / (1 - r): second order.
+**Sticking** begins after an impact with the rebound speed w if the contact force is positive,
+a > 0, and the flight back, 2 w / a, takes no more than h^2 max(1, omega), h the step. Up to O(w^3)
+the masses after that follow the motion of the stuck pair (docs/method.md), that is up to O(h^6):
+all that comes after a burst keeps the fourth order of the rest. Sticking itself begins too early
+by 2 w / (a (1 - r)), O(h^2) / (1 - r): second order.
 
 With a step so short that a bounce no longer moves the time, before sticking sets in, the run has
 stalled; `_IDLE` events in a row without progress say so.
@@ -28,11 +28,11 @@ from damper.comparison.fixed_step import (
     DONE,
     FAILURE,
     STALL,
+    contact_force,
     count_of,
     fill,
     impact_loss,
     note,
-    push,
     records,
     rk4,
     solve_by,
@@ -52,7 +52,7 @@ EVALUATIONS_PER_SECOND = 3e7
 #: Events in a row at one and the same time that make a stall.
 _IDLE = 100
 _ITERATIONS = 100
-_ROUNDING = 2.220446049250313e-16
+_ROUNDOFF = 2.220446049250313e-16
 
 
 def solve(
@@ -135,7 +135,7 @@ def _run(
                 v += side * mu * (1.0 + r) / (1.0 + mu) * arrived
             common = v - side * mu / (1.0 + mu) * rate
             evaluations += 1
-            a, j = push(1.0, zeta, omega, phase, x, common, time, side)
+            a, j = contact_force(1.0, zeta, omega, phase, x, common, time, side)
             rests = a > 0.0 and 2.0 * rate <= a * shortest
             if rests or (rate == 0.0 and a == 0.0 and j > 0.0):
                 stuck = True
@@ -171,7 +171,7 @@ def _run(
         if stuck:
             if side != 0.0 and d > 0.0:
                 evaluations += 1
-                a, j = push(
+                a, j = contact_force(
                     mass, zeta, omega, phase, x + (v * left + curve), v + dv, time + left, side
                 )
                 if a < 0.0:
@@ -260,10 +260,10 @@ def _find_impact(zeta, omega, phase, side, x, v, gap, rate, time, left):
             low = tau
         following = tau - value / slope if slope < 0.0 else low
         if not low < following < high or iteration > _ITERATIONS // 2:
-            if value == 0.0 or (slope < 0.0 and abs(value / slope) <= 2.0 * _ROUNDING * tau):
+            if value == 0.0 or (slope < 0.0 and abs(value / slope) <= 2.0 * _ROUNDOFF * tau):
                 break
             following = 0.5 * (low + high)
-        if abs(following - tau) <= 2.0 * _ROUNDING * tau:
+        if abs(following - tau) <= 2.0 * _ROUNDOFF * tau:
             break
         tau = following
     return tau, evaluations
@@ -271,14 +271,14 @@ def _find_impact(zeta, omega, phase, side, x, v, gap, rate, time, left):
 
 @compiled
 def _find_release(mass, zeta, omega, phase, side, x, v, time, left):
-    """Length of the step at whose end the wall ceases to push, for one that goes beyond that."""
+    """Length of the step at whose end the contact force vanishes, for one that goes beyond that."""
     low = 0.0
     high = left
     evaluations = 0
     tau = high
     for _ in range(_ITERATIONS):
         curve, dv, _, _ = rk4(mass, zeta, omega, phase, x, v, time, tau)
-        value, slope = push(
+        value, slope = contact_force(
             mass, zeta, omega, phase, x + (v * tau + curve), v + dv, time + tau, side
         )
         evaluations += 5
@@ -289,7 +289,7 @@ def _find_release(mass, zeta, omega, phase, side, x, v, time, left):
         following = tau - value / slope if slope < 0.0 else low
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - tau) <= 2.0 * _ROUNDING * tau or value == 0.0:
+        if abs(following - tau) <= 2.0 * _ROUNDOFF * tau or value == 0.0:
             break
         tau = following
     return tau, evaluations

@@ -13,7 +13,7 @@ pushes, a > 0, and the flight back to it, 2 w / a long, takes no more than a ste
 show that flight. Both masses are then one oscillator, at the distance they have, until at a step's
 end the wall no longer pushes.
 
-**Walls that give** are a spring and a dashpot (`damper.models.compliant`), so all four components
+**Compliant contact** is a spring and a dashpot (`damper.models.compliant`), so all four components
 are integrated, through the corners of the force as well. An impact is a gap that has closed at a
 step's end, its approach speed the larger one of the step's two ends; a contact counts as sticking
 once it has lasted a period of its own oscillation, as in the engine. Where the step is too long for
@@ -30,11 +30,11 @@ from damper.comparison.fixed_step import (
     CAP,
     DONE,
     FAILURE,
+    contact_force,
     count_of,
     fill,
     impact_loss,
     note,
-    push,
     records,
     rk4,
     solve_by,
@@ -121,7 +121,7 @@ def _rigid(
         if stuck:
             if side != 0.0:
                 evaluations += 1
-                a, _ = push(1.0 + mu, zeta, omega, phase, x, v, time, side)
+                a, _ = contact_force(1.0 + mu, zeta, omega, phase, x, v, time, side)
                 if a < 0.0:
                     stuck = False
                     notes, events = note(notes, events, time, RELEASE, side, 0.0)
@@ -142,7 +142,7 @@ def _rigid(
                     u = v - side * rebound
                 common = (v + mu * u) / (1.0 + mu)
                 evaluations += 1
-                a, j = push(1.0, zeta, omega, phase, x, common, time, side)
+                a, j = contact_force(1.0, zeta, omega, phase, x, common, time, side)
                 rests = a > 0.0 and 2.0 * rebound <= a * step
                 if rests or (rebound == 0.0 and a == 0.0 and j > 0.0):
                     stuck = True
@@ -277,7 +277,7 @@ def _compliant(
     code = DONE
     speed = 0.0
     wall = 0.0  # below whose surface the free mass is
-    pressed = False  # whether that wall pushes or pulls
+    pressed = False  # whether there is contact with that wall
     stuck = False
     began = start
     steps = count_of(start, until, step)
