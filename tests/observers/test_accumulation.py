@@ -16,7 +16,7 @@ from damper import Parameters, simulate
 from damper.comparison import reference_rigid as mp_reference
 from damper.models import start_run
 from damper.observers import make_observers
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
 
@@ -247,7 +247,7 @@ def test_stopped_run_keeps_the_bursts_before() -> None:
 
 @pytest.mark.parametrize("name", ["bursts", "impacts"])
 def test_nothing_to_list_is_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name} = 0: must be at least 1"):
+    with pytest.raises(ValueError, match=f"{name} = 0: must be a whole number >= 1"):
         make_observers({"accumulation": {name: 0}})
 
 

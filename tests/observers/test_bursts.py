@@ -435,7 +435,7 @@ def test_threshold_out_of_range_is_refused(bad: object) -> None:
     with pytest.raises(ValueError, match="threshold = "):
         run_points([STUDY], {"bursts": {"threshold": bad}}, transient=0, periods=1)
     if not isinstance(bad, dict):
-        with pytest.raises(ValueError, match="threshold = "):
+        with pytest.raises(ValueError, match=r"thresholds? = "):
             run_points([STUDY], {"bursts": {"compare_thresholds": [bad]}}, transient=0, periods=1)
 
 

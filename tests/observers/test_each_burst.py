@@ -12,7 +12,7 @@ from damper import Parameters
 from damper.engine.segment import COLUMNS
 from damper.models import start_run
 from damper.observers import make_observers
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice
 

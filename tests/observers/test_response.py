@@ -39,11 +39,11 @@ from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.models import start_run
 from damper.models.response import Swing, longest_step
 from damper.observers import response
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
-VARIABLES = [variable.name for variable in response.Response.variables]
+VARIABLES = [variable.name for variable in response.Response().variables]
 EPS = np.finfo(float).eps
 
 SCENES = {

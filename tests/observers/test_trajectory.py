@@ -13,7 +13,7 @@ from damper import Parameters, State, events
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, MODE, PERIODS, SIDE, TAIL, TIME
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.observers.trajectory import SampledTrajectory
 from damper.sweep.runs import run_points
 
@@ -274,7 +274,10 @@ def test_events_that_do_not_fit_are_counted() -> None:
         ({"length": math.inf}, "length = inf"),
         ({"events": -1}, "events = -1: must be a whole number >= 0"),
         ({"start": 3.0}, r"start = 3\.0, length = None: holds no whole .* 3 periods"),
-        ({"start": 2.5, "length": 1}, r"start = 2\.5, length = 1: .* ends 3\.5 .* 3 periods long"),
+        (
+            {"start": 2.5, "length": 1},
+            r"start = 2\.5, length = 1.0: .* ends 3\.5 .* 3 periods long",
+        ),
         ({"start": 1 + 5e-10, "length": 2}, "the stretch ends 3"),
         ({"length": 3.01}, r"length = 3\.01: the stretch ends 3\.01"),
         ({"length": 0.001}, "holds no whole sample step of 1/100"),

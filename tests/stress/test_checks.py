@@ -26,7 +26,7 @@ from damper.engine.segment import (
     X,
 )
 from damper.models import start_run
-from damper.observers.base import Window
+from damper.observers.common.base import Window
 from damper.stress.box import corners, random_lanes
 from damper.stress.checks import Laws, run_checks
 from damper.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess

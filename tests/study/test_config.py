@@ -362,7 +362,7 @@ MISTAKES = {
         "observers:\n",
         "observers:\nx:\n",
         "at least one observer",
-        "stroboscopic_section, impact_section, impacts, bursts",
+        "accumulation, burst_at, bursts, chatter_bursts",
     ),
     "unknown observer": ("impacts:", "impact:", "unknown observer 'impact'", "'impacts'?"),
     "both sections": (

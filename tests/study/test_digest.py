@@ -82,7 +82,7 @@ CONCERNS = {
             "parameters/dampers.py",
             "engine/compiled.py",
             "parameters/variables.py",
-            "observers/base.py",
+            "observers/common/base.py",
             "observers/__init__.py",
         ],
         [

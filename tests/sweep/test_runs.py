@@ -350,9 +350,9 @@ LOADED = """
 import json, sys
 from damper.sweep.runs import run_points
 from damper.observers import OBSERVERS
-before = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
+before = [name for name in OBSERVERS if f"damper.observers.{name}" in sys.modules]
 run_points([{point}], [{name!r}], transient=1, periods=2)
-after = [name for name, (module, _) in OBSERVERS.items() if module in sys.modules]
+after = [name for name in OBSERVERS if f"damper.observers.{name}" in sys.modules]
 heavy = [m for m in ("xarray", "netCDF4", "matplotlib", "scipy", "pydantic") if m in sys.modules]
 print(json.dumps([before, after, heavy]))
 """

@@ -1,32 +1,44 @@
 """Observers: passes over the segment log, one file each.
 
-An observer is a class with
-
-- ``variables``: the `Variable` descriptions of what it adds to a cube;
-- ``arrays``: name -> array with the run as first axis, allocated by ``allocate(runs, periods)``;
-- ``begin(run, trajectory, window)``, ``observe(log)`` for every piece of the log, and
-  ``finish(finished)`` with whether the run reached its end.
-
-An observer that is not asked for is neither imported nor compiled. None of them can change the
-trajectory: they only read the log.
+The file's name is that of the observer, and the first class in it that derives from
+`damper.observers.common.base.Observer` is the observer: nothing else names it. One that is not
+asked for is neither imported nor compiled. None can change the trajectory: they only read the log.
 """
 
+import pkgutil
 from collections.abc import Iterable, Mapping
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-#: Name in study files -> module and class.
-OBSERVERS = {
-    "stroboscopic_section": ("damper.observers.stroboscopic_section", "StroboscopicSection"),
-    "impact_section": ("damper.observers.impact_section", "ImpactSection"),
-    "impacts": ("damper.observers.impacts", "Impacts"),
-    "bursts": ("damper.observers.bursts", "Bursts"),
-    "burst_at": ("damper.observers.burst_at", "BurstAt"),
-    "chatter_bursts": ("damper.observers.chatter_bursts", "ChatterBursts"),
-    "response": ("damper.observers.response", "Response"),
-    "accumulation": ("damper.observers.accumulation", "Accumulation"),
-    "trajectory": ("damper.observers.trajectory", "SampledTrajectory"),
-}
+from damper.parameters.quantities import unknown_name
+
+if TYPE_CHECKING:
+    from damper.observers.common.base import Observer
+
+#: Names of all observers, those of the files here.
+OBSERVERS = tuple(module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg)
+
+
+def observer_class(name: str) -> "type[Observer]":
+    """Import an observer's class by the observer's name.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with the known ones.
+    """
+    if name not in OBSERVERS:
+        raise ValueError(str(unknown_name("observer", name, OBSERVERS)))
+    from damper.observers.common.base import Observer
+
+    module = import_module(f"{__name__}.{name}")
+    return next(
+        value
+        for value in vars(module).values()
+        if isinstance(value, type)
+        and issubclass(value, Observer)
+        and value.__module__ == module.__name__
+    )
 
 
 def make_observers(
@@ -37,7 +49,7 @@ def make_observers(
     Parameters
     ----------
     requested : iterable of str, or mapping of str to settings
-        Observer names; a mapping gives each one's keyword arguments (or None).
+        Observer names; a mapping gives each one's settings (or None).
 
     Returns
     -------
@@ -47,18 +59,16 @@ def make_observers(
     Raises
     ------
     ValueError
-        For an unknown name (with the known ones) or two observers that write one variable.
+        For an unknown name or setting (with the known ones), a setting out of range, or two
+        observers that write one variable.
     """
     if isinstance(requested, str):
         requested = [requested]
     settings = requested if isinstance(requested, Mapping) else dict.fromkeys(requested)
     made: list[Any] = []
     owner: dict[str, str] = {}
-    for name, keywords in settings.items():
-        if name not in OBSERVERS:
-            raise ValueError(f"unknown observer {name!r}: must be one of {', '.join(OBSERVERS)}")
-        module, cls = OBSERVERS[name]
-        observer = getattr(import_module(module), cls)(**(keywords or {}))
+    for name, given in settings.items():
+        observer = observer_class(name)(**(given or {}))
         for variable in observer.variables:
             if variable.name in owner:
                 raise ValueError(

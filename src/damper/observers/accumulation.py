@@ -6,15 +6,18 @@ second-order formula itself, to its `accuracy`. A prediction can therefore be ju
 error is well above that: each burst says how sharply its end is known.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.model import begin
-from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at
+from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
 from damper.models.rigid import Rigid
 from damper.models.walls import time_to_completion
-from damper.observers.base import Observer, Window, record_type, since
+from damper.observers.common.base import Observer, Window, record_type, since
+from damper.observers.common.settings import Setting
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -69,44 +72,40 @@ _ROUNDOFF = 2.220446049250313e-16
 
 
 class Accumulation(Observer):
-    """Complete bursts: what is left after each impact, resolved and predicted.
-
-    Parameters
-    ----------
-    bursts : int, default 20
-        Most complete bursts of each run to use, the first ones that begin in the window.
-    impacts : int, default 100
-        Most impacts of each burst to use, the first ones; NaN fills the rest.
+    """Complete bursts of the rigid damper beside theory: what is left after each impact.
 
     Raises
     ------
     ValueError
-        When either is below 1; when a run is not of the rigid damper.
+        When a run is not of the rigid damper.
     """
 
-    def __init__(self, bursts: int = 20, impacts: int = 100) -> None:
-        for name, value in (("bursts", bursts), ("impacts", impacts)):
-            if value < 1:
-                raise ValueError(f"{name} = {value!r}: must be at least 1")
-        self._sizes = {"complete_burst": bursts, "burst_impact": impacts}
-        count = Variable("complete_bursts", "bursts that begin and end in sticking", "1", (), "i4")
-        dims = tuple(self._sizes)
-        self.variables = [
-            count,
-            *(
-                Variable(v.name, v.long_name, v.units, dims[:1], "f8", v.comment)
-                for v in _OF_BURSTS
-            ),
-            *(Variable(v.name, v.long_name, v.units, dims, "f8", v.comment) for v in _OF_IMPACTS),
+    bursts = Setting(
+        20,
+        "Most complete bursts of each run to use, the first ones of the record.",
+        ge=1,
+        le=100_000,
+    )
+    impacts = Setting(100, "Most impacts of each burst to use, the first ones.", ge=1, le=100_000)
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        dims = ("complete_burst", "burst_impact")
+        return [
+            Variable("complete_bursts", "bursts that begin and end in sticking", "1", (), "i4"),
+            *(replace(variable, dims=dims[:1]) for variable in _OF_BURSTS),
+            *(replace(variable, dims=dims) for variable in _OF_IMPACTS),
         ]
 
     def size(self, dim: str, window_length: int) -> int:
         """Number of bursts or of impacts asked for."""
-        return self._sizes[dim]
+        return self.bursts if dim == "complete_burst" else self.impacts
 
     def coordinates(self) -> dict[str, np.ndarray]:
         """Count bursts and impacts from 1."""
-        return {dim: np.arange(1.0, size + 1.0) for dim, size in self._sizes.items()}
+        sizes = {"complete_burst": self.bursts, "burst_impact": self.impacts}
+        return {dim: np.arange(1.0, size + 1.0) for dim, size in sizes.items()}
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
@@ -116,13 +115,12 @@ class Accumulation(Observer):
                 "not of this model"
             )
         super().begin(run, trajectory, window)
-        bursts, impacts = self._sizes.values()
         self._state = np.zeros(1, _STATE)
         self._state["wall"] = _UNKNOWN
         # Segments that the burst's impacts begin, until it is complete.
-        self._kept = np.empty((impacts, COLUMNS))
-        self._of_bursts = np.full(bursts, np.nan, _BURST)
-        self._of_impacts = np.full((bursts, impacts), np.nan, _IMPACT)
+        self._kept = np.empty((self.impacts, COLUMNS))
+        self._of_bursts = np.full(self.bursts, np.nan, _BURST)
+        self._of_impacts = np.full((self.bursts, self.impacts), np.nan, _IMPACT)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -168,7 +166,7 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
             if state.impacts < 0.0:
                 continue
             if state.impacts < len(kept):
-                kept[int(state.impacts)] = log[index]
+                write_segment(kept[int(state.impacts)], s, s.duration)
             state.impacts += 1.0
             if s.mode == TAIL:
                 _, state.error = time_to_completion(model, s, begin(model, s))

@@ -1,45 +1,33 @@
 """The burst at a time: of the bursts that are chatter, the one that begins nearest to it."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Window, read_record
 from damper.observers.bursts import BURST, CHATTER_IMPACTS, EachBurst
+from damper.observers.common.base import Window, read_record
+from damper.observers.common.settings import TIME_UNITS, Setting
 from damper.parameters.variables import TIME, Variable
 
 
 class BurstAt(EachBurst):
-    """Onset, duration, sticking and impacts of the chatter burst nearest to a time.
+    """The chatter burst that begins nearest to a time: onset, duration, sticking and impacts.
 
     A burst is chatter from five visible impacts on. One that the record's end cuts is left out,
     because its end is not known. Of two equally near ones it is the earlier.
-
-    Parameters
-    ----------
-    time : float, default 0
-        Where to look, in units of sqrt(M/K) (s for points in SI units) since the start of the
-        record.
-    threshold : float or mapping, default 0.03
-        Visibility, as in `damper.observers.impacts.Impacts`.
-
-    Raises
-    ------
-    ValueError
-        When the threshold is out of range or the time negative.
     """
 
-    def __init__(self, time: float = 0.0, threshold: float | Mapping[str, float] = 0.03) -> None:
-        super().__init__(threshold)
-        if not time >= 0.0:
-            raise ValueError(f"time = {time!r}: must be at least 0")
-        self.time = float(time)
-        self.variables = [
+    time = Setting(0.0, "Where to look, counted from the start of the record.", TIME_UNITS, ge=0)
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        none = "-1: the record has no chatter burst, or the run stopped"
+        return [
             Variable(
                 "burst_at_onset",
-                f"start of the chatter burst nearest to {time:g} since the start of the record",
+                "start of the chatter burst nearest to "
+                f"{self.time:g} since the start of the record",
                 TIME,
             ),
             Variable(
@@ -49,18 +37,10 @@ class BurstAt(EachBurst):
                 "burst_at_sticking_time", "its time of sticking, if released in the record", TIME
             ),
             Variable(
-                "burst_at_visible_impacts",
-                "its visible impacts",
-                "1",
-                dtype="i4",
-                comment="-1: the record has no chatter burst, or the run stopped",
+                "burst_at_visible_impacts", "its visible impacts", "1", dtype="i4", comment=none
             ),
             Variable(
-                "burst_at_complete",
-                "1 if it ends in sticking",
-                "1",
-                dtype="i1",
-                comment="-1: the record has no chatter burst, or the run stopped",
+                "burst_at_complete", "1 if it ends in sticking", "1", dtype="i1", comment=none
             ),
         ]
 

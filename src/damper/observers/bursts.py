@@ -5,23 +5,23 @@ counted; one that the window's end cuts counts for `visible_impacts` and `chatte
 complete nor as incomplete in the fraction, because its end is not known.
 """
 
-from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK, STICKING, TAIL, segment_at
 from damper.engine.trajectory import LOG_ROWS, Trajectory
-from damper.observers.base import (
+from damper.observers.common.base import (
     Observer,
     Window,
     describe,
     read_record,
     record_type,
     since,
-    visibility,
     visible_in_tail,
 )
+from damper.observers.common.settings import VISIBILITY, Setting
 from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -76,56 +76,34 @@ BURST = record_type(*(variable.name.removeprefix("burst_") for variable in RECOR
 
 
 class Bursts(Observer):
-    """Chatter: bursts, their visible impacts, completion and sticking.
+    """Bursts: their number, visible impacts and completion."""
 
-    Parameters
-    ----------
-    threshold : float or mapping, default 0.03
-        Visibility, as in `damper.observers.impacts.Impacts`.
-    compare_thresholds : sequence of float, default ()
-        More fractions for which `visible_impacts` and `chatter` are given along a `threshold`
-        dimension.
-    records : int, default 0
-        Bursts of each run to list one by one, the first ones of the window.
+    threshold = VISIBILITY
+    compare_thresholds = Setting(
+        (), "More fractions at which to count, along the dimension `threshold`.", gt=0, lt=1
+    )
+    records = Setting(
+        0, "Bursts of each run to list one by one, the first ones of the record.", ge=0
+    )
 
-    Raises
-    ------
-    ValueError
-        When a threshold is out of range or `records` is negative.
-    """
-
-    def __init__(
-        self,
-        threshold: float | Mapping[str, float] = 0.03,
-        compare_thresholds: Sequence[float] = (),
-        records: int = 0,
-    ) -> None:
-        if records < 0:
-            raise ValueError(f"records = {records!r}: must be at least 0")
-        pairs = [visibility(threshold), *(visibility(value) for value in compare_thresholds)]
-        self.compared = np.array(compare_thresholds, dtype=float)
-        self.records = records
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        pairs = [self.threshold, *((fraction, 0.0) for fraction in self.compare_thresholds)]
         self._fractions, self._speeds = (np.array(values) for values in zip(*pairs, strict=True))
-        seen = describe(pairs[0])
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        seen = describe(self.threshold)
+        kinds = "chatter: 0 none, 1 incomplete, 2 complete"
         chatter = (
             f"2 complete: a burst with at least {CHATTER_IMPACTS} visible impacts ends in "
             "sticking; 1 incomplete: such bursts occur, none completes; 0 none; -1 run stopped"
         )
-        self.variables = [
-            Variable(
-                "visible_impacts",
-                "most visible impacts in one burst",
-                "1",
-                dtype="i4",
-                comment=f"{seen}; -1 run stopped",
-            ),
-            Variable(
-                "chatter",
-                "chatter: 0 none, 1 incomplete, 2 complete",
-                "1",
-                dtype="i1",
-                comment=f"{chatter}; {seen}",
-            ),
+        most = "most visible impacts in one burst"
+        made = [
+            Variable("visible_impacts", most, "1", dtype="i4", comment=f"{seen}; -1 run stopped"),
+            Variable("chatter", kinds, "1", dtype="i1", comment=f"{chatter}; {seen}"),
             Variable("bursts_per_period", "bursts per forcing period", "1"),
             Variable(
                 "complete_fraction",
@@ -135,34 +113,24 @@ class Bursts(Observer):
             ),
             Variable("sticking_fraction", "part of the time spent sticking", "1"),
         ]
-        if len(self.compared):
-            self.variables += [
-                Variable(
-                    "visible_impacts_by_threshold",
-                    "most visible impacts in one burst",
-                    "1",
-                    ("threshold",),
-                    "i4",
-                ),
-                Variable(
-                    "chatter_by_threshold",
-                    "chatter: 0 none, 1 incomplete, 2 complete",
-                    "1",
-                    ("threshold",),
-                    "i1",
-                    chatter,
-                ),
+        if self.compare_thresholds:
+            dims = ("threshold",)
+            made += [
+                Variable("visible_impacts_by_threshold", most, "1", dims, "i4"),
+                Variable("chatter_by_threshold", kinds, "1", dims, "i1", chatter),
             ]
-        if records:
-            self.variables += [Variable(v.name, v.long_name, v.units, ("burst",)) for v in RECORDS]
+        if self.records:
+            made += [Variable(v.name, v.long_name, v.units, ("burst",)) for v in RECORDS]
+        return made
 
     def size(self, dim: str, window_length: int) -> int:
         """Number of thresholds compared, or of bursts listed."""
-        return len(self.compared) if dim == "threshold" else self.records
+        return len(self.compare_thresholds) if dim == "threshold" else self.records
 
     def coordinates(self) -> dict[str, np.ndarray]:
         """Fractions along the `threshold` dimension."""
-        return {"threshold": self.compared} if len(self.compared) else {}
+        compared = np.array(self.compare_thresholds)
+        return {"threshold": compared} if len(compared) else {}
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
@@ -205,23 +173,20 @@ class Bursts(Observer):
         }
         if state.bursts:
             put["complete_fraction"] = state.complete / state.bursts
-        if len(self.compared):
+        if self.compare_thresholds:
             put["visible_impacts_by_threshold"] = self._visible[1, 1:]
             put["chatter_by_threshold"] = self._chatter[1:]
         self._put(put)
 
 
 class EachBurst(Bursts):
-    """Base of observers that read the bursts of a record one by one, as `Bursts` lists them.
+    """Base of observers that read the bursts of a record one by one, as `Bursts` lists them."""
 
-    Parameters
-    ----------
-    threshold : float or mapping, default 0.03
-        Visibility, as in `Bursts`.
-    """
+    compare_thresholds = ()
+    records = 0
 
-    def __init__(self, threshold: float | Mapping[str, float] = 0.03) -> None:
-        super().__init__(threshold)
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
         self._room = np.full(LOG_ROWS + 1, np.nan, BURST)
 
     def read(self, bursts: np.ndarray) -> None:

@@ -1,13 +1,12 @@
 """How many bursts are chatter, how many of them complete, and how long these last."""
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Window, record_type
 from damper.observers.bursts import CHATTER_IMPACTS, EachBurst
+from damper.observers.common.base import Window, record_type
+from damper.observers.common.settings import Setting
 from damper.parameters.variables import TIME, Variable
 
 #: Of one part: counts, time of the complete chatter bursts together, onset of the first one.
@@ -15,53 +14,39 @@ _TOTALS = record_type("chatter", "complete", "sticking", "duration", "onset")
 
 
 class ChatterBursts(EachBurst):
-    """Counts and mean duration of chatter bursts, in the whole record and in later parts of it.
+    """How many bursts are chatter, how many of them complete, and how long these last.
 
-    A burst belongs to the parts in which it begins; one that the record's end cuts to none.
-
-    Parameters
-    ----------
-    since : sequence of float, default (0,)
-        Where each part begins, in forcing periods after the start of the record; each lasts to
-        the record's end.
-    threshold : float or mapping, default 0.03
-        Visibility, as in `damper.observers.impacts.Impacts`.
-
-    Raises
-    ------
-    ValueError
-        When the threshold is out of range or a part begins before the record.
+    In the whole record and in later parts of it. A burst belongs to the parts in which it begins;
+    one that the record's end cuts to none.
     """
 
-    def __init__(
-        self, since: Sequence[float] = (0.0,), threshold: float | Mapping[str, float] = 0.03
-    ) -> None:
-        super().__init__(threshold)
-        self.since = np.array(since, dtype=float)
-        if not (len(self.since) and (self.since >= 0.0).all()):
-            raise ValueError(f"since = {since!r}: must be one or more numbers of periods >= 0")
-        counted = "-1: the run stopped"
-        self.variables = [
-            Variable(name, text, units, ("since",), dtype, comment)
-            for name, text, units, dtype, comment in (
-                ("chatter_bursts", "bursts that are chatter", "1", "i4", counted),
-                ("chatter_complete", "of these, those that complete", "1", "i4", counted),
-                (
-                    "sticking_bursts",
-                    "bursts that end in sticking, of any count",
-                    "1",
-                    "i4",
-                    counted,
-                ),
-                ("chatter_duration", "mean duration of complete chatter bursts", TIME, "f8", ""),
-                (
-                    "chatter_onset",
-                    "start of the first complete chatter burst since the start of the record",
-                    TIME,
-                    "f8",
-                    "",
-                ),
-            )
+    since = Setting(
+        (0.0,),
+        "Starts of the parts of the record in which to count, each to its end, along the dimension "
+        "`since`.",
+        "forcing periods",
+        ge=0,
+        least=1,
+    )
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        counts = {
+            "chatter_bursts": "bursts that are chatter",
+            "chatter_complete": "of these, those that complete",
+            "sticking_bursts": "bursts that end in sticking, of any count",
+        }
+        times = {
+            "chatter_duration": "mean duration of complete chatter bursts",
+            "chatter_onset": "start of the first complete chatter burst since the start of the "
+            "record",
+        }
+        dims = ("since",)
+        stopped = "-1: the run stopped"
+        return [
+            *(Variable(name, text, "1", dims, "i4", stopped) for name, text in counts.items()),
+            *(Variable(name, text, TIME, dims) for name, text in times.items()),
         ]
 
     def size(self, dim: str, window_length: int) -> int:
@@ -70,12 +55,12 @@ class ChatterBursts(EachBurst):
 
     def coordinates(self) -> dict[str, np.ndarray]:
         """Starts of the parts."""
-        return {"since": self.since}
+        return {"since": np.array(self.since)}
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        self._starts = self.since * trajectory.period
+        self._starts = np.array(self.since) * trajectory.period
         self._totals = np.zeros(len(self.since), _TOTALS)
 
     def read(self, bursts: np.ndarray) -> None:

@@ -4,35 +4,26 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import CONTACT, IMPACT, SEPARATION, segment_at
-from damper.observers.base import since
-from damper.observers.sections import Section, write_sample
+from damper.observers.common.base import since
+from damper.observers.common.sections import Section, write_sample
+from damper.observers.common.settings import Setting
 
 
 class ImpactSection(Section):
-    """Primary's displacement and velocity just after the impacts on one wall.
+    """The state just after each impact on one wall."""
 
-    Parameters
-    ----------
-    wall : {"right", "left"}, default "right"
-    samples : int, default 100
-        Most impacts to keep of each run, the first ones of the window; NaN fills the rest.
-    free_mass : bool, default False
-        Record the free mass as well.
+    wall = Setting("right", "The wall whose impacts are sampled.", choices=("left", "right"))
+    samples = Setting(
+        100,
+        "Most impacts to keep of each run, the first ones of the record.",
+        ge=1,
+        le=100_000,
+    )
 
-    Raises
-    ------
-    ValueError
-        For another wall, or samples < 1.
-    """
-
-    def __init__(self, wall: str = "right", samples: int = 100, free_mass: bool = False) -> None:
-        if wall not in ("right", "left"):
-            raise ValueError(f"wall = {wall!r}: must be 'right' or 'left'")
-        if samples < 1:
-            raise ValueError(f"samples = {samples!r}: must be at least 1")
-        super().__init__(f"just after an impact on the {wall} wall", free_mass)
-        self.side = 1.0 if wall == "right" else -1.0
-        self.samples = samples
+    @property
+    def where(self) -> str:
+        """Where the section lies, in words."""
+        return f"just after an impact on the {self.wall} wall"
 
     def size(self, dim: str, window_length: int) -> int:
         """As many samples as were asked for."""
@@ -40,7 +31,8 @@ class ImpactSection(Section):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        self._taken = _sample(self._model, log, self._window, self.side, self._samples, self._taken)
+        side = 1.0 if self.wall == "right" else -1.0
+        self._taken = _sample(self._model, log, self._window, side, self._samples, self._taken)
 
 
 @compiled

@@ -1,22 +1,20 @@
 """Impacts: how many can be seen per period, and how hard they are."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import (
+from damper.observers.common.base import (
     Observer,
     Window,
     describe,
     read_record,
     record_type,
     since,
-    visibility,
     visible_in_tail,
 )
+from damper.observers.common.settings import VISIBILITY
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import Variable
 
@@ -25,37 +23,27 @@ _TOTALS = record_type("impacts", "visible", "in_tails", "speeds", "largest")
 
 
 class Impacts(Observer):
-    """Visible impacts per period, their mean and largest approach speed.
+    """Visible impacts per forcing period, their mean and largest approach speed.
 
     A complete burst has infinitely many impacts, so only visible ones can be counted.
-
-    Parameters
-    ----------
-    threshold : float or mapping, default 0.03
-        An impact is visible when its approach speed is at least this fraction of the first one
-        of its burst, or at least ``{"speed": ...}``, in m/s for points in SI units.
-
-    Raises
-    ------
-    ValueError
-        When the threshold is out of range.
     """
 
-    def __init__(self, threshold: float | Mapping[str, float] = 0.03) -> None:
-        self.threshold = visibility(threshold)
-        comment = describe(self.threshold)
-        self.variables = (
-            Variable(
-                "impacts_per_period", "visible impacts per forcing period", "1", comment=comment
-            ),
+    threshold = VISIBILITY
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        seen = describe(self.threshold)
+        return [
+            Variable("impacts_per_period", "visible impacts per forcing period", "1", comment=seen),
             Variable(
                 "mean_approach_speed",
                 "mean approach speed of visible resolved impacts",
                 SPEED_UNIT,
-                comment=comment,
+                comment=seen,
             ),
             Variable("max_approach_speed", "largest approach speed", SPEED_UNIT),
-        )
+        ]
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""

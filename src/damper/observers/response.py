@@ -15,7 +15,8 @@ from damper.engine.segment import IMPACT, segment_at
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, part_of, stored_energy
-from damper.observers.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, LENGTH, Variable
 
 #: What the fields of `damper.models.response.Part` come to; whether the window has begun; the
@@ -42,7 +43,7 @@ _MODULATION_WORK = Variable(
 
 
 class Response(Observer):
-    """Exact rms and peak displacement of the primary, and its energy balance.
+    """How strongly the primary moves, and where the energy goes.
 
     The steady linear response without the damper has the amplitude
     A = 1 / sqrt((1 - omega^2)^2 + (2 zeta omega)^2); the two ratios compare with it and are zero
@@ -52,18 +53,18 @@ class Response(Observer):
     (1/2) (v^2 + x^2 + mu u^2). A free mass that varies takes mu at the moment, and the residual
     counts the work of its modulation as input.
 
-    Parameters
-    ----------
-    modulation_work : bool, default False
-        Write that work as well; it is zero in every other model.
-
-    Where walls give, an impact's loss is that of the contact's dashpot, lasting contacts included,
-    and the energy in the contact's spring is stored energy.
+    With compliant contact, an impact's loss is that of the contact's dashpot, lasting contacts
+    included, and the energy in the contact's spring is stored energy.
 
     Everything stays missing where the run stopped early.
     """
 
-    variables = (
+    modulation_work = Setting(
+        False,
+        "Write what a time-varying free mass gains by its variation as well; zero in every other "
+        "model.",
+    )
+    _always = (
         Variable("rms_displacement", "root mean square of the primary displacement", LENGTH),
         Variable("peak_displacement", "largest primary displacement, either way", LENGTH),
         Variable(
@@ -94,10 +95,10 @@ class Response(Observer):
         ),
     )
 
-    def __init__(self, modulation_work: bool = False) -> None:
-        self.modulation_work = modulation_work
-        if modulation_work:
-            self.variables = (*type(self).variables, _MODULATION_WORK)
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """What it writes."""
+        return (*self._always, _MODULATION_WORK) if self.modulation_work else self._always
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""

@@ -5,31 +5,16 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.model import motion
 from damper.engine.segment import segment_at
-from damper.observers.base import Window, since
-from damper.observers.sections import Section, write_sample
+from damper.observers.common.base import Window, since
+from damper.observers.common.sections import Section, write_sample
+from damper.observers.common.settings import Setting
 
 
 class StroboscopicSection(Section):
-    """Primary's displacement and velocity once per forcing period.
+    """The state once per forcing period."""
 
-    Parameters
-    ----------
-    at : float, default 0
-        Fraction of the forcing period at which to look, 0 <= at < 1.
-    free_mass : bool, default False
-        Record the free mass as well.
-
-    Raises
-    ------
-    ValueError
-        When `at` is out of range.
-    """
-
-    def __init__(self, at: float = 0.0, free_mass: bool = False) -> None:
-        if not 0.0 <= at < 1.0:
-            raise ValueError(f"at = {at!r}: must be a fraction of the period with 0 <= at < 1")
-        super().__init__("once per forcing period", free_mass)
-        self.at = at
+    at = Setting(0.0, "When in each period to look.", "forcing periods", ge=0, lt=1)
+    where = "once per forcing period"
 
     def size(self, dim: str, window_length: int) -> int:
         """One sample per recorded period."""

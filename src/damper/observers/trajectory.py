@@ -14,9 +14,10 @@ from damper.engine.compiled import compiled
 from damper.engine.model import motion
 from damper.engine.segment import IMPACT, STICKING, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Observer, Window, read_record, record_type, since
-from damper.observers.sections import free_state
-from damper.observers.stretch import SLACK, sample_steps
+from damper.observers.common.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.sections import free_state
+from damper.observers.common.settings import Setting
+from damper.observers.common.stretch import SLACK, sample_steps
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -30,55 +31,39 @@ _COUNTS = record_type("rows", "samples", "events", "left_out")
 
 
 class SampledTrajectory(Observer):
-    """Both masses' motion at equal time steps and at every event, rows sorted by time.
+    """The motion of both masses at equal time steps and at every event, rows sorted by time.
 
     An impact gives two rows of one time, with the velocities just before and just after it; the
     start of sticking and the release give one row each. The impacts of a closed burst are not
     listed, as in `damper.events`; samples inside one follow its bounces. A sample that falls on an
     event to the last bit shows the same side of it as the stroboscopic section does.
 
-    Parameters
-    ----------
-    samples_per_period : int, default 100
-        Equal steps per forcing period.
-    start : float, default 0
-        Where to begin, in forcing periods after the start of the record.
-    length : float, optional
-        How long to go on, in forcing periods, rounded to whole steps; to the end of the record
-        (its last whole step) when not given.
-    events : int, default 1000
-        Most events to write; `trajectory_events_left_out` counts those beyond.
-
     Raises
     ------
     ValueError
-        When a setting is out of range; when the stretch leaves the record, as soon as its length
-        is known.
+        When the stretch leaves the record, as soon as its length is known.
     """
 
-    def __init__(
-        self,
-        samples_per_period: int = 100,
-        start: float = 0.0,
-        length: float | None = None,
-        events: int = 1000,
-    ) -> None:
-        if not (samples_per_period >= 1 and int(samples_per_period) == samples_per_period):
-            raise ValueError(
-                f"samples_per_period = {samples_per_period!r}: must be a whole number >= 1"
-            )
-        if not 0.0 <= start < math.inf:
-            raise ValueError(f"start = {start!r}: must be a number of forcing periods >= 0")
-        if length is not None and not 0.0 < length < math.inf:
-            raise ValueError(f"length = {length!r}: must be a number of forcing periods > 0")
-        if not (events >= 0 and int(events) == events):
-            raise ValueError(f"events = {events!r}: must be a whole number >= 0")
-        self.samples_per_period = int(samples_per_period)
-        self.start = float(start)
-        self.length = length
-        self.events = int(events)
+    samples_per_period = Setting(100, "Equal time steps per forcing period.", ge=1, le=1_000_000)
+    start = Setting(
+        0.0,
+        "Where the stretch begins, counted from the start of the record.",
+        "forcing periods",
+        ge=0,
+    )
+    length = Setting(
+        None,
+        "Length of the stretch, rounded to whole steps; without it, to the end of the record.",
+        "forcing periods",
+        gt=0,
+    )
+    events = Setting(1000, "Most events to write; those beyond are counted.", ge=0, le=10_000_000)
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
         instant = ("instant",)
-        self.variables = (
+        return [
             Variable(
                 "trajectory_time",
                 "time since the start of the sampled stretch",
@@ -119,7 +104,7 @@ class SampledTrajectory(Observer):
                 dtype="i4",
                 comment="up to the stop where the run stopped early",
             ),
-        )
+        ]
 
     def size(self, dim: str, window_length: int) -> int:
         """Rows: all samples, and two for each event."""

@@ -8,6 +8,7 @@ import ast
 import hashlib
 from collections.abc import Iterable
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 
 from damper import HOME
@@ -65,9 +66,9 @@ def _imports(path: Path) -> frozenset[Path]:
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
             if node.module == "damper":
                 names += [HOME[alias.name] for alias in node.names if alias.name in HOME]
-        # A package's front runs before any module in it.
-        fronts = [name.rpartition(".")[0] for name in names]
-        found |= {file for name in (*names, *fronts) if (file := _file(name))}
+        # The fronts of all packages around a module run before it.
+        around = {part for name in names for part in accumulate(name.split("."), "{}.{}".format)}
+        found |= {file for name in around if (file := _file(name))}
     return frozenset(found)
 
 

@@ -8,7 +8,7 @@ from itertools import product as combinations
 from typing import TYPE_CHECKING, Any
 
 from damper.engine.steady import steady_gain
-from damper.observers.stretch import sample_steps
+from damper.observers.common.stretch import sample_steps
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import (
     ALL,

@@ -1,22 +1,28 @@
 """The entries of a study: parameters, axes, initial states, observers.
 
-To add an observer, write its class of settings and enter it in the registry.
+What an observer may be told stands in its own file, `damper.observers`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, create_model
 
+from damper.observers import OBSERVERS as NAMES
+from damper.observers import observer_class
+from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import INITIAL_NAMES
-from damper.parameters.variables import SI_UNITS, SPEED, TIME
+from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
 from damper.study.fields import (
     Choice,
     Coordinate,
     Faults,
     Flag,
+    Kind,
     ListOf,
     Number,
     Range,
@@ -236,9 +242,6 @@ class Initial(Strict):
             faults.add(("draws",), message, "integer >= 1")
 
 
-# Observers.
-
-
 class Threshold(Strict):
     """The approach speed from which an impact is visible: `fraction` of the first, or `speed`."""
 
@@ -274,152 +277,49 @@ class Threshold(Strict):
         _one_origin(model, faults)
 
 
-FreeMass = Annotated[bool, Flag(), Field(description="Whether to record the free mass as well.")]
-Visibility = Annotated[
-    Threshold,
-    Field(
-        description="From which approach speed an impact is visible, and so counts: a complete "
-        "burst has infinitely many."
-    ),
-]
+@cache
+def observer_settings(name: str) -> type[Strict]:
+    """Class of an observer's entry in a study, from the settings that the observer declares."""
+    declared = observer_class(name)
+    fields: dict[str, Any] = {}
+    for key, setting in declared.settings.items():
+        about = Field(description=setting.meaning)
+        if isinstance(setting, Visibility):
+            fields[key] = (Annotated[Threshold, about], Threshold(fraction=setting.default))
+        else:
+            fields[key] = (Annotated[Any, _kind(setting), about], setting.default)
+    made = create_model(declared.__name__, __base__=Strict, **fields)
+    # Under its name in schemas, and with its words in the reference.
+    made.__module__, made.__doc__ = declared.__module__, declared.__doc__
+    return made
 
 
-class StroboscopicSection(Strict):
-    """The state once per forcing period."""
-
-    at: Annotated[
-        float,
-        Number(ge=0, lt=1, units="forcing periods"),
-        Field(description="When in each period to look."),
-    ] = 0.0
-    free_mass: FreeMass = False
-
-
-class ImpactSection(Strict):
-    """The state just after each impact on one wall."""
-
-    wall: Annotated[
-        str, Choice("left", "right"), Field(description="The wall whose impacts are sampled.")
-    ] = "right"
-    samples: Annotated[
-        int,
-        Number(ge=1, le=100_000, whole=True),
-        Field(description="Most impacts to keep of each run, the first ones of the record."),
-    ] = 100
-    free_mass: FreeMass = False
+def _kind(setting: Setting) -> Kind:
+    """What a study may give for a setting."""
+    if setting.choices:
+        return Choice(*setting.choices)
+    if isinstance(setting.default, bool):
+        return Flag()
+    number = Number(whole=setting.whole, units=setting.units, **setting.bounds)
+    return ListOf(number, setting.least) if isinstance(setting.default, tuple) else number
 
 
-class Impacts(Strict):
-    """Counts of visible impacts."""
+class _Settings(Mapping[str, type[Strict]]):
+    """Observer -> class of its settings, made when it is asked for."""
 
-    threshold: Visibility = Threshold(fraction=0.03)
+    def __getitem__(self, name: str) -> type[Strict]:
+        if name not in NAMES:
+            raise KeyError(name)
+        return observer_settings(name)
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(NAMES)
 
-class Bursts(Strict):
-    """Bursts: their number, visible impacts and completion."""
-
-    threshold: Visibility = Threshold(fraction=0.03)
-    compare_thresholds: Annotated[
-        tuple[float, ...],
-        ListOf(Number(gt=0, lt=1)),
-        Field(description="More fractions at which to count, along the dimension `threshold`."),
-    ] = ()
-    records: Annotated[
-        int,
-        Number(ge=0, whole=True),
-        Field(description="Bursts of each run to list one by one, the first ones of the record."),
-    ] = 0
+    def __len__(self) -> int:
+        return len(NAMES)
 
 
-class BurstAt(Strict):
-    """The chatter burst that begins nearest to a time."""
-
-    time: Annotated[
-        float,
-        Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
-        Field(description="Where to look, counted from the start of the record."),
-    ] = 0.0
-    threshold: Visibility = Threshold(fraction=0.03)
-
-
-class ChatterBursts(Strict):
-    """How many bursts are chatter, how many of them complete, and how long these last."""
-
-    since: Annotated[
-        tuple[float, ...],
-        ListOf(Number(ge=0, units="forcing periods"), least=1),
-        Field(
-            description="Starts of the parts of the record in which to count, each to its end, "
-            "along the dimension `since`."
-        ),
-    ] = (0.0,)
-    threshold: Visibility = Threshold(fraction=0.03)
-
-
-class Response(Strict):
-    """How strongly the primary moves, and where the energy goes."""
-
-    modulation_work: Annotated[
-        bool,
-        Flag(),
-        Field(
-            description="Write what a time-varying free mass gains by its variation as well; zero "
-            "in every other model."
-        ),
-    ] = False
-
-
-class Accumulation(Strict):
-    """Complete bursts of the rigid damper beside theory: what is left after each impact."""
-
-    bursts: Annotated[
-        int,
-        Number(ge=1, le=100_000, whole=True),
-        Field(description="Most complete bursts of each run to use, the first ones of the record."),
-    ] = 20
-    impacts: Annotated[
-        int,
-        Number(ge=1, le=100_000, whole=True),
-        Field(description="Most impacts of each burst to use, the first ones."),
-    ] = 100
-
-
-class Trajectory(Strict):
-    """The motion in time over a stretch of the record."""
-
-    samples_per_period: Annotated[
-        int,
-        Number(ge=1, le=1_000_000, whole=True),
-        Field(description="Equal time steps per forcing period."),
-    ] = 100
-    start: Annotated[
-        float,
-        Number(ge=0, units="forcing periods"),
-        Field(description="Where the stretch begins, counted from the start of the record."),
-    ] = 0.0
-    length: Annotated[
-        float | None,
-        Number(gt=0, units="forcing periods"),
-        Field(description="Length of the stretch; without it, to the end of the record."),
-    ] = None
-    events: Annotated[
-        int,
-        Number(ge=0, le=10_000_000, whole=True),
-        Field(description="Most events to write; those beyond are counted."),
-    ] = 1000
-
-
-OBSERVERS: dict[str, type[Strict]] = {
-    "stroboscopic_section": StroboscopicSection,
-    "impact_section": ImpactSection,
-    "impacts": Impacts,
-    "bursts": Bursts,
-    "burst_at": BurstAt,
-    "chatter_bursts": ChatterBursts,
-    "response": Response,
-    "accumulation": Accumulation,
-    "trajectory": Trajectory,
-}
+OBSERVERS: Mapping[str, type[Strict]] = _Settings()
 SECTIONS = ("stroboscopic_section", "impact_section")
 
 

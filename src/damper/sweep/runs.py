@@ -19,7 +19,7 @@ from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, LOG_ROWS, Trajectory
 from damper.models import check_settings, check_state, start_run
 from damper.observers import make_observers
-from damper.observers.base import Observer, Window
+from damper.observers.common.base import Observer, Window
 from damper.parameters import State
 from damper.sweep.points import Point, read_point
 
@@ -246,7 +246,3 @@ def _whole(name: str, value: float, least: int) -> int:
     if value < least or int(value) != value:
         raise ValueError(f"{name} = {value!r}: must be a whole number of periods >= {least}")
     return int(value)
-
-
-# To be renamed where it is used.
-run_lanes = run_points

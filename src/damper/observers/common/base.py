@@ -1,9 +1,9 @@
-"""What all observers share: arrays, the window, the visibility threshold."""
+"""What all observers share: settings, arrays, the window, what counts as visible."""
 
 import math
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from damper.engine.compiled import compiled
 from damper.engine.impact import restitution_at
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
+from damper.observers.common.settings import Setting
+from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import Variable
 
 
@@ -23,9 +25,36 @@ class Window(NamedTuple):
 
 
 class Observer:
-    """Base of the observers: allocates one array per variable with the run as first axis."""
+    """Base of the observers: their settings, and one array per variable with the run as first axis.
 
+    A class declares its settings as `Setting` attributes and its `variables`, as an attribute or
+    as a property that follows from the settings. An object holds the settings' values under their
+    names. A subclass fixes a setting by giving its value in its place.
+
+    Raises
+    ------
+    ValueError
+        For an unknown setting (with the known ones) or a value out of range.
+    """
+
+    settings: ClassVar[dict[str, Setting]] = {}
+    """The class's own first, then those of its bases."""
     variables: Sequence[Variable] = ()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        names = dict.fromkeys((*vars(cls), *cls.settings))
+        found = {name: getattr(cls, name) for name in names}
+        cls.settings = {name: s for name, s in found.items() if isinstance(s, Setting)}
+
+    def __init__(self, **given: Any) -> None:
+        observer = type(self).__module__.rpartition(".")[2]
+        for name in given:
+            if name not in self.settings:
+                raise ValueError(f"{observer}: {unknown_name('setting', name, self.settings)}")
+        for name, setting in self.settings.items():
+            value = given.get(name, setting.default)
+            setattr(self, name, setting.checked(f"{observer}.{name}", value))
 
     def allocate(self, runs: int, window_length: int) -> None:
         """Make `arrays`: NaN (real) or -1 (integer) until a finished run fills them."""
@@ -65,27 +94,6 @@ class Observer:
         """Write the run's values of some variables."""
         for name, value in values.items():
             self.arrays[name][self._run] = value
-
-
-def visibility(threshold: float | Mapping[str, float]) -> tuple[float, float]:
-    """Threshold as (fraction of the burst's first approach speed, absolute speed); one is zero.
-
-    Raises
-    ------
-    ValueError
-        When the fraction is not in (0, 1) or the speed not positive.
-    """
-    if isinstance(threshold, Mapping):
-        if set(threshold) == {"speed"} and 0.0 < threshold["speed"] < math.inf:
-            return 0.0, float(threshold["speed"])
-        if set(threshold) == {"fraction"}:
-            return visibility(threshold["fraction"])
-    elif 0.0 < threshold < 1.0:
-        return float(threshold), 0.0
-    raise ValueError(
-        f"threshold = {threshold!r}: must be a fraction in (0, 1) of the burst's first approach "
-        "speed, or {'speed': an absolute one > 0}"
-    )
 
 
 def describe(threshold: tuple[float, float]) -> str:

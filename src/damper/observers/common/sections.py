@@ -4,25 +4,27 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
-from damper.observers.base import Observer, Window
+from damper.observers.common.base import Observer, Window
+from damper.observers.common.settings import FREE_MASS
 from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
 class Section(Observer):
-    """Base of the sections: samples of the primary's, and perhaps the free mass's, motion.
+    """Base of the sections: samples of the primary's, and perhaps the free mass's, motion."""
 
-    Parameters
-    ----------
-    where : str
-        Where the section lies, in words.
-    free_mass : bool
-        Whether to record the free mass as well.
-    """
+    free_mass = FREE_MASS
 
-    def __init__(self, where: str, free_mass: bool) -> None:
-        bodies = {"": "primary", "free_": "free mass"} if free_mass else {"": "primary"}
-        self.variables = [
-            Variable(f"{prefix}{quantity}", f"{body} {quantity} {where}", units, ("sample",))
+    @property
+    def where(self) -> str:
+        """Where the section lies, in words."""
+        raise NotImplementedError
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        bodies = {"": "primary", "free_": "free mass"} if self.free_mass else {"": "primary"}
+        return [
+            Variable(f"{prefix}{quantity}", f"{body} {quantity} {self.where}", units, ("sample",))
             for prefix, body in bodies.items()
             for quantity, units in (("displacement", LENGTH), ("velocity", SPEED))
         ]

@@ -1,0 +1,1 @@
+"""What observers share: their base, their settings, sections, the stretch that one samples."""
