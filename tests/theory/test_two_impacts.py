@@ -277,5 +277,5 @@ def test_other_models_are_refused() -> None:
     for function in (orbits, largest_clearance):
         with pytest.raises(ValueError, match="that of the rigid damper, this is the grounded one"):
             function(p)
-        with pytest.raises(ValueError, match="constant restitution, this damper a yield_speed"):
+        with pytest.raises(ValueError, match="constant restitution, this is the yielding law"):
             function(yields)

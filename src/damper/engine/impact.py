@@ -1,8 +1,8 @@
 """The impact: momentum is kept, the relative velocity is reversed and multiplied by r.
 
-A contact law says what r is. It is a NamedTuple of constants and one function, `restitution_at`,
-implemented for its class: docs/extending.md adds one. The engine takes r only from there, so no
-part of it assumes that r is the same at each impact.
+A contact law says what r is. It is a NamedTuple of parameters, under their names, and one function,
+`restitution_at`, implemented for its class: docs/extending.md adds one. The engine takes r only
+from there, so no part of it assumes that r is the same at each impact.
 """
 
 from typing import Any, NamedTuple
@@ -43,6 +43,10 @@ def _yielding(law, approach_speed):
     if approach_speed <= law.yield_speed:
         return law.restitution
     return law.restitution * (law.yield_speed / approach_speed) ** 0.25
+
+
+#: Name -> class, whose fields are those of `damper.Parameters` that it takes.
+LAWS = {"constant": ConstantRestitution, "yielding": YieldingRestitution}
 
 
 @compiled

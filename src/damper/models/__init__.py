@@ -3,11 +3,10 @@
 To add one, write its folder and enter it in `MODELS`. Only the model in use is imported.
 """
 
-import math
 from importlib import import_module
 from typing import Any
 
-from damper.engine.impact import ConstantRestitution, YieldingRestitution
+from damper.engine.impact import LAWS
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
@@ -74,6 +73,5 @@ def check_settings(accuracy: float, max_events: int) -> None:
 
 def law_of(parameters: Parameters) -> Any:
     """Contact law of a run."""
-    if parameters.yield_speed < math.inf:
-        return YieldingRestitution(parameters.restitution, parameters.yield_speed)
-    return ConstantRestitution(parameters.restitution)
+    law = LAWS[parameters.law]
+    return law(*(getattr(parameters, name) for name in law._fields))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
 
-from damper.parameters.quantity import Declared, quantity, shared
+from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import LENGTH, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
@@ -110,6 +110,7 @@ class Parameters(Declared):
         above=True,
         default=math.inf,
         note="leave it out for a constant restitution",
+        law="yielding",
     )
     support_stiffness_ratio: float = quantity(
         r"$\kappa$",
@@ -200,6 +201,11 @@ class Parameters(Declared):
         # A multiple of no damping is no support.
         nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
         return "rigid" if asked == "grounded" and nothing else asked
+
+    @cached_property
+    def law(self) -> str:
+        """Which of `damper.engine.impact.LAWS` these parameters ask for."""
+        return next((q.law for q in _laws(self.__dict__)), "constant")
 
     @property
     def support_damping(self) -> float:
@@ -344,6 +350,7 @@ SI_NAME = {q.name: q.si_names[0] for q in Parameters.quantities}
 _SCALED = tuple((q, q.si_names) for q in Parameters.quantities)
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
+_OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
 def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) -> None:
@@ -364,6 +371,10 @@ def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) 
     if len(asked) > 1:
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
+    laws = _laws(values)
+    if len({q.law for q in laws}) > 1:
+        words = (f"{named(q.name)} ({q.law})" for q in laws)
+        raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     if "compliant" in asked:
         _check_compliant(values, named)
     elif values["contact_tension"]:
@@ -375,10 +386,10 @@ def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) 
 
 
 def _check_compliant(values: Mapping[str, float], named: Callable[[str], str]) -> None:
-    if values["yield_speed"] < math.inf:
+    for q in _laws(values):
         raise ValueError(
-            f"yield_speed and {named(_STIFFNESS)}: compliant contact has a constant restitution; "
-            "leave out one of the two"
+            f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
+            "restitution; leave out one of the two"
         )
     if values["restitution"] < LEAST_COMPLIANT_RESTITUTION and not values["contact_tension"]:
         raise ValueError(
@@ -414,6 +425,11 @@ def _asked(values: Mapping[str, float]) -> dict[str, list[str]]:
         if values[q.name] != q.default:
             asked.setdefault(q.model, []).append(q.name)
     return asked
+
+
+def _laws(values: Mapping[str, float]) -> list[Quantity]:
+    """Quantities that ask for another contact law than constant restitution."""
+    return [q for q in _OF_LAWS if values[q.name] != q.default]
 
 
 def _support_damping(values: Mapping[str, float]) -> float:

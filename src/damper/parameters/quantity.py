@@ -45,6 +45,8 @@ class Quantity:
     """Model of `damper.models` that it belongs to; none for what every model has."""
     chooses: bool = True
     """Whether a value other than the default asks for this model."""
+    law: str = ""
+    """Contact law of `damper.engine.impact` that a value other than the default asks for."""
     from_si: Callable[..., float] | None = None
     """Value from quantities of `SIParameters`, which are the names of its arguments."""
 

@@ -155,8 +155,8 @@ def _check_dampers(study: Study, faults: Faults) -> None:
         return
     if study.model != "rigid":
         message = f"its formulas are those of the rigid damper, this is the {study.model} one"
-    elif any(point.yield_speed < math.inf for point in points):
-        message = "its formulas have a constant restitution, this damper has a yield_speed"
+    elif laws := {point.law for point in points} - {"constant"}:
+        message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
     else:
         return
     places = [("observers", "accumulation")] if "accumulation" in study.observers else []

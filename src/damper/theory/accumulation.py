@@ -92,6 +92,8 @@ def predict(
     p = parameters
     if p.model != "rigid":
         raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
+    if p.law not in ("constant", "yielding"):
+        raise ValueError(f"{p!r}: must have a constant restitution at low speeds")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "

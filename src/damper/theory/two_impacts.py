@@ -260,8 +260,8 @@ def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None
     p = parameters
     if p.model != "rigid":
         raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
-    if p.yield_speed < math.inf:
-        raise ValueError("the closed form has a constant restitution, this damper a yield_speed")
+    if p.law != "constant":
+        raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
     half = math.pi / p.frequency_ratio
     flow = _flow(p.damping_ratio, p.frequency_ratio, half)
     free, forced = flow[:, :2], flow[:, 2:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -71,9 +70,9 @@ class Scene(Strict):
         if damper.model not in _MODELS:
             message = f"the {damper.model} model has no reference to compare with"
             faults.add(("parameters",), message, f"a scene with {' or '.join(_MODELS)} walls")
-        if damper.yield_speed < math.inf:
-            message = "the other solvers have a constant restitution"
-            faults.add(("parameters", "yield_speed"), message, "a scene without it")
+        if damper.law != "constant":
+            message = f"the other solvers have a constant restitution, not the {damper.law} law"
+            faults.add(("parameters",), message, "a scene without it")
 
 
 _LEVELS = ListOf(Number(gt=0), least=1)

@@ -1,0 +1,118 @@
+"""The examples of docs/extending.md, in a copy of the package."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+EXTENDING = (ROOT / "docs/extending.md").read_text()
+BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
+OBSERVER, OBSERVED, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
+
+
+def insert(path: Path, before: str, block: str) -> None:
+    text = path.read_text()
+    assert text.count(before) == 1
+    path.write_text(text.replace(before, block + before))
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """The package with both examples in it."""
+    folder = tmp_path_factory.mktemp("copy")
+    package = folder / "damper"
+    shutil.copytree(ROOT / "src/damper", package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "observers/wall_share.py").write_text(OBSERVER)
+    with (package / "engine/impact.py").open("a") as file:
+        file.write("\n\n" + LAW)
+    dampers = package / "parameters/dampers.py"
+    insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
+    insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
+    return folder
+
+
+def run(copy: Path, code: str, compiled: bool = False) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(copy), "DAMPER_COMPILE": str(int(compiled))}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, cwd=copy
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_observer_is_one_short_file(copy):
+    assert len(OBSERVER.splitlines()) < 50
+    more = """
+import json
+from damper.engine.compiled import compile_at_once
+compile_at_once()
+single = damper.simulate(
+    mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8, clearance=0.25, restitution=0.6,
+    halving_speed=0.5, observers={"wall_share": None}, transient=0, periods=20,
+)
+parameters = damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=0.5)
+found = damper.events(parameters, until=20 * parameters.period)
+sides = found["side"][found["kind"] == 0]
+print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.item()]))
+"""
+    observed, counted, status = json.loads(
+        run(copy, OBSERVED + more, compiled=True).splitlines()[-1]
+    )
+    assert status == 0
+    assert observed == pytest.approx(counted, abs=1e-15)
+    assert 0.0 < observed < 1.0
+
+
+def test_observer_is_known_to_studies_and_reference(copy):
+    code = """
+from damper.study.reference import files
+from damper.study.settings import observer
+print(observer("wall_share", {"above": 0.5}).above)
+made = files()
+assert "`right_share`" in made["docs/reference.md"]
+assert "`observers.wall_share.above`" in made["docs/reference.md"]
+try:
+    observer("wall_share", {"abvoe": 0.5})
+except ValueError as error:
+    print(error)
+"""
+    found = run(copy, code)
+    assert found.startswith("0.5\n")
+    assert "unknown key 'abvoe'" in found
+
+
+def test_contact_law_is_a_function_and_its_parameter(copy):
+    check = """
+import json
+from damper.engine.segment import CAUSE, IMPACT, RATE, SPEED
+from damper.models import start_run
+run = start_run(parameters)
+worst, impacts = 0.0, 0
+for log in run.segments(20.0, 0.0):
+    for row in log[log[:, CAUSE] == IMPACT]:
+        restitution = 0.6 / (1.0 + row[SPEED] / 0.5)
+        worst = max(worst, abs(row[RATE] / row[SPEED] / restitution - 1.0))
+        impacts += 1
+constant = damper.events(damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6), until=100.0)
+endless = damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=1e300)
+same = (damper.events(endless, until=100.0) == constant).all()
+for more in ({"yield_speed": 1.0}, {"contact_stiffness_ratio": 1e4}):
+    try:
+        damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=0.5, **more)
+    except ValueError as error:
+        print(error)
+print(json.dumps([worst, impacts, bool(same)]))
+"""
+    *_, laws, compliant, last = run(copy, WITH_LAW + check).splitlines()
+    worst, impacts, same = json.loads(last)
+    assert impacts > 20
+    assert worst < 1e-15
+    assert same
+    assert "ask for different contact laws" in laws
+    assert "compliant contact has a constant restitution" in compliant
