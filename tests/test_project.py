@@ -41,10 +41,11 @@ def run(*command: str) -> None:
         ("ruff", "check"),
         ("ruff", "format", "--check"),
         ("snakefmt", "--check", "Snakefile", "workflow"),
+        ("mypy", "--cache-dir=/dev/null"),
     ],
     ids=" ".join,
 )
-def test_format_and_lint(command):
+def test_format_lint_and_types(command):
     run(*command)
 
 

@@ -101,7 +101,7 @@ def _drop_unused(folder: Path) -> None:
 OPTIONS = {"error_model": "numpy", "nogil": True}
 #: The same for what only compiled code calls. It becomes a part of its caller, so that things such
 #: as a segment stay in registers, and has no entry for Python, which takes long to compile.
-INNER_OPTIONS = {
+INNER_OPTIONS: Any = {
     **OPTIONS,
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,

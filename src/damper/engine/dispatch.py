@@ -6,12 +6,25 @@ declared here and there with `by_model`, and each implements it in its own file.
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any
+from typing import Any, Protocol, cast
 
 from damper.engine.compiled import INNER_OPTIONS, Compiled, compiled, when_numba_loads
 
 
-def by_model(function: Callable) -> Callable:
+class ByModel(Protocol):
+    """A function that chooses its implementation by the class of its first argument."""
+
+    def __call__(self, model: Any, *rest: Any) -> Any:
+        """Call the implementation for the model's class."""
+
+    def of(self, kind: type) -> Callable[[Callable], Callable]:
+        """Decorator of the implementation for one class."""
+
+    def share(self, kind: type, other: type) -> None:
+        """Take over for one class the implementation of another."""
+
+
+def by_model(function: Callable) -> ByModel:
     """Make a function that each class of its first argument implements for itself (a decorator).
 
     ``@function.of(Model)`` gives the implementation for one class, and
@@ -36,8 +49,9 @@ def by_model(function: Callable) -> Callable:
     def share(kind: type, other: type) -> None:
         chosen[kind] = chosen[other]
 
-    choose.share = share  # type: ignore[attr-defined]
-    choose.of = of  # type: ignore[attr-defined]
+    made = cast(Any, choose)
+    made.share = share
+    made.of = of
 
     def declare() -> None:
         from numba.extending import overload
@@ -51,4 +65,4 @@ def by_model(function: Callable) -> Callable:
         overload(choose, jit_options=INNER_OPTIONS, strict=False)(typed)
 
     when_numba_loads(declare)
-    return choose
+    return made

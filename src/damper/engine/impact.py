@@ -46,7 +46,7 @@ def _yielding(law, approach_speed):
 
 
 #: Name -> class, whose fields are those of `damper.Parameters` that it takes.
-LAWS = {"constant": ConstantRestitution, "yielding": YieldingRestitution}
+LAWS: dict[str, Any] = {"constant": ConstantRestitution, "yielding": YieldingRestitution}
 
 
 @compiled

@@ -16,7 +16,7 @@ from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, writ
 from damper.engine.trajectory import Trajectory
 from damper.models.rigid import Rigid
 from damper.models.walls import time_to_completion
-from damper.observers.common.base import Observer, Window, record_type, since
+from damper.observers.common.base import Observer, Window, fields_of, record_type, since
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
@@ -136,8 +136,8 @@ class Accumulation(Observer):
 
     def finish(self, finished: bool) -> None:
         """Write the run's results; bursts that ended before an early stop are kept."""
-        self._put({name: self._of_bursts[name] for name in _BURST.names})
-        self._put({name: self._of_impacts[name] for name in _IMPACT.names})
+        self._put({name: self._of_bursts[name] for name in fields_of(_BURST)})
+        self._put({name: self._of_impacts[name] for name in fields_of(_IMPACT)})
         if finished:
             self._put({"complete_bursts": self._state["complete"][0]})
 

@@ -16,6 +16,7 @@ from damper.observers.common.base import (
     Observer,
     Window,
     describe,
+    fields_of,
     read_record,
     record_type,
     since,
@@ -158,7 +159,7 @@ class Bursts(Observer):
     def finish(self, finished: bool) -> None:
         """Write the run's results."""
         if self.records:
-            self._put({f"burst_{field}": self._listed[field] for field in BURST.names})
+            self._put({f"burst_{field}": self._listed[field] for field in fields_of(BURST)})
         if not finished:
             return
         state = read_record(self._state)

@@ -14,7 +14,14 @@ from damper.engine.compiled import compiled
 from damper.engine.model import motion
 from damper.engine.segment import IMPACT, STICKING, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.observers.common.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.base import (
+    Observer,
+    Window,
+    fields_of,
+    read_record,
+    record_type,
+    since,
+)
 from damper.observers.common.sections import free_state
 from damper.observers.common.settings import Setting
 from damper.observers.common.stretch import SLACK, sample_steps
@@ -119,7 +126,7 @@ class SampledTrajectory(Observer):
         rest = self.start - first / rate
         if abs(rest) * rate < SLACK:
             rest = 0.0
-        samples = self._steps(window.length) + 1
+        samples = self._steps(int(window.length)) + 1
         self._stretch = Stretch(
             self._window, float(first), rest, float(rate), float(samples), float(self.events)
         )
@@ -136,7 +143,7 @@ class SampledTrajectory(Observer):
         """Write the rows that there are, and how many events did not fit."""
         count = read_record(self._counts)
         rows = int(count.rows)
-        for field in _ROW.names:
+        for field in fields_of(_ROW):
             self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
         self._put({"trajectory_events_left_out": count.left_out})
 

@@ -110,7 +110,7 @@ def _predecessors(
     stride = branch_count
     for size in sizes[place + 1 :]:
         stride *= size
-    after = []
+    after: list[int] = []
     for at in combinations(*map(range, sizes)):
         for direction in directions:
             neighbour = (before_up if direction == "up" else before_down).get(at[place], -1)

@@ -53,13 +53,13 @@ def dataset(
     -------
     xarray.Dataset
     """
-    axes = {name: np.asarray(values, dtype=float) for name, values in axes.items()}
+    values = {name: np.asarray(along, dtype=float) for name, along in axes.items()}
     branches = dict(branches or {})
-    shape = tuple(len(values) for values in (*axes.values(), *branches.values()))
+    shape = tuple(len(along) for along in (*values.values(), *branches.values()))
     data = {}
     for variable in (*variables, STATUS):
         array = arrays[variable.name]
-        attrs = {"long_name": variable.long_name, "units": variable.units}
+        attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
         if variable.comment:
             attrs["comment"] = variable.comment
         if variable is STATUS:
@@ -78,14 +78,13 @@ def dataset(
         units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
         attrs = {"long_name": quantity.long_name, "units": units}
         if name in axes:
-            coords[name] = (name, axes[name], attrs)
+            coords[name] = (name, values[name], attrs)
         elif name in fixed:
             coords[name] = ((), float(fixed[name]), attrs)
         elif labels and name in labels:
             coords[name] = ("draw", np.asarray(labels[name]), attrs)
-    coords |= {name: (name, values, {}) for name, values in branches.items()}
-    for name, values in coordinates.items():
-        coords[name] = (name, values, {})
+    for name, along in (branches | dict(coordinates)).items():
+        coords[name] = (name, along, {})
     cube = xr.Dataset(data, coords, dict(attributes))
     for name, (long_name, units) in OWN_DIMENSIONS.items():
         if name in cube.coords:
@@ -152,7 +151,7 @@ def gather(
 
 def write_cube(cube: xr.Dataset, path: Path) -> None:
     """Write a compressed netCDF4 file; the same cube gives the same bytes."""
-    encoding = {
+    encoding: dict[Any, dict[str, Any]] = {
         name: {"zlib": True, "complevel": 4, "shuffle": True}
         for name, variable in cube.data_vars.items()
         if variable.ndim

@@ -108,13 +108,13 @@ def simulate(
         if np.ndim(value) == 0:
             fixed[name] = value  # type: ignore[assignment]
             continue
-        values = np.asarray(value)
-        if values.ndim != 1 or values.size == 0:
+        column = np.asarray(value)
+        if column.ndim != 1 or column.size == 0:
             raise ValueError(
                 f"{name}: must be a number or a non-empty one-dimensional sequence, "
-                f"not an array of shape {values.shape}"
+                f"not an array of shape {column.shape}"
             )
-        axes[name] = values.tolist()
+        axes[name] = column.tolist()
     settings = _checked_initial(initial, given, state)
     follow = _checked_follow(follow, axes)
     with _progress_bar() as progress:

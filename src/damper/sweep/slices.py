@@ -125,7 +125,8 @@ def write_slice(part: Slice, path: Path) -> None:
         "labels": part.labels,
     }
     text = json.dumps(description, sort_keys=True)
-    np.savez(path, **{_DESCRIPTION: np.array(text)}, **part.arrays)
+    arrays: dict[str, Any] = {_DESCRIPTION: np.array(text), **part.arrays}
+    np.savez(path, **arrays)
 
 
 def read_slice(path: Path) -> Slice:

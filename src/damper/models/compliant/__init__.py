@@ -118,7 +118,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     *values, levels, shift = touch_of(
         p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.contact_stiffness_ratio, damping
     )
-    touch = Touch(*values, int(levels), shift)
+    touch = Touch(*[*values, int(levels), shift])
     split = split_of(touch)
     ending = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
     if not tension:

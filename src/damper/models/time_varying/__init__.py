@@ -44,7 +44,7 @@ class TimeVarying(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> TimeVarying:
     """Constants of one run."""
     p = parameters
-    rigid = make_rigid(
+    rigid: Rigid = make_rigid(
         p.mass_ratio,
         p.clearance,
         law,

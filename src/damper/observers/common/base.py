@@ -39,7 +39,11 @@ class Observer:
 
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
-    variables: Sequence[Variable] = ()
+
+    @property
+    def variables(self) -> Sequence[Variable]:
+        """What it writes."""
+        raise NotImplementedError
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -109,9 +113,14 @@ def record_type(*fields: str) -> np.dtype:
     return np.dtype((np.record, [(field, "f8") for field in fields]))
 
 
+def fields_of(kind: np.dtype) -> tuple[str, ...]:
+    """Names of the fields of a `record_type`."""
+    return kind.names or ()
+
+
 def read_record(record: np.ndarray) -> SimpleNamespace:
     """The only entry of an array of `record_type`, for Python, where a record is slow to read."""
-    return SimpleNamespace(**dict(zip(record.dtype.names, record[0].item(), strict=True)))
+    return SimpleNamespace(**dict(zip(fields_of(record.dtype), record[0].item(), strict=True)))
 
 
 @compiled

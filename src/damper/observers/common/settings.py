@@ -41,6 +41,10 @@ class Setting:
     lt: float | None = None
     least: int = 0
 
+    def __get__(self, observer: Any, kind: type | None = None) -> Any:
+        """Return the setting, from the class; an object holds the value in its place."""
+        return self
+
     @property
     def whole(self) -> bool:
         """Whether numbers must be whole."""
