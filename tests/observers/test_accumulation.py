@@ -245,12 +245,6 @@ def test_stopped_run_keeps_the_bursts_before() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["bursts", "impacts"])
-def test_nothing_to_list_is_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name} = 0: must be a whole number >= 1"):
-        make_observers({"accumulation": {name: 0}})
-
-
 def test_another_model_is_refused() -> None:
     """Its bursts end by other formulas, so predictions would be silently wrong."""
     (observer,) = make_observers(["accumulation"])

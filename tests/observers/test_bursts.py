@@ -423,27 +423,6 @@ def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
 # --- refusals and stops
 
 
-@pytest.mark.parametrize(
-    "bad",
-    [
-        *(0.0, 1.0, -0.1, 2.0, math.nan),
-        *({"speed": 0.0}, {"speed": -1.0}, {"speed": math.inf}, {"fraction": 1.5}),
-        *({"speed": 1.0, "fraction": 0.1}, {}, {"sped": 1.0}),
-    ],
-)
-def test_threshold_out_of_range_is_refused(bad: object) -> None:
-    with pytest.raises(ValueError, match="threshold = "):
-        run_points([STUDY], {"bursts": {"threshold": bad}}, transient=0, periods=1)
-    if not isinstance(bad, dict):
-        with pytest.raises(ValueError, match=r"thresholds? = "):
-            run_points([STUDY], {"bursts": {"compare_thresholds": [bad]}}, transient=0, periods=1)
-
-
-def test_negative_records_are_refused() -> None:
-    with pytest.raises(ValueError, match="records = -1"):
-        run_points([STUDY], {"bursts": {"records": -1}}, transient=0, periods=1)
-
-
 @pytest.mark.parametrize("transient", [0, 3])
 def test_stopped_lane_has_no_summary_and_leaves_the_others_alone(transient: int) -> None:
     lanes = [{**STUDY, "restitution": r} for r in (0.9, 0.6, 0.95)]

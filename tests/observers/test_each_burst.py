@@ -162,12 +162,6 @@ def test_time_is_in_seconds_for_points_in_si() -> None:
     assert early.arrays["burst_at_onset"][0] < 90.0 < ratios.arrays["burst_at_onset"][0]
 
 
-@pytest.mark.parametrize("time", [-1.0, math.nan])
-def test_time_before_the_record(time: float) -> None:
-    with pytest.raises(ValueError, match="time = "):
-        run_points([PAPER_A], {"burst_at": {"time": time}}, transient=0, periods=1)
-
-
 # --- chatter_bursts
 
 
@@ -258,9 +252,3 @@ def test_short_pieces_of_the_log_change_nothing(
         np.testing.assert_array_equal(array[0], whole[key], key)
     if "time" in settings:
         assert whole["burst_at_sticking_time"] > 0.0
-
-
-@pytest.mark.parametrize("since", [[], [-1.0], [0.0, math.nan]])
-def test_parts_before_the_record(since: list[float]) -> None:
-    with pytest.raises(ValueError, match="since = "):
-        run_points([PAPER_A], {"chatter_bursts": {"since": since}}, transient=0, periods=1)

@@ -207,9 +207,3 @@ def test_lane_stopped_in_the_transient_has_no_samples() -> None:
     )
     assert arrays["status"].tolist() == [1]
     assert np.isnan(arrays["displacement"]).all()
-
-
-@pytest.mark.parametrize("at", [-0.1, 1.0, 1.5, math.nan])
-def test_at_out_of_range_is_refused(at: float) -> None:
-    with pytest.raises(ValueError, match="at = "):
-        observed(scene("study", 0, 1), at=at)

@@ -319,11 +319,9 @@ def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: s
     assert done == []
 
 
-def test_misspelt_parameter_or_setting_is_refused() -> None:
+def test_misspelt_parameter_is_refused() -> None:
     with pytest.raises(TypeError, match="restituton"):
         run_points([{**POINT, "restituton": 0.5}], ["impacts"], transient=0, periods=1)
-    with pytest.raises(TypeError, match="treshold"):
-        run_points([POINT], {"impacts": {"treshold": 0.5}}, transient=0, periods=1)
 
 
 def test_whole_numbers_may_be_floats() -> None:
@@ -350,9 +348,9 @@ LOADED = """
 import json, sys
 from damper.sweep.runs import run_points
 from damper.observers import OBSERVERS
-before = [name for name in OBSERVERS if f"damper.observers.{name}" in sys.modules]
+before = [name for name in OBSERVERS if "damper.observers." + name in sys.modules]
 run_points([{point}], [{name!r}], transient=1, periods=2)
-after = [name for name in OBSERVERS if f"damper.observers.{name}" in sys.modules]
+after = [name for name in OBSERVERS if "damper.observers." + name in sys.modules]
 heavy = [m for m in ("xarray", "netCDF4", "matplotlib", "scipy", "pydantic") if m in sys.modules]
 print(json.dumps([before, after, heavy]))
 """

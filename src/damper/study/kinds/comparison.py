@@ -71,8 +71,9 @@ class Scene(Strict):
             message = f"the {damper.model} model has no reference to compare with"
             faults.add(("parameters",), message, f"a scene with {' or '.join(_MODELS)} walls")
         if damper.law != "constant":
-            message = f"the other solvers have a constant restitution, not the {damper.law} law"
-            faults.add(("parameters",), message, "a scene without it")
+            asking = next(q.name for q in Parameters.quantities if q.law == damper.law)
+            message = "the other solvers have a constant restitution"
+            faults.add(("parameters", asking), message, "a scene without it")
 
 
 _LEVELS = ListOf(Number(gt=0), least=1)
