@@ -65,6 +65,10 @@ rule reference:
 
 # Without params, like the rule compile and for the same reason.
 rule compile_solvers:
+    input:
+        # The exact solver, and those that compare rigid walls with stiff ones.
+        ancient(f"{RESULTS}/compiled/rigid/engine.txt"),
+        ancient(f"{RESULTS}/compiled/compliant/engine.txt"),
     output:
         f"{RESULTS}/compiled_solvers/{{solvers}}.txt",
     log:

@@ -3,7 +3,7 @@
 import os
 
 from damper.comparison.solvers import SOLVERS
-from damper.study.settings import OBSERVERS
+from damper.observers import OBSERVERS
 
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]

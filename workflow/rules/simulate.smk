@@ -1,4 +1,6 @@
-"""Slices of studies: one job simulates all lanes of one place along the fanned axes."""
+"""Slices of studies: one job simulates all points of one place along the fanned axes."""
+
+from damper.observers import OBSERVERS, observer_class
 
 # (study, part of the file name) -> coordinates of the slice
 PLACES = {
@@ -30,19 +32,25 @@ def compiled_for(wildcards):
     ]
 
 
+def compiled_before(wildcards):
+    """Return the marks of what the code of a part builds on: the engine, and other observers."""
+    if wildcards.part == "engine":
+        return []
+    bases = observer_class(wildcards.part).__mro__[1:]
+    built_on = {base.__module__.rpartition(".")[2] for base in bases}.intersection(OBSERVERS)
+    folder = f"{RESULTS}/compiled/{wildcards.model}"
+    return [f"{folder}/{part}.txt" for part in ("engine", *sorted(built_on))]
+
+
 # No params, on purpose: Snakemake 9 checks no further reason to run a job whose (even ancient) input
 # is about to be made again, so a compile job that reran after an edit would hide, for that run, that
 # the simulations must rerun too. After an edit the simulation jobs compile for themselves.
 #
-# One job for the event loop of a model and one for each observer of it, so that no two jobs compile
-# the same code.
+# One job for the event loop of a model and one for each observer of it, after what its code builds
+# on, so that no two jobs compile the same code.
 rule compile:
     input:
-        lambda wildcards: (
-            ancient(f"{RESULTS}/compiled/{wildcards.model}/engine.txt")
-            if wildcards.part != "engine"
-            else []
-        ),
+        ancient(compiled_before),
     output:
         f"{RESULTS}/compiled/{{model}}/{{part}}.txt",
     log:
