@@ -157,6 +157,12 @@ def support_speed(model: Any, x: float, v: float, duration: float) -> float:
     return 0.0
 
 
+@by_model
+def contact_speed(model: Any, segment: Segment) -> float:
+    """Speed at which a lasting contact would swing: what slow velocities in it round by."""
+    return 0.0
+
+
 @compiled
 def _follow(model, tables, log, records, last, ends):
     found = records[0]
@@ -175,6 +181,9 @@ def _follow(model, tables, log, records, last, ends):
         else:
             at = _sample_contact(model, s, found)
         _add_energies(model, tables, s, index == len(log) - 1, found)
+        mass_ratio = mass_ratio_at(model, s.periods, s.time)
+        last_size = _kinetic_size(mass_ratio, at.v, at.rate, at.v - s.side * at.rate)
+        found.largest = _larger(found.largest, last_size)
         found.segments += 1.0
         write_segment(last, s, s.duration)
     end.x = at.x
@@ -191,6 +200,7 @@ def _add_energies(model, tables, s, is_last, found):
     found.input += part.work + part.modulation
     # The work is at most this, however its parts cancel.
     work_size = math.sqrt(s.duration * max(part.speed_square, 0.0))
+    work_size += s.duration * contact_speed(model, s)
     found.input_size += work_size + abs(part.modulation)
     found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
     if s.cause == IMPACT:
@@ -342,9 +352,11 @@ def _energy_size(model, s):
     mass_ratio = mass_ratio_at(model, s.periods, s.time)
     y = abs(s.x) + model.clearance
     springs = 0.5 * (s.x * s.x + support_stiffness(model) * y * y)
-    before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)
-    after = _kinetic_size(mass_ratio, s.v, s.rate, s.v - s.side * s.rate)
-    return springs + max(before, after)
+    kinetic = _kinetic_size(mass_ratio, s.v, s.rate, s.v - s.side * s.rate)
+    if s.cause == IMPACT:
+        before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)
+        kinetic = max(kinetic, before)
+    return springs + kinetic
 
 
 @compiled

@@ -5,7 +5,7 @@ import math
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.models.compliant import Compliant
-from damper.stress.checks import contact_force, flight_start
+from damper.stress.checks import contact_force, contact_speed, flight_start
 
 
 @flight_start.of(Compliant)
@@ -13,6 +13,11 @@ def _flight_start(model, segment):
     # A compliant contact ends by a rule of its own: x'' need not vanish at a release.
     s = segment
     return motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time))
+
+
+@contact_speed.of(Compliant)
+def _contact_speed(model, segment):
+    return math.sqrt(model.touch.stiffness) * max(-segment.gap, 0.0)
 
 
 @contact_force.of(Compliant)

@@ -228,8 +228,11 @@ def _fly(model, segment, start):
     p = root.point
     if root.side == 0.0:
         x, v = arrive(model.free, start.primary, p.tau)
-        y, u = arrive(model.support, start.free_mass, p.tau)
-        gap = s.gap + s.side * ((x - s.x) - (y - start.free_mass.x))
+        # Not by the free mass's place, which rounds in units of the clearance.
+        _, _, _, _, _, dy, u, _ = _apart(
+            model.free, model.support, start, s.side, s.gap, s.rate, p.tau
+        )
+        gap = s.gap + s.side * ((x - s.x) - dy)
         return End(p.tau, 0.0, x, v, gap, s.side * (v - u), root.steps)
     step = root.step
     # The gap's derivatives carry its rate; the primary's own are not in the point.
