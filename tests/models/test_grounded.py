@@ -13,6 +13,7 @@ from scipy.linalg import expm
 from tails import largest_rate, tail
 
 from damper import Parameters, State, events
+from damper.engine.model import motion
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -27,6 +28,7 @@ from damper.engine.segment import (
     TIME,
     V,
     X,
+    segment_at,
 )
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of, start_run
@@ -425,3 +427,21 @@ def test_a_release_is_where_the_contact_force_vanishes_however_heavy_the_support
         common = force / (1.0 + p.mass_ratio)
         contact = p.mass_ratio * common + 2.0 * p.support_damping_ratio * v + spring
         assert abs(contact) < 1e-12
+
+
+def test_a_flight_that_is_cut_goes_on_as_it_was_however_far_the_walls_are() -> None:
+    """The free mass's place, 1e6 from the middle, rounds by 1e-10; gap and rate must not."""
+    p = Parameters(
+        *(1e18, 0.00089056, 0.00192579, 1e6, 0.764261, 2.06194),
+        support_stiffness_ratio=0.102989,
+        support_damping_ratio=1.48324e-06,
+    )
+    run = start_run(p, State(0.661809, 0.0, 1e6 + 0.661809, -1e-9))
+    log = log_of(run, 1)
+    cut = [k for k in range(len(log) - 1) if log[k, MODE] == FLIGHT and log[k + 1, CAUSE] < IMPACT]
+    assert cut
+    for k in cut:
+        before, after = segment_at(log[k]), segment_at(log[k + 1])
+        _, _, gap, rate = motion(run.model, before, before.duration)
+        assert after.gap == pytest.approx(gap, abs=1e-15)
+        assert after.rate == pytest.approx(rate, abs=1e-16)
