@@ -120,6 +120,8 @@ PATIENCE = 0.3
 
 _lock = threading.RLock()
 _NUMBERS = frozenset((float, int))
+#: Flags of an array: in the order of C, of Fortran, writeable.
+_LAYOUT = 0x403
 _plain = threading.local()
 _seen = threading.local()
 _numbers: dict[tuple, int] = {}
@@ -204,7 +206,7 @@ class Compiled:
             return self.py_func(*arguments)
         if self.waits:
             return self._run_plain(*arguments)
-        kinds = tuple([kind if (kind := type(a)) in _NUMBERS else _kind(a) for a in arguments])
+        kinds = tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
         entry = self._entries.get(kinds)
         return entry(*arguments) if entry else self._first_call(kinds, arguments)
 
@@ -233,7 +235,8 @@ class Compiled:
 def _kind(argument: Any) -> Any:
     """What decides which machine code serves an argument that is not a number."""
     if type(argument) is np.ndarray:
-        return argument.dtype.num, argument.dtype.itemsize, argument.ndim, argument.flags.num & 3
+        layout = argument.flags.num & _LAYOUT
+        return argument.dtype.num, argument.dtype.itemsize, argument.ndim, layout
     if not isinstance(argument, tuple):
         return type(argument)
     # A run hands on one and the same model again and again.

@@ -193,6 +193,9 @@ class Parameters(Declared):
     def __post_init__(self) -> None:
         if self.check_each():
             check_together(self.__dict__)
+        else:
+            # Known without a look at each option: a run asks for both.
+            self.__dict__.update(model="rigid", law="constant")
 
     @cached_property
     def model(self) -> str:
