@@ -265,6 +265,8 @@ def test_an_error_in_any_thread_stops_all() -> None:
 INTERRUPTED = """
 import os, signal
 from damper.sweep.runs import run_points
+# A shell starts what runs in its background with interrupts ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 def progress(number, total):
     if number == 20:
         os.kill(os.getpid(), signal.SIGINT)

@@ -269,7 +269,7 @@ def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
     other = copy_project(tmp_path)
     snakemake(other, *asked, "--configfile", "config/ci.yaml")
     again = digests(other / "results")
-    assert len(again) > len(asked) > 20
+    assert len(again) > len(asked) > 10
     assert again == {path: made[path] for path in again}
     whole = [f"results/ci/{name}" for name in ("claims.md", "claims.csv", "report.html")]
     snakemake(reduced, *whole, "--configfile", "config/ci.yaml", "--force")
