@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from event_pairs import KINDS, assert_agree, distance, paired
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
@@ -44,7 +45,6 @@ from damper.models import start_run
 
 EPS = np.finfo(float).eps
 REST = (0.0, 0.0, 0.0, 0.0)
-KINDS = {"impact": 0, "stick": 1, "release": 2}
 
 
 def events(scene: tuple, state: tuple = REST, **settings: Any) -> np.ndarray:
@@ -57,41 +57,6 @@ def log_of(run: Trajectory, until: float) -> np.ndarray:
 
 
 # --- against many digits
-
-Pairs = list[tuple[np.void, reference.Event]]
-
-
-def paired(found: np.ndarray, exact: list[reference.Event]) -> Pairs:
-    """Pair engine and reference; impacts that the engine's tail stands for have no partner."""
-    pairs, k = [], 0
-    for row in found:
-        if row["kind"] == KINDS["stick"]:
-            while k < len(exact) and exact[k].kind == "impact" and exact[k].side == row["side"]:
-                k += 1
-        if k == len(exact):
-            break
-        pairs.append((row, exact[k]))
-        k += 1
-    return pairs
-
-
-def distance(row: np.void | reference.Event, event: reference.Event) -> float:
-    """Return the largest difference in time, position, velocity and approach speed."""
-    names = ("time", "x", "v", "approach_speed")
-    if isinstance(row, np.void):
-        values = [row[name] for name in names]
-    else:
-        values = [getattr(row, name) for name in names]
-    exact = [getattr(event, name) for name in names]
-    return max(float(abs(one - two)) for one, two in zip(values, exact, strict=True))
-
-
-def assert_agree(pairs: Pairs, error: float) -> None:
-    """Same kinds and sides in order, and every value within `error`."""
-    for row, event in pairs:
-        assert (row["kind"], row["side"]) == (KINDS[event.kind], event.side)
-        assert distance(row, event) <= error
-
 
 CHATTER = (0.1, 0.05, 0.2, 0.25, 0.6)
 LOW_RESTITUTION = (0.1, 0.05, 0.2, 0.25, 0.3)

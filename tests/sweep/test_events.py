@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from event_pairs import KINDS, assert_agree, distance, paired
 from mpmath import mp, mpf
 from reference import dop853, fine_step
 from reference.accumulation import accumulation_time
@@ -16,7 +17,6 @@ from damper.comparison import reference_rigid as mp_reference
 from damper.sweep.events import EVENT
 
 IMPACT, STICK, RELEASE, STOPPED = range(4)
-KINDS = {"impact": IMPACT, "stick": STICK, "release": RELEASE}
 
 
 def events(scene: tuple, state: tuple = (0.0, 0.0, 0.0, 0.0), **settings: Any) -> np.ndarray:
@@ -27,40 +27,6 @@ def events(scene: tuple, state: tuple = (0.0, 0.0, 0.0, 0.0), **settings: Any) -
 def of_kind(found: np.ndarray, kind: int) -> np.ndarray:
     """Return the rows of one kind."""
     return found[found["kind"] == kind]
-
-
-Pairs = list[tuple[np.void, mp_reference.Event]]
-
-
-def paired(found: np.ndarray, exact: list[mp_reference.Event]) -> Pairs:
-    """Pair engine and reference; impacts that the engine's tail stands for have no partner."""
-    pairs, k = [], 0
-    for row in found:
-        if row["kind"] == STICK:
-            while k < len(exact) and exact[k].kind == "impact" and exact[k].side == row["side"]:
-                k += 1
-        if k == len(exact):
-            break
-        pairs.append((row, exact[k]))
-        k += 1
-    return pairs
-
-
-def distance(row: Any, event: mp_reference.Event) -> float:
-    """Return the largest difference in time, position, velocity and approach speed."""
-    if isinstance(row, np.void):
-        values = (row["time"], row["x"], row["v"], row["approach_speed"])
-    else:
-        values = (row.time, row.x, row.v, row.approach_speed)
-    exact = (event.time, event.x, event.v, event.approach_speed)
-    return max(float(abs(one - two)) for one, two in zip(values, exact, strict=True))
-
-
-def assert_agree(pairs: Pairs, error: float) -> None:
-    """Same kinds and sides in order, and every value within `error`."""
-    for row, event in pairs:
-        assert (row["kind"], row["side"]) == (KINDS[event.kind], event.side)
-        assert distance(row, event) <= error
 
 
 # --- the known numbers of the model's notes

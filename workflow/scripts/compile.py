@@ -6,15 +6,8 @@ Parts are the event loop ("engine"), and each of the observers.
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
+from damper.models import MODELS
 from damper.sweep.slices import simulate_slice
-
-#: What a short scene needs to be one of each model.
-MODELS = {
-    "rigid": {},
-    "grounded": {"support_stiffness_ratio": 0.01},
-    "compliant": {"contact_stiffness_ratio": 1e4},
-    "time_varying": {"modulation_depth": 0.1},
-}
 
 part = snakemake.wildcards.part
 compile_at_once()

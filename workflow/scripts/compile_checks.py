@@ -3,16 +3,10 @@
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
+from damper.models import MODELS
 from damper.stress.checks import run_checks
 from damper.stress.identities import run_identities
 
-#: What a short scene needs to be one of each model.
-MODELS = {
-    "rigid": {},
-    "grounded": {"support_stiffness_ratio": 0.01},
-    "compliant": {"contact_stiffness_ratio": 1e4},
-    "time_varying": {"modulation_depth": 0.1},
-}
 POINT = {
     "mass_ratio": 0.1,
     "damping_ratio": 0.05,

@@ -16,20 +16,13 @@ from damper.cost.process import Worker
 from damper.engine import model as declared
 from damper.engine.compiled import compile_at_once
 from damper.engine.trajectory import Trajectory
-from damper.models import model_of, start_run, walls
+from damper.models import MODELS, model_of, start_run, walls
 from damper.models.rigid import Rigid
 from damper.observers import OBSERVERS
 from damper.parameters import Parameters
 from damper.parameters.quantities import QUANTITIES
 from damper.parameters.quantity import Declared, shared
 from damper.sweep.runs import run_points
-
-#: A scene of each model, for a process that has run them all.
-_OTHER_MODELS: Mapping[str, Mapping[str, float]] = {
-    "grounded": {"support_stiffness_ratio": 0.01},
-    "compliant": {"contact_stiffness_ratio": 1e4},
-    "time_varying": {"modulation_depth": 0.1},
-}
 
 
 class _Unclosed(Rigid):
@@ -157,7 +150,7 @@ def run_checked(
 
 def load_all(parameters: Mapping[str, float]) -> None:
     """Load and run every model, and every observer of the rigid one."""
-    for extra in _OTHER_MODELS.values():
+    for extra in MODELS.values():
         bare([dict(parameters) | extra], 2)
     for name in OBSERVERS:
         run_points([dict(parameters)], [name], transient=0, periods=2)

@@ -11,8 +11,13 @@ from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Traje
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
 
-#: Name of each model, which is that of its folder here.
-MODELS = ("rigid", "grounded", "compliant", "time_varying")
+#: Name of each model, which is that of its folder here, and what makes a rigid damper one of it.
+MODELS: dict[str, dict[str, float]] = {
+    "rigid": {},
+    "grounded": {"support_stiffness_ratio": 0.01},
+    "compliant": {"contact_stiffness_ratio": 1e4},
+    "time_varying": {"modulation_depth": 0.1},
+}
 
 
 def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:

@@ -185,7 +185,7 @@ def _place(
         gap = 0.0
         rate = 0.0
         mode = STICKING
-    elif gap <= ROUNDOFF * (clearance + abs(x) + abs(y)):
+    elif gap <= slack(clearance, x, y):
         gap = 0.0
         if rate == 0.0:
             here = Segment(

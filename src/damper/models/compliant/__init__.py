@@ -75,6 +75,7 @@ from damper.models.compliant.search import (
     watch_of,
 )
 from damper.models.rigid import FlightGap, flight_at, flight_point, free_flight
+from damper.models.walls import slack
 from damper.parameters import Parameters
 
 #: Part of the usual duration of a contact at which the search for its end begins where nothing
@@ -209,7 +210,7 @@ def _place(model, periods, time, x, v, y, u):
     side = 1.0 if relative >= 0.0 else -1.0
     gap = model.clearance - side * relative
     rate = -side * (u - v)
-    if abs(gap) <= ROUNDOFF * (model.clearance + abs(x) + abs(y)):
+    if abs(gap) <= slack(model.clearance, x, y):
         gap = 0.0
     new = Segment(periods, time, x, v, gap, rate, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
     return _settled(model, new)
