@@ -162,6 +162,38 @@ def test_nothing_is_compiled_twice() -> None:
     assert (different, threads) == (1, 5)
 
 
+GIVEN_BACK = """
+import gc, json
+from numba.core import types
+from damper.engine.compiled import Compiled, compile_at_once
+from damper.models import MODELS
+from damper.sweep.runs import run_points
+compile_at_once()
+point = dict(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25,
+             restitution=0.6)
+observers = ["impacts", "bursts"]
+for given in MODELS.values():
+    run_points([point | given], observers, transient=1, periods=2)
+
+def things(kind):
+    if isinstance(kind, types.BaseNamedTuple):
+        return True
+    return isinstance(kind, types.BaseTuple) and any(map(things, kind))
+
+entries = [c._outer for c in gc.get_objects() if isinstance(c, Compiled) and c._outer]
+given_back = [(e.py_func.__name__, s) for e in entries for s in e.nopython_signatures]
+print(json.dumps([len(given_back), [name for name, s in given_back if things(s.return_type)]]))
+"""
+
+
+@needs_numba
+def test_compiled_code_gives_no_named_tuple_back() -> None:
+    """An interrupt while numba makes one ends the process; see `damper.engine.compiled.plain`."""
+    number, wrong = in_new_process(GIVEN_BACK, DAMPER_COMPILE="1")
+    assert number >= 4 * 4
+    assert not wrong
+
+
 # --- the cache
 
 #: An entry whose result comes from a function of another module.

@@ -20,11 +20,14 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from functools import update_wrapper
+from functools import update_wrapper, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+
+P = ParamSpec("P")
+Made = TypeVar("Made")
 
 _KEPT_CACHES = 4
 #: Seconds since a process last started with a cache, before which it may still be in use.
@@ -123,8 +126,6 @@ _NUMBERS = frozenset((float, int))
 #: Flags of an array: in the order of C, of Fortran, writeable.
 _LAYOUT = 0x403
 _plain = threading.local()
-_seen = threading.local()
-_numbers: dict[tuple, int] = {}
 _spent = 0.0
 _numba: Any = None
 _folder: Path | None = None
@@ -239,23 +240,37 @@ def _kind(argument: Any) -> Any:
         return argument.dtype.num, argument.dtype.itemsize, argument.ndim, layout
     if not isinstance(argument, tuple):
         return type(argument)
-    # A run hands on one and the same model again and again.
-    last, known = getattr(_seen, "last", (None, None))
-    if last is not argument:
-        # Classes of the parts, and of theirs: a model's contact law, an oscillator's forcing.
-        within = [tuple(map(type, part)) for part in argument if isinstance(part, tuple)]
-        known = type(argument), *map(type, argument), *within
-        if within:
-            # A number is found sooner than a tuple of classes.
-            known = _numbers.setdefault(known, len(_numbers))
-            _seen.last = argument, known
-    return known
+    law = getattr(argument, "law", None)
+    if law is not None:
+        # A model: only these two of its parts are not always of one class.
+        return type(argument), type(law), type(argument.free.forcing)  # type: ignore[attr-defined]
+    within = [tuple(map(type, part)) for part in argument if isinstance(part, tuple)]
+    return type(argument), *map(type, argument), *within
 
 
 def compile_at_once() -> None:
     """Let this process compile what it calls without running it plain first."""
     global _spent
     _spent = PATIENCE
+
+
+def plain(function: Callable[P, Made]) -> Callable[P, Made]:
+    """Run `function`, with all that it calls, as plain Python (a decorator).
+
+    For what makes a NamedTuple: numba builds it for Python by a call that a user's interrupt can
+    break off, which ends the process. It also takes longer.
+    """
+
+    @wraps(function)
+    def run(*arguments: P.args, **named: P.kwargs) -> Made:
+        before = getattr(_plain, "running", False)
+        _plain.running = True
+        try:
+            return function(*arguments, **named)
+        finally:
+            _plain.running = before
+
+    return run
 
 
 def compiled(function: Callable) -> Callable:

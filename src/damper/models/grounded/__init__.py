@@ -8,9 +8,17 @@ from typing import Any, NamedTuple
 
 from damper.engine import model as declared
 from damper.engine.bounds import energy_norm
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.completion import completion, sticks
-from damper.engine.forcing import Phase, bound_of, force_rates, harmonic, phase_at, rate_of
+from damper.engine.forcing import (
+    Phase,
+    bound_of,
+    force_rates,
+    harmonic,
+    period_of,
+    phase_at,
+    rate_of,
+)
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -25,7 +33,7 @@ from damper.engine.oscillator import (
 from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, look, rates_of
 from damper.engine.segment import FLIGHT, RELEASE
 from damper.models import walls
-from damper.models.rigid import Primary, bounce_in
+from damper.models.rigid import FlightGap, Primary, bounce_in
 from damper.models.walls import End
 from damper.parameters import Parameters
 
@@ -59,53 +67,38 @@ class Grounded(NamedTuple):
     """Its damping ratio, with mass and stiffness of the primary."""
 
 
+@plain
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     """Constants of one run."""
     p = parameters
-    return _prepare(
-        p.mass_ratio,
-        p.clearance,
-        law,
-        p.damping_ratio,
-        harmonic(p.frequency_ratio, p.phase),
-        p.support_stiffness_ratio,
-        p.support_damping,
-        accuracy,
-    )
-
-
-@compiled
-def _prepare(mass_ratio, clearance, law, damping_ratio, forcing, stiffness, damping, accuracy):
-    heavier = 1.0 + mass_ratio
-    beta = damping / mass_ratio
-    kappa = stiffness / mass_ratio
-    if kappa == 0.0:
-        # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
-        kappa = 1e-100
-    stuck_beta = (damping_ratio + damping) / heavier
-    stuck_kappa = (1.0 + stiffness) / heavier
+    forcing = harmonic(p.frequency_ratio, p.phase)
+    heavier = 1.0 + p.mass_ratio
+    beta = p.support_damping / p.mass_ratio
+    # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
+    kappa = p.support_stiffness_ratio / p.mass_ratio or 1e-100
+    stuck_beta = (p.damping_ratio + p.support_damping) / heavier
+    stuck_kappa = (1.0 + p.support_stiffness_ratio) / heavier
     root = math.sqrt(kappa)
-    omega = forcing.omega
+    omega = p.frequency_ratio
     # The contact force obeys the equation of sticking; this is what drives it.
     even = (root - omega) * (root + omega)
     odd = 2.0 * beta * omega
     size = math.sqrt(even * even + odd * odd)
-    rate = 2.0 * beta + root
     return Grounded(
-        mass_ratio,
-        clearance,
+        p.mass_ratio,
+        p.clearance,
         law,
-        2.0 * math.pi / omega,
-        accuracy / max(1.0, omega, rate),
-        oscillator(damping_ratio, 1.0, 1.0, forcing),
+        period_of(forcing),
+        accuracy / max(1.0, omega, 2.0 * beta + root),
+        oscillator(p.damping_ratio, 1.0, 1.0, forcing),
         oscillator(stuck_beta, stuck_kappa, 1.0 / heavier, forcing),
         oscillator(beta, kappa, 0.0, forcing),
         oscillator(stuck_beta, stuck_kappa, size, forcing),
         even / size if size > 0.0 else 1.0,
         odd / size if size > 0.0 else 0.0,
-        -kappa * clearance * heavier / (1.0 + stiffness),
-        stiffness,
-        damping,
+        -kappa * p.clearance * heavier / (1.0 + p.support_stiffness_ratio),
+        p.support_stiffness_ratio,
+        p.support_damping,
     )
 
 
@@ -281,10 +274,7 @@ def _look_at_force(moving, tau):
     return _force_point(moving, tau, motion)
 
 
-@rates_of.of(SupportedForce)
-def _rates_of_force(moving):
-    rate = rate_of(moving.osc.forcing)
-    return rate, max(rate, moving.osc.rate), moving.osc.coupling
+rates_of.share(SupportedForce, FlightGap)
 
 
 @walls.stick.of(Grounded)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from damper.engine import model as declared
 from damper.engine.bounds import energy_norm
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.completion import bounce_at, completion, sticks
 from damper.engine.forcing import bound_of, harmonic, period_of, phase_at, rate_of
 from damper.engine.impact import restitution_at
@@ -43,38 +43,20 @@ class Rigid(NamedTuple):
     """Both masses together."""
 
 
+@plain
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
-    """Constants of one run."""
+    """Constants of one run; models that have more take them over."""
     p = parameters
-    return make_rigid(
+    forcing = harmonic(p.frequency_ratio, p.phase)
+    heavier = 1.0 + p.mass_ratio
+    return Rigid(
         p.mass_ratio,
         p.clearance,
         law,
-        p.damping_ratio,
-        harmonic(p.frequency_ratio, p.phase),
-        accuracy,
-    )
-
-
-@compiled
-def make_rigid(
-    mass_ratio: float,
-    clearance: float,
-    law: Any,
-    damping_ratio: float,
-    forcing: Any,
-    accuracy: float,
-) -> Rigid:
-    """Constants of a damper with rigid walls; models that have more take them over."""
-    heavier = 1.0 + mass_ratio
-    return Rigid(
-        mass_ratio,
-        clearance,
-        law,
         period_of(forcing),
         accuracy / max(1.0, rate_of(forcing)),
-        oscillator(damping_ratio, 1.0, 1.0, forcing),
-        oscillator(damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, forcing),
+        oscillator(p.damping_ratio, 1.0, 1.0, forcing),
+        oscillator(p.damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, forcing),
     )
 
 
@@ -225,11 +207,7 @@ def _look_at_force(moving, tau):
     return _force_point(moving, tau, dx, motion)
 
 
-@rates_of.of(Force)
-def _rates_of_force(moving):
-    osc = moving.osc
-    forcing_rate = rate_of(osc.forcing)
-    return forcing_rate, max(forcing_rate, osc.rate), osc.coupling
+rates_of.share(Force, FlightGap)
 
 
 @walls.stick.of(Rigid)

@@ -9,12 +9,12 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.compiled import compiled
-from damper.engine.forcing import harmonic, phase_at
+from damper.engine.compiled import compiled, plain
+from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
 from damper.engine.segment import FLIGHT
-from damper.models import walls
-from damper.models.rigid import Rigid, bounce_in, flight_at, make_rigid, rigid_completion
+from damper.models import rigid, walls
+from damper.models.rigid import Rigid, bounce_in, flight_at, rigid_completion
 from damper.models.time_varying.motion import (
     MassLaw,
     advance_together,
@@ -41,19 +41,12 @@ class TimeVarying(NamedTuple):
     """How the free mass varies."""
 
 
+@plain
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> TimeVarying:
     """Constants of one run."""
     p = parameters
-    rigid: Rigid = make_rigid(
-        p.mass_ratio,
-        p.clearance,
-        law,
-        p.damping_ratio,
-        harmonic(p.frequency_ratio, p.phase),
-        accuracy,
-    )
     return TimeVarying(
-        *rigid,
+        *rigid.prepare(p, law, accuracy),
         mass_law(
             p.mass_ratio,
             p.modulation_depth,
