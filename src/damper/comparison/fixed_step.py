@@ -199,7 +199,9 @@ def note(
     """Add an event; returns the notes, in a longer array where they were full, and their count."""
     if count == len(notes):
         longer = np.empty((2 * count + 64, 4))
-        longer[:count] = notes
+        for row in range(count):
+            for column in range(4):
+                longer[row, column] = notes[row, column]
         notes = longer
     notes[count, WHEN] = time
     notes[count, KIND] = kind

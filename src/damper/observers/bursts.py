@@ -272,7 +272,8 @@ def _strike(model, s, thresholds, state, counts):
         state.first_speed = s.speed
         state.onset_periods = s.periods
         state.onset_time = s.time
-        visible[0, :] = 0
+        for k in range(len(fractions)):
+            visible[0, k] = 0
     state.last_periods = s.periods
     state.last_time = s.time
     for k in range(len(fractions)):

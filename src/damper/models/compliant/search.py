@@ -122,7 +122,7 @@ def _separate(touch, split):
     matrix = split.matrix
     # p on the manifold, by the slow variables.
     push = np.zeros(4)
-    target = np.array([-1.0, -drag, 1.0, 0.0])
+    target = (-1.0, -drag, 1.0, 0.0)
     converged = False
     for _ in range(_ITERATIONS):
         for k in range(4):
