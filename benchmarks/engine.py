@@ -3,8 +3,9 @@
     python benchmarks/engine.py [--lanes 1000] [--periods 200]
 
 Everything runs in one process, on one core, and the ratios printed come from this one run. Errors
-are against 40 digits (`damper.comparison.reference_rigid`), over the first impacts of the scene
-(later ones differ by chaos, not by error). Nothing here is a test: machines differ and are shared.
+are against 40 digits (`damper.verification.comparison.reference_rigid`), over the first impacts of
+the scene (later ones differ by chaos, not by error). Nothing here is a test: machines differ and
+are shared.
 """
 
 import argparse
@@ -18,12 +19,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import damper
-from damper.comparison import reference_rigid
-from damper.cost.machine import core, machine
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
+from damper.verification.comparison import reference_rigid
+from damper.verification.cost.machine import core, machine
 
 SCENES = {
     "generic": damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6),

@@ -17,9 +17,9 @@ from dataclasses import asdict
 from engine import SCENES
 
 import damper
-from damper.cost.ladder import climb, read_rungs
-from damper.cost.machine import core, machine
 from damper.observers import OBSERVERS
+from damper.verification.cost.ladder import climb, read_rungs
+from damper.verification.cost.machine import core, machine
 
 #: What the restitution study observes.
 STUDY = ("stroboscopic_section", "impacts", "bursts")

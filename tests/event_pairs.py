@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damper.comparison import reference_rigid as reference
+from damper.verification.comparison import reference_rigid as reference
 
 #: Name of each kind in the reference -> its code in `damper.events`.
 KINDS = {"impact": 0, "stick": 1, "release": 2}

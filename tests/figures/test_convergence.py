@@ -11,8 +11,8 @@ import xarray as xr
 from figures.drawing import assert_nothing_overlaps, drawn
 
 from damper import Parameters, events, simulate
-from damper.study.convergence import make, order_of, rigid_values
-from damper.study.tables import About
+from damper.tables import About
+from damper.tables.convergence import make, order_of, rigid_values
 
 POINT = {
     "mass_ratio": 0.1,

@@ -14,8 +14,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from damper import Parameters, events, simulate
+from damper.analysis.stretches import listed_bursts
 from damper.figures.style import BLUE, ORANGE, YELLOW
-from damper.study.stretches import listed_bursts
 
 COMPLETE = {
     "mass_ratio": 0.1,

@@ -6,8 +6,8 @@ from figures.drawing import made_up
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from damper.analysis.best import least
 from damper.figures.layout import edges, geometric, legend, numbers, select, wrap
-from damper.study.best import least
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}

@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from new_process import in_new_process
 
 import damper
+from damper.analysis.amplitudes import amplitudes
 from damper.figures import FIGURES, THEORY, modules
 from damper.figures.style import BLUE, GREEN, VERMILION
-from damper.study.amplitudes import amplitudes
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits

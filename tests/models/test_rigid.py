@@ -18,7 +18,6 @@ from scipy.optimize import brentq
 
 import damper
 from damper import Parameters, State
-from damper.comparison import reference_rigid as reference
 from damper.engine.search import HORIZON
 from damper.engine.segment import (
     CAUSE,
@@ -42,6 +41,7 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
+from damper.verification.comparison import reference_rigid as reference
 
 EPS = np.finfo(float).eps
 REST = (0.0, 0.0, 0.0, 0.0)

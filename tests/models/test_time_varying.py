@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 from tails import tail
 
 from damper import Parameters, State, events
-from damper.comparison.reference_rigid import Hit
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
     CAUSE,
@@ -32,6 +31,7 @@ from damper.engine.segment import (
 )
 from damper.models import model_of, start_run
 from damper.models.time_varying.motion import DEGREE, _first_loss, mass_law, modulation
+from damper.verification.comparison.reference_rigid import Hit
 
 EPS = np.finfo(float).eps
 BASE = {

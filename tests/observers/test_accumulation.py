@@ -13,12 +13,12 @@ from new_process import in_new_process
 from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
 
 from damper import Parameters, simulate
-from damper.comparison import reference_rigid as mp_reference
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
+from damper.verification.comparison import reference_rigid as mp_reference
 
 PREDICTED = (
     "first_order_time",

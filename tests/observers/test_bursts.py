@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
 
 from damper import State
-from damper.comparison import reference_rigid as mp_reference
 from damper.sweep.runs import run_points
+from damper.verification.comparison import reference_rigid as mp_reference
 
 SUMMARY = (
     "visible_impacts",

@@ -7,7 +7,8 @@ Modules
 -------
 closed_form
     Events of the rigid model in arbitrary precision by exponentials, brackets and extrapolation:
-    a second implementation beside `damper.comparison.reference_rigid`, which some of these use.
+    a second implementation beside `damper.verification.comparison.reference_rigid`, which some of
+    these use.
 compliant
     The damper with compliant contact, in arbitrary precision and by DOP853.
 accumulation

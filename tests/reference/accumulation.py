@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from damper.comparison.reference_rigid import GUARD_DIGITS, Parameters, events, fly
+from damper.verification.comparison.reference_rigid import GUARD_DIGITS, Parameters, events, fly
 
 
 def accumulation_time(

@@ -1,10 +1,10 @@
 """The rigid damper a second time in many digits: exponentials, brackets, extrapolation.
 
-Nothing is shared with `damper.comparison.reference_rigid`. The motion between events is a sum of
-exponentials in absolute coordinates; events are bracketed on a grid (double crossings by the
-rate's change of sign) and found by `mpmath.findroot`; a complete burst is followed for some bounces
-and its end extrapolated: after n bounces time, place and common velocity differ from their limits
-by a power series in r**n, of which Richardson's scheme removes term by term.
+Nothing is shared with `damper.verification.comparison.reference_rigid`. The motion between events
+is a sum of exponentials in absolute coordinates; events are bracketed on a grid (double crossings
+by the rate's change of sign) and found by `mpmath.findroot`; a complete burst is followed for some
+bounces and its end extrapolated: after n bounces time, place and common velocity differ from their
+limits by a power series in r**n, of which Richardson's scheme removes term by term.
 """
 
 from __future__ import annotations

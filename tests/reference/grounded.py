@@ -10,8 +10,13 @@ from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from damper.comparison.reference_rigid import Event
-from damper.comparison.reference_series import first_root, horner, lowest_order, term_count
+from damper.verification.comparison.reference_rigid import Event
+from damper.verification.comparison.reference_series import (
+    first_root,
+    horner,
+    lowest_order,
+    term_count,
+)
 
 #: Length of one Taylor panel over the fastest time constant.
 PANEL = 1.0

@@ -1,7 +1,7 @@
 """The references of the tests: known numbers, rules of single cases, agreement with each other.
 
-`tests/comparison/test_reference_rigid.py` has the rigid reference against a second one in all
-digits. Here are the methods in doubles, the formulas of `accumulation` and the closed orbit.
+`tests/verification/comparison/test_reference_rigid.py` has the rigid reference against a second one
+in all digits. Here are the methods in doubles, the formulas of `accumulation` and the closed orbit.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from damper.comparison.reference_rigid import Event, Parameters, events, stick_flow
+from damper.verification.comparison.reference_rigid import Event, Parameters, events, stick_flow
 
 from . import dop853, fine_step
 from .accumulation import (

@@ -1,7 +1,7 @@
 """Events of the impact damper with a time-variant free mass in arbitrary precision.
 
-Flights are those of the rigid damper (`damper.comparison.reference_rigid`). While the masses
-stick, x and v are Taylor series in panels of a fixed, short length, found by dividing
+Flights are those of the rigid damper (`damper.verification.comparison.reference_rigid`). While the
+masses stick, x and v are Taylor series in panels of a fixed, short length, found by dividing
 series: x'' = F / (1 + mu).
 """
 
@@ -11,8 +11,15 @@ from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from damper.comparison.reference_rigid import GUARD_DIGITS, Event, Hit, Parameters, fly, taylor
-from damper.comparison.reference_series import first_root, horner, lowest_order
+from damper.verification.comparison.reference_rigid import (
+    GUARD_DIGITS,
+    Event,
+    Hit,
+    Parameters,
+    fly,
+    taylor,
+)
+from damper.verification.comparison.reference_series import first_root, horner, lowest_order
 
 
 class Mass(NamedTuple):

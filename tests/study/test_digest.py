@@ -87,8 +87,8 @@ CONCERNS = {
         ],
         [
             "sweep/cube.py",
-            "study/tables.py",
-            "study/interval_table.py",
+            "tables/__init__.py",
+            "tables/intervals.py",
             "study/config.py",
             "study/digest.py",
             "figures/bifurcation.py",
@@ -100,7 +100,7 @@ CONCERNS = {
     ),
     "gather.py": (
         ["sweep/cube.py", "sweep/slices.py", "parameters/variables.py", "parameters/dampers.py"],
-        ["study/tables.py", "study/config.py", "figures/bifurcation.py", "sweep/simulation.py"],
+        ["tables/__init__.py", "study/config.py", "figures/bifurcation.py", "sweep/simulation.py"],
     ),
     "figure.py": (
         ["figures/__init__.py", "figures/style.py", "parameters/quantities.py"],
@@ -110,21 +110,21 @@ CONCERNS = {
             "engine/search.py",
             "sweep/runs.py",
             "sweep/cube.py",
-            "study/tables.py",
+            "tables/__init__.py",
         ],
     ),
     "table.py": (
         [
-            "study/tables.py",
-            "study/interval_table.py",
-            "study/intervals.py",
+            "tables/__init__.py",
+            "tables/intervals.py",
+            "analysis/intervals.py",
             "sweep/runs.py",
             "engine/trajectory.py",
             "engine/search.py",
             "engine/oscillator.py",
         ],
         [
-            "study/performance_table.py",
+            "tables/performance.py",
             "sweep/cube.py",
             "study/config.py",
             "figures/bifurcation.py",
@@ -133,13 +133,13 @@ CONCERNS = {
     ),
     "compile.py": (
         ["engine/compiled.py", "sweep/slices.py", "engine/trajectory.py", "engine/oscillator.py"],
-        ["sweep/cube.py", "study/tables.py", "figures/style.py"],
+        ["sweep/cube.py", "tables/__init__.py", "figures/style.py"],
     ),
 }
 
 
 #: Modules that a script loads by name.
-NAMED = {"table.py": ("damper.study.interval_table",)}
+NAMED = {"table.py": ("damper.tables.intervals",)}
 
 
 @pytest.mark.parametrize("script", CONCERNS)

@@ -5,18 +5,18 @@ from new_process import in_new_process
 
 LIGHT = [
     "damper.sweep.cube",
-    "damper.study.comparison_cube",
-    "damper.study.comparison_table",
-    "damper.study.stress_cube",
-    "damper.study.stress_table",
-    "damper.study.twins_cube",
-    "damper.study.twins_table",
-    "damper.study.cost_table",
-    "damper.figures.work_precision",
-    "damper.figures.solver_summary",
-    "damper.figures.stress",
-    "damper.figures.twins",
-    "damper.figures.cost",
+    "damper.verification.comparison.cube",
+    "damper.verification.comparison.tables",
+    "damper.verification.stress.cube",
+    "damper.verification.stress.table",
+    "damper.verification.stress.twins_cube",
+    "damper.verification.stress.twins_table",
+    "damper.verification.cost.table",
+    "damper.verification.comparison.work_precision",
+    "damper.verification.comparison.summary",
+    "damper.verification.stress.figure",
+    "damper.verification.stress.twins_figure",
+    "damper.verification.cost.figure",
 ]
 HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")
 CODE = f"""

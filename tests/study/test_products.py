@@ -12,8 +12,8 @@ from damper.figures import FIGURES as DRAWN
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.fields import Faults, faults_of
-from damper.study.kinds import KINDS
 from damper.study.products import FIGURES, TABLES, VARIABLES, Offer, Product
+from damper.verification.kinds import KINDS
 
 GOOD: dict[str, Any] = {
     "title": "t",

@@ -20,11 +20,11 @@ from damper.parameters.quantities import ALL, MODEL_NAMES, SI_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Kind, Strict, kind_of
-from damper.study.kinds import KINDS
 from damper.study.model import Settings, Study
 from damper.study.products import FIGURES, TABLES
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial, Threshold
 from damper.study.yaml_file import read_yaml
+from damper.verification.kinds import KINDS
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted((ROOT / "config/studies").glob("*.yaml"))

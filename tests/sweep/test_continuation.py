@@ -11,7 +11,6 @@ from new_process import in_new_process
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, simulate
-from damper.comparison import reference_rigid as mp_reference
 from damper.engine.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
@@ -19,6 +18,7 @@ from damper.sweep import runs
 from damper.sweep.cube import gather
 from damper.sweep.runs import run_points
 from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+from damper.verification.comparison import reference_rigid as mp_reference
 
 #: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
 SCENE: dict[str, float] = {

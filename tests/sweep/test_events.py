@@ -13,8 +13,8 @@ from reference import dop853, fine_step
 from reference.accumulation import accumulation_time
 
 import damper
-from damper.comparison import reference_rigid as mp_reference
 from damper.sweep.events import EVENT
+from damper.verification.comparison import reference_rigid as mp_reference
 
 IMPACT, STICK, RELEASE, STOPPED = range(4)
 

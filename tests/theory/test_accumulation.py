@@ -13,12 +13,12 @@ from new_process import in_new_process
 from reference.accumulation import accumulation_time, kinematic_accumulation_time
 
 from damper import Parameters
-from damper.comparison import reference_rigid as mp_reference
 from damper.engine.completion import completion_times
 from damper.engine.segment import TAIL, Segment
 from damper.models import start_run
 from damper.parameters import State
 from damper.theory.accumulation import predict
+from damper.verification.comparison import reference_rigid as mp_reference
 
 #: Model section 4: on the right wall at t = 2, x = 2, x' = .1.
 P = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)

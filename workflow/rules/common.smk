@@ -8,11 +8,11 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 try:
-    from damper.cost.benchmarks import seconds_by_stage
+    from damper.verification.cost.benchmarks import seconds_by_stage
     from damper.parameters.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
-    from damper.study.kinds import Verification
+    from damper.verification.kinds import Verification
 except ImportError as error:
     raise WorkflowError(
         f"damper or one of its packages is missing ({error}): install them with "

@@ -23,7 +23,7 @@ def _solvers(wildcards):
 def _solver_modules(wildcards):
     names = COMPARISONS[wildcards.study].solvers
     return [
-        *(f"damper.comparison.solvers.{name}" for name in names),
+        *(f"damper.verification.comparison.solvers.{name}" for name in names),
         "damper.models.rigid",
         "damper.models.compliant",
     ]

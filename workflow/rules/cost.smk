@@ -2,12 +2,12 @@
 
 import os
 
-from damper.comparison.solvers import SOLVERS
+from damper.verification.comparison.solvers import SOLVERS
 from damper.observers import OBSERVERS
 
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
-EVERY_SOLVER = [f"damper.comparison.solvers.{name}" for name in SOLVERS]
+EVERY_SOLVER = [f"damper.verification.comparison.solvers.{name}" for name in SOLVERS]
 SCRIPT = "workflow/scripts/{}.py".format
 # Kind of job -> its script, and the modules that it loads by name.
 STARTS = {
@@ -16,8 +16,8 @@ STARTS = {
     "gather": ("gather", ["netCDF4"]),
     "figure: map": ("figure", ["damper.figures.map", "netCDF4"]),
     "figure: schematic": ("figure", ["damper.figures.schematic"]),
-    "table: intervals": ("table", ["damper.study.interval_table", "netCDF4"]),
-    "table: performance": ("table", ["damper.study.performance_table", "netCDF4"]),
+    "table: intervals": ("table", ["damper.tables.intervals", "netCDF4"]),
+    "table: performance": ("table", ["damper.tables.performance", "netCDF4"]),
     "reference": ("reference", []),
     "errors": ("errors", EVERY_SOLVER),
     "timings": ("timings", ["netCDF4", *EVERY_SOLVER]),
@@ -26,7 +26,10 @@ STARTS = {
     "twins": ("twins", EVERY_MODEL),
     "stress": ("stress", ["netCDF4"]),
     "cost": ("cost", []),
-    "claims": ("claims", ["damper.study.claims.paper_a", "damper.study.claims.paper_b", "netCDF4"]),
+    "claims": (
+        "claims",
+        ["damper.papers.claims.paper_a", "damper.papers.claims.paper_b", "netCDF4"],
+    ),
     "report": ("report", ["jinja2", "docutils.core"]),
 }
 

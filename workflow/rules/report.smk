@@ -36,7 +36,7 @@ rule report:
     params:
         studies=[study.about() for study in DEFAULT.values()],
         kinds=_page_kinds(),
-        code=code_digest(SCRIPTS / "report.py", ["damper.study.report"]),
+        code=code_digest(SCRIPTS / "report.py", ["damper.report.page"]),
     message:
         "Write the page with everything"
     script:

@@ -8,8 +8,8 @@ TWINS = {(s.name, part): run for s in STRESSES.values() for part, run in s.twins
 CHECK_MODULES = [
     *EVERY_MODEL,
     *(f"{model}.response" for model in EVERY_MODEL),
-    "damper.stress.compliant_checks",
-    "damper.stress.grounded_checks",
+    "damper.verification.stress.compliant_checks",
+    "damper.verification.stress.grounded_checks",
 ]
 COMPILED_CHECKS = [f"{RESULTS}/compiled_checks/{model}.txt" for model in ("rigid", *MODEL_NAMES)]
 

@@ -1,7 +1,7 @@
 """Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
 
 from damper.study.settings import SECTIONS
-from damper.study.tables import TABLES
+from damper.tables import TABLES
 
 
 def _table_settings(wildcards):

@@ -1,7 +1,7 @@
 """Figures and tables of the studies that check the engine."""
 
 from damper.figures import FIGURES
-from damper.study.tables import TABLES_OF_RESULTS
+from damper.tables import TABLES_OF_RESULTS
 
 
 def _product(section, folder, wildcards):

@@ -1,6 +1,6 @@
 """Verdicts on the papers' statements, from the cubes of the studies that bear on them."""
 
-from damper.study.claims import STUDIES as CLAIM_STUDIES
+from damper.papers.claims import STUDIES as CLAIM_STUDIES
 
 JUDGED_BY = sorted({name for names in CLAIM_STUDIES.values() for name in names})
 
@@ -35,7 +35,7 @@ rule claims:
         ],
         code=code_digest(
             SCRIPTS / "claims.py",
-            ["damper.study.claims.paper_a", "damper.study.claims.paper_b"],
+            ["damper.papers.claims.paper_a", "damper.papers.claims.paper_b"],
         ),
     message:
         "Judge the papers' statements"

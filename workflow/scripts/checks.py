@@ -3,9 +3,9 @@
 from math import inf
 from pathlib import Path
 
-from damper.stress.box import corners, part, random_lanes
-from damper.stress.checks import run_checks
-from damper.stress.parts import write_part
+from damper.verification.stress.box import corners, part, random_lanes
+from damper.verification.stress.checks import run_checks
+from damper.verification.stress.parts import write_part
 
 params = snakemake.params
 run = params.run

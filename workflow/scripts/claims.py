@@ -5,8 +5,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from damper.study.claims import judge
-from damper.study.claims.page import to_csv, to_markdown
+from damper.papers.claims import judge
+from damper.papers.claims.page import to_csv, to_markdown
 
 with ExitStack() as stack:
     cubes = {

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from damper.study.comparison_cube import gather_errors
 from damper.sweep.cube import REFERENCES, write_cube
+from damper.verification.comparison.cube import gather_errors
 
 params = snakemake.params
 parts = {}

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.models import MODELS
-from damper.stress.checks import run_checks
-from damper.stress.identities import run_identities
+from damper.verification.stress.checks import run_checks
+from damper.verification.stress.identities import run_identities
 
 POINT = {
     "mass_ratio": 0.1,

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from damper.comparison.scene import read_scene
-from damper.comparison.solvers import load
 from damper.engine.compiled import COMPILED, compile_at_once
+from damper.verification.comparison.scene import read_scene
+from damper.verification.comparison.solvers import load
 
 POINT = {
     "mass_ratio": 0.1,

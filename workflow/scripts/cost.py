@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from damper.cost.measure import measure
+from damper.verification.cost.measure import measure
 
 params = snakemake.params
 # Jobs run in the folder of the project.

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from damper.comparison.reference import read_reference
-from damper.comparison.runs import run_scene
-from damper.comparison.scene import read_scene
+from damper.verification.comparison.reference import read_reference
+from damper.verification.comparison.runs import run_scene
+from damper.verification.comparison.scene import read_scene
 
 params = snakemake.params
 reference = read_reference(Path(snakemake.input[0]))

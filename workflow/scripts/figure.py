@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from damper.analysis.open_cubes import open_cubes
 from damper.figures import draw
 from damper.figures.style import save, style
-from damper.study.open_cubes import open_cubes
 
 settings = dict(snakemake.params.settings)
 path = snakemake.input.cube or None

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from damper.comparison.reference import make_reference, write_reference
-from damper.comparison.scene import read_scene
+from damper.verification.comparison.reference import make_reference, write_reference
+from damper.verification.comparison.scene import read_scene
 
 scene = read_scene(**snakemake.params.scene)
 write_reference(Path(snakemake.output[0]), make_reference(scene, snakemake.params.digits))

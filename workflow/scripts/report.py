@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from damper.study.report import captions, chapter, page
+from damper.report.page import captions, chapter, page
 
 template = Path(snakemake.input.template)
 results = Path(snakemake.output[0]).parent

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from damper.study.stress_cube import gather
-from damper.study.twins_cube import gather_twins
 from damper.sweep.cube import REFERENCES, write_cube
+from damper.verification.stress.cube import gather
+from damper.verification.stress.twins_cube import gather_twins
 
 params = snakemake.params
 about = {**params.about, "references": REFERENCES, "code_digest": params.code}

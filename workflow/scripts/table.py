@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from damper.study.open_cubes import open_cubes
-from damper.study.tables import About, make
+from damper.analysis.open_cubes import open_cubes
+from damper.tables import About, make
 
 settings = dict(snakemake.params.settings)
 

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from damper.comparison.scene import read_scene
-from damper.comparison.timings import machine, time_solvers
-from damper.study.comparison_cube import gather_timings
 from damper.sweep.cube import write_cube
+from damper.verification.comparison.cube import gather_timings
+from damper.verification.comparison.scene import read_scene
+from damper.verification.comparison.timings import machine, time_solvers
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}

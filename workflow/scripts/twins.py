@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from damper.stress.box import random_lanes
-from damper.stress.identities import run_identities
-from damper.stress.parts import write_part
+from damper.verification.stress.box import random_lanes
+from damper.verification.stress.identities import run_identities
+from damper.verification.stress.parts import write_part
 
 run = snakemake.params.run
 lanes = random_lanes(**run["lanes"])

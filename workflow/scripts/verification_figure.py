@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from damper.analysis.open_cubes import read_results
 from damper.figures import draw
 from damper.figures.style import save, style
-from damper.study.open_cubes import read_results
 
 settings = dict(snakemake.params.settings)
 results = [read_results(Path(path)) for path in snakemake.input]

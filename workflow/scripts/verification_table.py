@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from damper.study.open_cubes import read_results
-from damper.study.tables import make_of_results
+from damper.analysis.open_cubes import read_results
+from damper.tables import make_of_results
 
 settings = dict(snakemake.params.settings)
 results = [read_results(Path(path)) for path in snakemake.input]

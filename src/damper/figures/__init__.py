@@ -6,26 +6,28 @@ from typing import Any
 
 #: Kind in study files -> module; each has `draw(cube, **settings) -> Figure`.
 FIGURES = {
-    name: f"damper.figures.{name}"
-    for name in (
-        "bifurcation",
-        "map",
-        "curves",
-        "trajectory",
-        "histories",
-        "phase_portrait",
-        "accumulation",
-        "free_mass",
-        "schematic",
-        "slow_manifold",
-        "profiles",
-        "convergence",
-        "work_precision",
-        "solver_summary",
-        "stress",
-        "twins",
-        "cost",
-    )
+    **{
+        name: f"damper.figures.{name}"
+        for name in (
+            "bifurcation",
+            "map",
+            "curves",
+            "trajectory",
+            "histories",
+            "phase_portrait",
+            "accumulation",
+            "free_mass",
+            "schematic",
+            "slow_manifold",
+            "convergence",
+        )
+    },
+    "profiles": "damper.papers.calibration.profiles",
+    "work_precision": "damper.verification.comparison.work_precision",
+    "solver_summary": "damper.verification.comparison.summary",
+    "stress": "damper.verification.stress.figure",
+    "twins": "damper.verification.stress.twins_figure",
+    "cost": "damper.verification.cost.figure",
 }
 #: What `theory` of a kind may be -> module; each has an `overlay`.
 THEORY = {name: f"damper.figures.{name}" for name in ("two_impacts", "small_mass_limit")}

@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.style import BLACK, BLUE, PAGE, VERMILION, label
-from damper.study.accumulation_errors import (
+from damper.analysis.accumulation_errors import (
     BURST,
     IMPACT,
     ORDERS,
@@ -23,6 +21,8 @@ from damper.study.accumulation_errors import (
     Errors,
     errors_of,
 )
+from damper.figures.layout import head, legend, place_text, say, select
+from damper.figures.style import BLACK, BLUE, PAGE, VERMILION, label
 
 #: Order -> colour, marker, exponent of the law, its dashes.
 _ORDERS: dict[str, tuple[str, str, int, str]] = {

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
+from damper.analysis.runs import runs
 from damper.figures import THEORY
 from damper.figures.layout import head, legend, place_label, place_text, say, select
 from damper.figures.style import (
@@ -27,7 +28,6 @@ from damper.figures.style import (
     label,
 )
 from damper.study.products import SECTION_VARIABLES
-from damper.study.runs import runs
 
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a

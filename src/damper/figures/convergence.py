@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from damper.figures.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.style import BLUE, COLUMN, VERMILION, label
-from damper.study.convergence import compared, order_of, rigid_values
+from damper.tables.convergence import compared, order_of, rigid_values
 
 _PANEL = 1.35
 """Height of a panel in inches."""

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from damper.analysis.best import least
 from damper.figures.layout import (
     few_decades,
     geometric,
@@ -26,7 +27,6 @@ from damper.figures.layout import (
     whole,
 )
 from damper.figures.style import BLACK, COLUMN, RATIOS
-from damper.study.best import least
 
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75

@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from damper.figures.layout import head, legend, say, select
-from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
-from damper.study.stretches import (
+from damper.analysis.stretches import (
     BURST_VARIABLES,
     Burst,
     half_gap,
@@ -21,6 +19,8 @@ from damper.study.stretches import (
     listed_until,
     sticking,
 )
+from damper.figures.layout import head, legend, say, select
+from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
 
 _VARIABLES = (
     "trajectory_time",

@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
-from damper.study.stretches import (
+from damper.analysis.stretches import (
     BURST_VARIABLES,
     forcing_frequency,
     half_gap,
@@ -23,6 +21,8 @@ from damper.study.stretches import (
     rows_between,
     sticking,
 )
+from damper.figures.layout import head, legend, place_text, say, select
+from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
 
 _VARIABLES = (
     "trajectory_time",

@@ -23,6 +23,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from damper.analysis.best import least
 from damper.figures import THEORY
 from damper.figures.layout import (
     edges,
@@ -50,7 +51,6 @@ from damper.figures.style import (
     SYMBOLS,
     VERMILION,
 )
-from damper.study.best import least
 
 #: Variables drawn in classes, which are numbered from zero -> name and colour of each.
 _CLASSES = {

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from damper.analysis.section_period import section_period
+from damper.analysis.stretches import half_gap
 from damper.figures.layout import head, place_text, say, select
 from damper.figures.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
-from damper.study.section_period import section_period
-from damper.study.stretches import half_gap
 
 _MOTION = (
     "trajectory_displacement",

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from damper.analysis.amplitudes import VARIABLES, amplitudes
 from damper.figures.layout import head, legend, place_text, say, select
 from damper.figures.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
-from damper.study.amplitudes import VARIABLES, amplitudes
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
 
 _STABLE = {"color": BLACK, "lw": 0.8}

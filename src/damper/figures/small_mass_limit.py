@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.figures.style import BLACK, VERMILION
-from damper.study.closed_forms import damper_at, reduced_gap
 from damper.theory.small_mass import critical_restitution
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.

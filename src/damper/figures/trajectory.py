@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.layout import head, legend, select
 from damper.figures.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
-from damper.study.stretches import forcing_frequency, half_gap, rows_between, sticking
 
 _VARIABLES = (
     "trajectory_time",

@@ -10,9 +10,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from damper.analysis.closed_forms import admissible_orbits, dense, section_point
+from damper.analysis.runs import runs
 from damper.figures.style import GREEN
-from damper.study.closed_forms import admissible_orbits, dense, section_point
-from damper.study.runs import runs
 from damper.theory.two_impacts import Orbit
 
 #: Points of the curve between two of the diagram, and most of them in all.

@@ -15,7 +15,6 @@ from pydantic import ValidationError
 
 from damper.parameters.quantities import nearest
 from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of
-from damper.study.kinds import KINDS
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
 from damper.study.study_file import StudyFile
@@ -29,6 +28,7 @@ from damper.study.yaml_file import (
     show,
     words,
 )
+from damper.verification.kinds import KINDS
 
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 

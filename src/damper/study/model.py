@@ -24,13 +24,13 @@ from damper.study.fields import (
     fault,
     of_kind,
 )
-from damper.study.kinds import KINDS
 from damper.study.products import FIGURES, TABLES, Product, product
 from damper.study.rules import corners, relate
 from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
+from damper.verification.kinds import KINDS
 
 _NONE: dict[str, Any] = {}
 _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

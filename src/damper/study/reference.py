@@ -26,12 +26,12 @@ from typing import Any
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
-from damper.study.kinds import KINDS
 from damper.study.model import AnyStudy, Settings, Study
 from damper.study.products import FIGURES, TABLES
 from damper.study.rules import MOST_SLICES
 from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
+from damper.verification.kinds import KINDS
 
 ROOT = Path(__file__).parents[3]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -98,7 +98,7 @@ _INTRO = f"""\
 # Reference of all keys
 
 Made by `{MADE_BY}` from the classes that check a study
-(`src/damper/study/`): edit those, not this file. How to write a study: [studies.md](studies.md);
+(`src/damper/`): edit those, not this file. How to write a study: [studies.md](studies.md);
 every key in place: [template.yaml](../config/studies/template.yaml). Editors that know the YAML
 language server complete and check these keys as one types, from the schemas in
 [config/schema](../config/schema), which the first line of each file names.

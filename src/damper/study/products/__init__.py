@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from damper.papers.calibration.settings import Profiles, Ranking
 from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, as_mapping, fault
 from damper.study.products.base import SECTION_VARIABLES, VARIABLES, Offer, Product
-from damper.study.products.calibration import Profiles, Ranking
 from damper.study.products.convergence import Convergence, ConvergenceTable
 from damper.study.products.figures import (
     Accumulation,

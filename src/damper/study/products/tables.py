@@ -19,8 +19,8 @@ from damper.study.products.base import (
     need_one_run,
     need_section,
 )
-from damper.study.tables import DAMPED, GOOD
 from damper.study.yaml_file import words
+from damper.tables import DAMPED, GOOD
 
 
 class Intervals(Product):

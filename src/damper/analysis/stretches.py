@@ -1,0 +1,146 @@
+"""Stretches of a run: its single bursts, when the masses stick, and parts of a sampled motion.
+
+For figures of motion in time. Everything comes from what the observers `trajectory` and `bursts`
+wrote; nothing is found anew here, so a figure shows what the tables count.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from damper.analysis.runs import runs
+from damper.parameters.variables import CHATTER_IMPACTS
+
+#: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
+BURST_VARIABLES = (
+    "burst_onset",
+    "burst_wall",
+    "burst_duration",
+    "burst_visible_impacts",
+    "burst_complete",
+    "burst_sticking_time",
+)
+_STICKING = 1
+
+
+class Burst(NamedTuple):
+    """A run of impacts on one wall. Times count from the start of the record, in its unit."""
+
+    onset: float
+    """Of the first impact."""
+    wall: int
+    """-1 left, +1 right."""
+    duration: float
+    """From the first impact to sticking, or to the last impact of an incomplete burst."""
+    visible: int
+    """Visible impacts."""
+    complete: bool
+    sticking: float
+    """From sticking to release; NaN where the burst is incomplete or the record ends first."""
+
+    @property
+    def end(self) -> float:
+        """Time of sticking, or of the last impact."""
+        return self.onset + self.duration
+
+    @property
+    def release(self) -> float:
+        """Time of the release after it, or of the last impact where there is none."""
+        return self.end if math.isnan(self.sticking) else self.end + self.sticking
+
+    @property
+    def chatter(self) -> bool:
+        """Whether it has enough visible impacts to be chatter."""
+        return self.visible >= CHATTER_IMPACTS
+
+
+def listed_bursts(place: xr.Dataset) -> list[Burst]:
+    """Return the listed bursts of one run, in order.
+
+    A burst that was under way when the record began is not listed, nor is one that the record's
+    end cuts: let a sampled stretch begin a period or two into the record, and end before it.
+
+    Parameters
+    ----------
+    place : xarray.Dataset
+        One run, with `BURST_VARIABLES` over the dimension ``burst``.
+    """
+    columns = [place[name].values for name in BURST_VARIABLES]
+    return [
+        Burst(float(onset), int(wall), float(duration), int(visible), bool(complete), float(stuck))
+        for onset, wall, duration, visible, complete, stuck in zip(*columns, strict=True)
+        if np.isfinite(onset)
+    ]
+
+
+def listed_until(place: xr.Dataset) -> float:
+    """Return the time up to which all bursts are listed: infinite unless the list is full.
+
+    Parameters
+    ----------
+    place : xarray.Dataset
+        As for `listed_bursts`.
+    """
+    last = float(place.burst_onset.values[-1] + place.burst_duration.values[-1])
+    return math.inf if math.isnan(last) else last
+
+
+def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:
+    """Return start and end of every stretch in which the masses stick.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the trajectory's rows, in any unit.
+    mode : ndarray, shape (n,)
+        `trajectory_mode` of these rows.
+
+    Examples
+    --------
+    >>> sticking(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0, 1, 1, 0]))
+    [(1.0, 3.0)]
+    """
+    # The row after the last one that sticks is the release, or the last row of all.
+    last_row = len(time) - 1
+    return [
+        (float(time[first]), float(time[min(last + 1, last_row)]))
+        for first, last in runs(mode == _STICKING)
+    ]
+
+
+def forcing_frequency(place: xr.Dataset) -> str:
+    """Name of the coordinate that gives the forcing period."""
+    return "frequency_ratio" if "frequency_ratio" in place.coords else "forcing_frequency"
+
+
+def half_gap(place: xr.Dataset) -> float:
+    """Distance from the centre to each wall, in the cube's unit of length."""
+    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
+
+
+def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
+    """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        In forcing periods, NaN in unused rows, which come last.
+    start, stop : float
+        In forcing periods; to the last row without `stop`.
+
+    Raises
+    ------
+    ValueError
+        When the rows end before `start`.
+    """
+    time = time[np.isfinite(time)]
+    if not time.size or time[-1] <= start:
+        end = f"{time[-1]:g}" if time.size else "0"
+        raise ValueError(
+            f"start = {start:g}: the trajectory ends {end} forcing periods after its start"
+        )
+    first = max(int(np.searchsorted(time, start, "right")) - 1, 0)
+    last = time.size if stop is None else int(np.searchsorted(time, stop, "right")) + 1
+    return slice(first, min(last, time.size))

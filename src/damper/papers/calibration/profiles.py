@@ -1,0 +1,173 @@
+"""Profiles: how far statements pin a parameter down, whatever the other parameters are."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
+
+from damper.figures.layout import geometric, head, legend, place_label, place_text, wrap
+from damper.figures.style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    GREEN,
+    ORANGE,
+    PAGE,
+    PURPLE,
+    SKY,
+    SYMBOLS,
+    VERMILION,
+)
+from damper.papers.calibration.ranking import JOINED, Ranking
+from damper.papers.calibration.ranking_table import HOLDS, ranked
+
+#: Least number of values that make a curve; dimensions with fewer make a row of panels each.
+_CURVE = 3
+#: Letters of a title that fit in an inch.
+_TITLE = 13.0
+#: Values of an axis up to which each is marked.
+_MOST_MARKED = 30
+#: An axis over more than this ratio is logarithmic, whatever its spacing.
+_WIDE = 20.0
+_COLOURS = (ORANGE, SKY, GREEN, PURPLE, BLUE, VERMILION)
+_DASHES = ("--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2)), (0, (6, 3)))
+_WORDS: dict[tuple[str, Any], str] = {
+    ("phase", 0.0): "sine force",
+    ("phase", math.pi / 2.0): "cosine force",
+    ("resonance", "below"): "below resonance",
+    ("resonance", "above"): "above resonance",
+    ("counted", "complete"): "complete chatter",
+    ("counted", "any"): "any chatter",
+    ("contact_tension", 0.0): "without tension",
+    ("contact_tension", 1.0): "with tension",
+}
+
+
+def draw(
+    cube: xr.Dataset,
+    *,
+    statements: Sequence[str],
+    also: Mapping[str, xr.Dataset] | None = None,
+    onset_tolerance: float = 1.0,
+    duration_tolerance: float = 1.0,
+    ratio_tolerance: float = 0.1,
+    preset: Mapping[str, float] | None = None,
+    caption: str | None = None,
+) -> Figure:
+    """Draw the best score that each value of a parameter allows, for each statement and joined.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Cube of a calibration.
+    statements, also, onset_tolerance, duration_tolerance, ratio_tolerance
+        As for `damper.papers.calibration.ranking.rank`.
+    preset : mapping, optional
+        Values to mark.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    settings = {
+        "statements": statements,
+        "also": also,
+        "onset_tolerance": onset_tolerance,
+        "duration_tolerance": duration_tolerance,
+        "ratio_tolerance": ratio_tolerance,
+    }
+    found = ranked(cube, settings)
+    joined = found.scores[JOINED]
+    along = [dim for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
+    split = [dim for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]
+    rows = [
+        dict(zip(split, values, strict=True))
+        for values in product(*(joined[dim].values.tolist() for dim in split))
+    ]
+    width = PAGE if len(along) > 2 else COLUMN
+    figure = Figure(figsize=(width, 1.15 + 1.25 * len(rows)), layout="constrained")
+    axes = figure.subplots(len(rows), len(along), squeeze=False, sharey=True, sharex="col")
+    lines = _lines(found)
+    for row, line in zip(axes, rows, strict=True):
+        for ax, axis in zip(row, along, strict=True):
+            for array, style in lines:
+                _curve(ax, array, axis, line, style)
+            _dress(ax, cube, axis, line, preset or {})
+        words = [_WORDS.get(item) or place_text(cube, *item) for item in line.items()]
+        row[0].set_title(wrap(words, _TITLE * width / len(along)), loc="left")
+    for ax, axis in zip(axes[-1], along, strict=True):
+        ax.set_xlabel(place_label(cube, axis, 0.8 * width / len(along)))
+    for row in axes:
+        row[0].set_ylabel("best score")
+    fixed = cube[list(cube.data_vars)[:1]]
+    head(figure, fixed, caption)
+    legend(figure, _legend(lines, preset))
+    return figure
+
+
+def _lines(found: Ranking) -> list[tuple[xr.DataArray, dict[str, Any]]]:
+    """Return what is drawn, statements first, and how."""
+    drawn = []
+    for index, (name, array) in enumerate(found.own.items()):
+        style = {
+            "color": _COLOURS[index % len(_COLOURS)],
+            "ls": _DASHES[index % len(_DASHES)],
+            "lw": 1.1,
+            "label": name.replace("_", " "),
+        }
+        drawn.append((array, style))
+    style = {"color": BLACK, "ls": "-", "lw": 1.4, "label": "joined: geometric mean"}
+    return [*drawn, (found.scores[JOINED], style)]
+
+
+def _curve(
+    ax: Axes, array: xr.DataArray, axis: str, line: Mapping[str, Any], style: Mapping[str, Any]
+) -> None:
+    if axis not in array.dims:
+        return
+    array = array.sel({name: value for name, value in line.items() if name in array.dims})
+    profile = array.max([dim for dim in array.dims if dim != axis]).sortby(axis)
+    marked = {"marker": "o", "ms": 1.8} if profile.size <= _MOST_MARKED else {}
+    ax.plot(profile[axis].values, profile.values, **style, **marked)
+
+
+def _dress(
+    ax: Axes,
+    cube: xr.Dataset,
+    axis: str,
+    line: Mapping[str, Any],
+    preset: Mapping[str, float],
+) -> None:
+    """Scales, and what is to be compared with."""
+    grid = np.sort(cube[axis].values)
+    if geometric(grid) or (grid[0] > 0.0 and grid[-1] > _WIDE * grid[0]):
+        ax.set_xscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.set_ylim(-0.03, 1.05)
+    ax.axhline(HOLDS, **_LIMIT)
+    if axis in preset and all(preset.get(name, value) == value for name, value in line.items()):
+        ax.axvline(preset[axis], **_PRESET)
+
+
+_LIMIT: dict[str, Any] = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
+_PRESET: dict[str, Any] = {"color": VERMILION, "lw": 0.8, "ls": "-", "zorder": 1.0}
+
+
+def _legend(
+    lines: Sequence[tuple[xr.DataArray, dict[str, Any]]],
+    preset: Mapping[str, float] | None,
+) -> list[Artist]:
+    handles: list[Artist] = [Line2D([], [], **style) for _, style in lines]
+    if preset:
+        handles.append(Line2D([], [], label="preset", **_PRESET))
+    return [*handles, Line2D([], [], label="holds from here on", **_LIMIT)]

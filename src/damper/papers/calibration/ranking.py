@@ -1,0 +1,131 @@
+"""Scores of several statements joined, and the sets of parameters in their order."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damper.papers.calibration.scores import Scored, Tolerances, score
+
+#: Name of the joined score.
+JOINED = "joined"
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Scores of each statement, and the joined one, over the dimensions of the sets.
+
+    `own` are the scores over all sets on which a statement was scored; `scores` those on the sets
+    that all statements share. `freed` tells, for a statement that another study scores, the value
+    of each parameter that only that study varies, at which its score is best.
+    """
+
+    own: dict[str, xr.DataArray]
+    scores: xr.Dataset
+    measured: dict[str, xr.DataArray]
+    freed: dict[str, dict[str, xr.DataArray]]
+
+    @property
+    def sets(self) -> int:
+        """How many sets there are."""
+        return int(self.scores[JOINED].size)
+
+    def order(self) -> np.ndarray:
+        """Return the flat indices of the sets, best first; equals in the order of the axes."""
+        return np.argsort(-self.scores[JOINED].values.ravel(), kind="stable")
+
+    def places(self, indices: Sequence[int]) -> Iterator[dict[str, Any]]:
+        """Yield the coordinates of sets."""
+        joined = self.scores[JOINED]
+        for index in indices:
+            where = np.unravel_index(int(index), joined.shape)
+            yield {
+                name: joined[name].values[k].item()
+                for name, k in zip(joined.dims, where, strict=True)
+            }
+
+    def rank(self, place: Mapping[str, Any]) -> tuple[int, float]:
+        """Return how many sets score at least as well (1: none better), and the best joined score.
+
+        Parameters
+        ----------
+        place : mapping
+            Values of some dimensions; of the sets with these the best counts.
+
+        Raises
+        ------
+        KeyError
+            When no set has these values.
+        """
+        joined = self.scores[JOINED]
+        best = float(joined.sel(dict(place)).max())
+        return int((joined > best).sum()) + 1, best
+
+
+def rank(
+    cube: xr.Dataset,
+    statements: Sequence[str],
+    also: Mapping[str, xr.Dataset] | None = None,
+    tolerances: Tolerances | None = None,
+) -> Ranking:
+    """Score statements and join them.
+
+    The joined score is the geometric mean: 0 where one statement fails altogether, 1/2 where all
+    score 1/2, so that neither the number of statements nor their order matters.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Cube on which `statements` are tested.
+    statements : sequence of str
+    also : mapping of str to xarray.Dataset, optional
+        More statements, each with the cube of the study that tests it. Parameters that only that
+        study varies are free: the best score counts. Of those that both vary, the values that both
+        have count; those that only `cube` varies make no difference to the score.
+    tolerances : Tolerances, optional
+
+    Returns
+    -------
+    Ranking
+
+    Raises
+    ------
+    ValueError
+        When two studies share no value of a parameter that both vary.
+    """
+    tolerances = tolerances or Tolerances()
+    found: dict[str, Scored] = {name: score(name, cube, tolerances) for name in statements}
+    own = {name: each.score for name, each in found.items()}
+    measured = {text: array for each in found.values() for text, array in each.measured.items()}
+    sets = list(dict.fromkeys(dim for array in own.values() for dim in array.dims))
+    fitted = dict(own)
+    freed: dict[str, dict[str, xr.DataArray]] = {}
+    for name, other in (also or {}).items():
+        own[name] = score(name, other, tolerances).score
+        fitted[name], freed[name] = _at_its_best(own[name], sets)
+    arrays = xr.align(*(array.reset_coords(drop=True) for array in fitted.values()), join="inner")
+    for dim in sets:
+        if not arrays[0].sizes.get(dim, 1):
+            raise ValueError(f"{dim}: the studies that are joined have no value in common")
+    aligned = dict(zip(fitted, arrays, strict=True))
+    product = 1.0
+    for array in aligned.values():
+        product = product * array
+    joined = (product ** (1.0 / len(aligned))).transpose(*sets)
+    scores = xr.Dataset({name: array.broadcast_like(joined) for name, array in aligned.items()})
+    scores = scores.transpose(*sets)
+    scores[JOINED] = joined
+    return Ranking(own, scores, measured, freed)
+
+
+def _at_its_best(
+    array: xr.DataArray, sets: Sequence[str]
+) -> tuple[xr.DataArray, dict[str, xr.DataArray]]:
+    """Return the best score over the dimensions that are not the sets', and where it is."""
+    free = [dim for dim in array.dims if dim not in sets]
+    if not free:
+        return array, {}
+    where = array.argmax(free)
+    return array.max(free), {dim: array[dim].isel({dim: where[dim]}) for dim in free}

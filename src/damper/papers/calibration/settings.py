@@ -1,0 +1,159 @@
+"""Settings of the figure and the table of a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from damper.papers.calibration.statements import STATEMENTS
+from damper.parameters.quantities import ALL
+from damper.parameters.variables import TIME
+from damper.study.fields import (
+    Choice,
+    Faults,
+    Kind,
+    ListOf,
+    Number,
+    Text,
+    as_mapping,
+)
+from damper.study.products.base import (
+    Caption,
+    Offer,
+    Place,
+    Product,
+    check_listed,
+    need_one_run,
+)
+from damper.study.schema import Draft, Schema
+from damper.study.yaml_file import as_part
+
+
+class OtherStudies(Kind):
+    """Statements that other studies test -> these studies."""
+
+    words = "mapping from statements to the names of other studies"
+    sort = "mapping"
+    limits = "a statement each time"
+
+    def check(self, value: Any, context: Any) -> dict[str, str]:
+        faults = Faults()
+        kept: dict[str, str] = {}
+        for name, data in as_mapping(value, self.words).items():
+            if name not in STATEMENTS:
+                faults.unknown((as_part(name),), "statement", name, STATEMENTS, data)
+                continue
+            with faults.of(name):
+                kept[name] = Text().check(data, None)
+        faults.settle()
+        return kept
+
+    def schema(self, draft: Draft, name: str | None) -> Schema:
+        values = dict.fromkeys(STATEMENTS, Text().schema(draft, None))
+        return {"type": "object", "properties": values, "additionalProperties": False}
+
+
+class Scores(Product):
+    """What a table or figure of a calibration scores, and how strictly."""
+
+    statements: Annotated[
+        tuple[str, ...],
+        ListOf(Choice(*STATEMENTS), least=1),
+        Field(description="Statements of the papers that this study tests; they are joined."),
+    ]
+    also: Annotated[
+        dict[str, str] | None,
+        OtherStudies(),
+        Field(
+            description="More statements to join -> the studies that test them; these are to be "
+            "among the studies of the configuration. Parameters that only the other study varies "
+            "take their best values."
+        ),
+    ] = None
+    onset_tolerance: Annotated[
+        float,
+        Number(gt=0, units=TIME),
+        Field(description="Deviation of an onset that halves the score."),
+    ] = 1.0
+    duration_tolerance: Annotated[
+        float,
+        Number(gt=0, units=TIME),
+        Field(description="Deviation of a duration that halves the score."),
+    ] = 1.0
+    ratio_tolerance: Annotated[
+        float,
+        Number(gt=0),
+        Field(description="Deviation from 1 of a ratio of durations that halves the score."),
+    ] = 0.1
+    preset: Annotated[
+        dict[str, Any] | None,
+        Place(),
+        Field(
+            description="Values of some axes whose place in the ranking is told, exactly as the "
+            "axes list them."
+        ),
+    ] = None
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """Statement -> the study that tests it."""
+        return self.also or {}
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Scores | None, faults: Faults) -> None:
+        for name in model.beside if model is not None else ():
+            if name in model.statements:
+                message = f"'{name}' is among the statements that this study tests"
+                faults.add(("also", name), message, "each statement once")
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need_one_run(offer, faults)
+        names = settings.get("statements")
+        named = [n for n in names if n in STATEMENTS] if isinstance(names, list | tuple) else []
+        for name in named:
+            cls.fit_beside(name, offer, faults)
+        about = {axis for name in named for axis in STATEMENTS[name].axes}
+        if named and not faults.lines and not set(offer.axes) - about:
+            message = "no axis is left whose values could be ranked"
+            faults.add((), message, "an axis that no statement is about")
+        preset = settings.get("preset")
+        for axis, value in preset.items() if isinstance(preset, dict) else ():
+            if axis in offer.axes:
+                check_listed(("preset", as_part(axis)), axis, value, offer.axes[axis], faults)
+            elif axis in ALL:
+                faults.unknown(("preset", axis), "axis", axis, offer.axes)
+
+    @classmethod
+    def fit_beside(cls, what: str, offer: Offer, faults: Faults) -> None:
+        """Note what a study lacks to test the statement `what`."""
+        statement = STATEMENTS[what]
+        for observer in statement.observers:
+            if observer not in offer.observers:
+                message = f"{what} needs {observer} among the observers"
+                faults.add((), message, observer)
+        for axis, needed in statement.needs.items():
+            values = offer.axes.get(axis, ())
+            if values is not None and not needed.met(values):
+                faults.add((), f"{what} needs an axis {axis} with {needed.words}")
+
+
+class Ranking(Scores):
+    """The sets of parameters in the order of their scores, and what the statements pin down."""
+
+    rows: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="How many of the best sets the CSV lists."),
+    ] = 200
+
+
+class Profiles(Scores):
+    """The best score that each value of a parameter allows, for each statement and for all.
+
+    Axes with two values, such as the phase, make a row of panels each.
+    """
+
+    caption: Caption = None

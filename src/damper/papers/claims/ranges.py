@@ -1,0 +1,79 @@
+"""Ranges of the restitution in which bursts are chatter, straight from a cube's grid."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from damper.analysis.runs import runs
+
+#: Runs of fewer grid points are chaotic edges, not ranges.
+_LEAST = 3
+
+
+class Range(NamedTuple):
+    """Outermost values of an axis; NaN where there is none."""
+
+    low: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        """0 where there is none."""
+        return 0.0 if np.isnan(self.low) else self.high - self.low
+
+
+def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
+    """Hull of all runs of at least three neighbouring values at which something holds."""
+    wide = [(a, b) for a, b in runs(holds) if b - a + 1 >= _LEAST]
+    if not wide:
+        return Range(np.nan, np.nan)
+    return Range(float(values[wide[0][0]]), float(values[wide[-1][1]]))
+
+
+def chatter_ranges(
+    cube: xr.Dataset, least: int, threshold: float | None = None
+) -> dict[tuple[float, float], Range]:
+    """Range of chatter in the restitution.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With `chatter` over mass_ratio, frequency_ratio and restitution.
+    least : {1, 2}
+        2 complete chatter only, 1 incomplete as well.
+    threshold : float, optional
+        One of the compared visibility thresholds; the main one when not given.
+
+    Returns
+    -------
+    dict
+        (mass_ratio, frequency_ratio) -> Range.
+    """
+    chatter = cube.chatter
+    if threshold is not None:
+        chatter = cube.chatter_by_threshold.sel(threshold=threshold)
+    chatter = chatter.sortby("restitution")
+    return {
+        (float(mass), float(frequency)): range_of(
+            chatter.restitution.values,
+            chatter.sel(mass_ratio=mass, frequency_ratio=frequency).values >= least,
+        )
+        for mass in cube.mass_ratio.values
+        for frequency in cube.frequency_ratio.values
+    }
+
+
+def section_points(cube: xr.Dataset) -> xr.DataArray:
+    """Number of distinct points that a motion leaves on the section; 0 where a run stopped.
+
+    Points within 1e-6 of the section's size are one: a periodic motion has as many as periods, a
+    chaotic one as many as were taken (`damper.analysis.section_period` tells of the order instead).
+    """
+    x = np.sort(cube.displacement.values, axis=-1)
+    size = 1e-6 * (1.0 + np.abs(x).max(axis=-1, keepdims=True))
+    distinct = 1 + (np.diff(x, axis=-1) > size).sum(axis=-1)
+    distinct = np.where(np.isnan(x).any(axis=-1), 0, distinct)
+    return cube.displacement.isel(sample=0, drop=True).copy(data=distinct)

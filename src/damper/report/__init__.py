@@ -1,0 +1,1 @@
+"""What people read of a run: the page of results, and the tables in documents."""

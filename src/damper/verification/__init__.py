@@ -1,0 +1,1 @@
+"""Studies that check the engine: against other solvers, under stress, and what it costs."""

@@ -1,0 +1,72 @@
+"""How exact each solver becomes, and how long it takes to be so exact."""
+
+import xarray as xr
+
+from damper.verification.comparison.errors import VERDICTS
+
+#: The solver that others are measured by.
+BASE = "exact"
+GOOD = VERDICTS.index("good")
+
+
+def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
+    """Smallest error over the levels of good runs, over scene and solver; NaN if there is none.
+
+    Parameters
+    ----------
+    errors : xarray.Dataset
+        See `damper.verification.comparison.cube.gather_errors`.
+    name : str
+        A variable of it.
+
+    Returns
+    -------
+    xarray.DataArray
+    """
+    return errors[name].where(errors.verdict == GOOD).min("level")
+
+
+def time_to_reach(
+    errors: xr.Dataset, timings: xr.Dataset, name: str, target: float
+) -> xr.DataArray:
+    """Run time of the cheapest good run whose error is at most `target`; NaN if there is none.
+
+    Parameters
+    ----------
+    errors, timings : xarray.Dataset
+        Of the same scenes, solvers and settings.
+    name : str
+        A variable of `errors`.
+    target : float
+
+    Returns
+    -------
+    xarray.DataArray
+        In s, over scene and solver.
+
+    Raises
+    ------
+    ValueError
+        When the two are not of the same runs.
+    """
+    check_same_runs(errors, timings)
+    reached = (errors.verdict == GOOD) & (errors[name] <= target)
+    return timings.run_time.where(reached).min("level")
+
+
+def relative_to_base(times: xr.DataArray) -> xr.DataArray:
+    """Times over those of the exact engine; NaN where either is missing."""
+    if BASE not in times.solver.values:
+        return times * float("nan")
+    return times / times.sel(solver=BASE)
+
+
+def check_same_runs(errors: xr.Dataset, timings: xr.Dataset) -> None:
+    """Raise ValueError unless both are of the same scenes, solvers and settings."""
+    same = all(
+        errors.sizes[dim] == timings.sizes[dim]
+        and (errors[dim].values == timings[dim].values).all()
+        for dim in ("scene", "solver", "level")
+    )
+    if not (same and errors.setting.equals(timings.setting)):
+        raise ValueError("errors and run times are not those of the same scenes and settings")

@@ -1,0 +1,231 @@
+"""Settings of a comparison of solvers: error against run time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from damper.parameters import Parameters
+from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.variables import TIME
+from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
+from damper.study.settings import Fixed
+from damper.study.yaml_file import as_part, words
+from damper.verification.base import (
+    DIMENSIONLESS,
+    Made,
+    OptionalCaption,
+    Verification,
+    figures_of,
+    require,
+    tables_of,
+    values_of,
+)
+from damper.verification.comparison.solvers import SOLVERS
+
+_NONE: dict[str, Any] = {}
+#: Models of which there is a reference to 50 digits.
+_MODELS = ("rigid", "compliant")
+_TIMINGS = "timed/timings.nc"
+
+
+class Scene(Strict):
+    """One run that all solvers are compared on."""
+
+    title: Annotated[str, Text(), Field(description="A few words, for panels and tables.")]
+    parameters: Annotated[
+        dict[str, Fixed],
+        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
+        Field(
+            description="Dimensionless parameters, those without a default all of them, and what "
+            "is not zero of the initial state. Rigid or compliant contact."
+        ),
+    ]
+    until: Annotated[
+        float,
+        Number(gt=0, units=TIME),
+        Field(description="Where it ends: before chaos takes over, if there is chaos."),
+    ]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Value of every quantity that is given."""
+        return values_of(self.parameters)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Scene | None, faults: Faults) -> None:
+        if model is None:
+            return
+        given = {n: value for n, value in model.values.items() if n not in INITIAL_NAMES}
+        require(given, faults)
+        if faults.lines:
+            return
+        try:
+            damper = Parameters(**given)
+        except ValueError as error:
+            faults.add(("parameters",), str(error))
+            return
+        if damper.model not in _MODELS:
+            message = f"the {damper.model} model has no reference to compare with"
+            faults.add(("parameters",), message, f"a scene with {' or '.join(_MODELS)} walls")
+        if damper.law != "constant":
+            asking = next(q.name for q in Parameters.quantities if q.law == damper.law)
+            message = "the other solvers have a constant restitution"
+            faults.add(("parameters", asking), message, "a scene without it")
+
+
+_LEVELS = ListOf(Number(gt=0), least=1)
+
+
+def _levels(name: str, data: Any) -> tuple[float, ...]:
+    levels: tuple[float, ...] = _LEVELS.check(data, None)
+    return levels
+
+
+_SCENES = Annotated[
+    tuple[str, ...] | None,
+    ListOf(Text(), least=1),
+    Field(description="Names of the scenes to show; all of the study when not given."),
+]
+_ERROR = Annotated[
+    str,
+    Choice("state_error", "impact_time_error", "accumulation_error", "release_error"),
+    Field(description="Which error is shown."),
+]
+
+
+class WorkPrecision(Made):
+    """Error against run time, one panel for each scene and one line for each solver."""
+
+    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
+
+    error: _ERROR = "state_error"
+    scenes: _SCENES = None
+    each: Annotated[
+        str | None,
+        Choice("scene"),
+        Field(description="`scene`: a file for each scene, in place of one with all."),
+    ] = None
+    caption: OptionalCaption = None
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        settings = self.model_dump(exclude_none=True, exclude={"each"})
+        if self.each is None:
+            return {stem: settings}
+        return {
+            f"{stem}_{scene}": settings | {"scenes": (scene,)}
+            for scene in self.scenes or study.scenes
+        }
+
+
+class SolverSummary(Made):
+    """What each solver reaches on each scene, and what it costs beside the engine."""
+
+    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
+
+    scenes: _SCENES = None
+    caption: OptionalCaption = None
+
+
+class SolverErrors(Made):
+    """Errors, orders and outcomes of every solver on every scene."""
+
+
+class SolverSpeed(Made):
+    """The time that each solver takes to reach a given error, beside the engine's."""
+
+    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
+
+
+FIGURES: dict[str, type[Made]] = {
+    "work_precision": WorkPrecision,
+    "solver_summary": SolverSummary,
+}
+TABLES: dict[str, type[Made]] = {"solver_errors": SolverErrors, "solver_speed": SolverSpeed}
+
+
+_Figures = figures_of(FIGURES)
+_Tables = tables_of(TABLES)
+
+
+class Comparison(Verification):
+    """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
+
+    entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": Scene}
+    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+
+    kind: Annotated[str, Choice("comparison"), Field(description="That it is such a study.")]
+    scenes: Annotated[
+        dict[str, Scene],
+        Section(Scene.entry, "scene", of=Scene, dropped=True),
+        Field(description="Name -> what is simulated."),
+    ]
+    solvers: Annotated[
+        dict[str, tuple[float, ...]],
+        Section(_levels, "solver", SOLVERS, of=_LEVELS, dropped=True),
+        Field(
+            description="Name -> values of the one setting that makes it more exact, the coarsest "
+            "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "
+            "tolerance (dop853, dop853_free, rk45, lsoda, radau), contact_stiffness "
+            "(compliant_flow, compliant_stiff)."
+        ),
+    ]
+    digits: Annotated[
+        int,
+        Number(ge=30, le=200, whole=True),
+        Field(description="Decimal digits of the reference."),
+    ] = 50
+    cap: Annotated[
+        float,
+        Number(gt=0, units="s"),
+        Field(
+            description="Time after which a run is given up, kept as a number of evaluations: what "
+            "is capped does not depend on the load of the machine."
+        ),
+    ] = 2.0
+    repeats: Annotated[
+        int,
+        Number(ge=1, whole=True),
+        Field(description="How often each run is timed."),
+    ] = 15
+    spend: Annotated[
+        float,
+        Number(gt=0, units="s"),
+        Field(description="Time spent on one run, after which it is not repeated any more."),
+    ] = 0.2
+    figures: _Figures = _NONE
+    tables: _Tables = _NONE
+
+    @property
+    def values(self) -> dict[str, str]:
+        """What a page says of the study's settings: name -> value."""
+        found = {}
+        for name, scene in self.scenes.items():
+            given = ", ".join(f"{key} {value:g}" for key, value in scene.values.items())
+            found[f"scene {name}"] = f"{given}, until {scene.until:g}"
+        for name, levels in self.solvers.items():
+            found[f"solver {name}"] = ", ".join(f"{value:g}" for value in levels)
+        return found | {"digits": str(self.digits), "cap": f"{self.cap:g} s"}
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Comparison | None, faults: Faults) -> None:
+        scenes = data.get("scenes")
+        for section in ("scenes", "solvers"):
+            if section in data and not data[section]:
+                faults.add((section,), f"at least one of the {section} must be given")
+        made = data.get("figures")
+        for stem, settings in made.items() if isinstance(made, dict) else ():
+            shown = settings.get("scenes") if isinstance(settings, dict) else None
+            for i, name in enumerate(shown if isinstance(shown, list | tuple) else ()):
+                if isinstance(scenes, dict) and isinstance(name, str) and name not in scenes:
+                    loc = ("figures", as_part(stem), "scenes", i)
+                    faults.unknown(loc, "scene", name, scenes)
+        if isinstance(scenes, dict) and len(scenes) > MOST_SCENES:
+            faults.add(("scenes",), f"{len(scenes)} scenes are too many", words([MOST_SCENES]))
+
+
+MOST_SCENES = 100
+"""One scene is a job or two; beyond this the timings alone take an hour."""

@@ -1,0 +1,40 @@
+"""Stiff springs for rigid walls, by the exact flow of the engine's own model of such walls.
+
+What the springs do to the solution is its only error. Sticking is a contact that lasts for at least
+one period of its own oscillation, twice as long as a bounce; it begins where that contact begins.
+"""
+
+import math
+from collections.abc import Sequence
+
+from damper.engine.trajectory import DEFAULT_ACCURACY
+from damper.verification.comparison.scene import Scene
+from damper.verification.comparison.solution import Solution
+from damper.verification.comparison.solvers import exact
+from damper.verification.comparison.springs import with_springs
+
+LABEL = "stiff springs, exact flow"
+SETTING = "contact_stiffness"
+FINER = +1
+MODELS = ("rigid",)
+EVALUATIONS_PER_SECOND = 4e6
+
+
+def solve(
+    scene: Scene,
+    setting: float,
+    *,
+    times: Sequence[float] = (),
+    balance: bool = False,
+    max_evaluations: int = int(2 * EVALUATIONS_PER_SECOND),
+) -> Solution:
+    """Run a scene with walls of stiffness `setting` in units of the primary's."""
+    springs = with_springs(scene, setting)
+    found = exact.solve(
+        springs, DEFAULT_ACCURACY, times=times, balance=balance, max_evaluations=max_evaluations
+    )
+    # The engine says that a contact sticks once it has lasted for one period.
+    p = springs.parameters
+    reduced = p.mass_ratio / (1.0 + p.mass_ratio)
+    found.stick_times -= 2.0 * math.pi * math.sqrt(reduced / p.contact_stiffness_ratio)
+    return found

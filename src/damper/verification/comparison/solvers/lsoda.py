@@ -1,0 +1,25 @@
+"""scipy's LSODA, ODEPACK's multi-step methods of varying order, restarted at every impact."""
+
+from collections.abc import Sequence
+
+from damper.verification.comparison.restarted import solve_restarted
+from damper.verification.comparison.scene import Scene
+from damper.verification.comparison.solution import Solution
+
+LABEL = "scipy LSODA, restarted"
+SETTING = "tolerance"
+FINER = -1
+MODELS = ("rigid", "compliant")
+EVALUATIONS_PER_SECOND = 60000
+
+
+def solve(
+    scene: Scene,
+    setting: float,
+    *,
+    times: Sequence[float] = (),
+    balance: bool = False,
+    max_evaluations: int = 2 * EVALUATIONS_PER_SECOND,
+) -> Solution:
+    """Run a scene with `setting` as rtol; see `damper.verification.comparison.restarted`."""
+    return solve_restarted("LSODA", scene, setting, times, balance, max_evaluations)

@@ -1,0 +1,35 @@
+"""What the checks need to know of compliant contact."""
+
+import math
+
+from damper.engine.forcing import phase_at
+from damper.engine.oscillator import motion_from
+from damper.models.compliant import Compliant
+from damper.verification.stress.checks import contact_force, contact_speed, flight_start
+
+
+@flight_start.of(Compliant)
+def _flight_start(model, segment):
+    # A compliant contact ends by a rule of its own: x'' need not vanish at a release.
+    s = segment
+    return motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time))
+
+
+@contact_speed.of(Compliant)
+def _contact_speed(model, segment):
+    return math.sqrt(model.touch.stiffness) * max(-segment.gap, 0.0)
+
+
+@contact_force.of(Compliant)
+def _contact_force(model, segment, tau, at):
+    if model.tension != 0.0:
+        return 0.0, 1.0
+    s = segment
+    k = model.touch.stiffness
+    c = model.touch.damping
+    # Terms of the rate: what the contact's own oscillation makes of the depth at its start.
+    speed = abs(at.rate) + abs(s.rate) + math.sqrt(k) * abs(s.gap)
+    # What the rest of the masses' forces comes to at the wall.
+    other = 1.0 + abs(at.x) + abs(s.x) + 2.0 * model.free.damping * (abs(at.v) + abs(s.v))
+    size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.touch.reduced * other
+    return -(k * at.gap + c * at.rate), size

@@ -1,0 +1,150 @@
+"""Condition of a run: how far roundoff alone may move its events, apart from the method's errors.
+
+The same point is run again with noise (`damper.verification.stress.runs.noisy_run`): parameters and
+start, and after each event state and phase, are changed by some 4000 units of roundoff. How much
+further off than that the events come is their condition. Past a grazing, at the border between two
+outcomes, or some dozen impacts into a chaotic run, other events follow altogether; from there on a
+comparison says nothing about the method, and each step has to be judged by itself
+(`damper.verification.stress.backward`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from damper.engine.segment import IMPACT, RATE, SPEED, STICK, V, X
+from damper.parameters import Parameters, State
+from damper.verification.stress.runs import Events, Run, events_of, noisy_run
+from damper.verification.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
+
+#: Noise of the twins, as a part of each number.
+NOISE = 2.0**-40
+#: Twins of each lane. One alone may come out close to the original by accident.
+TWINS = 2
+#: Differences that roundoff alone may grow to before a comparison says nothing more.
+POINTLESS = 1e-6
+#: Growth of the noise over a run, and within one event, that makes a lane ill-conditioned.
+ILL, SUDDEN = 1e6, 1e3
+
+
+class Condition(NamedTuple):
+    """How sharply the events of one run are determined."""
+
+    growth: np.ndarray
+    """(events,): largest difference of the twins so far over the noise, at least 1."""
+    comparable: int
+    """Events up to which comparisons make sense: roundoff stays below `POINTLESS`, and the twins
+    have the same events."""
+    kind: int
+    """`WELL`, `GROWING`, `GRAZING` or `BORDER`."""
+
+
+class Scale(NamedTuple):
+    """Sizes by which differences of two runs are measured."""
+
+    period: float
+    omega: float
+    values: np.ndarray
+    """(3, 1): of displacement, velocity and approach speed."""
+
+
+def condition_of(
+    run: Run,
+    state: State | None,
+    *,
+    periods: float,
+    events: int,
+    random: np.random.Generator,
+) -> Condition:
+    """Measure the condition of a run by its noisy twins.
+
+    Parameters
+    ----------
+    run : Run
+        From `damper.verification.stress.runs.short_run` with the same settings.
+    state : State or None
+        Its start.
+    periods, events
+        As for `short_run`.
+    random : Generator
+    """
+    original = events_of(run)
+    scale = scale_of(run, original)
+    count = len(original.kind)
+    growth = np.ones(count)
+    comparable = count
+    for _ in range(TWINS):
+        twin = noisy_run(
+            run.parameters, state, periods=periods, events=events, size=NOISE, random=random
+        )
+        other = events_of(twin)
+        same = matching(original, other)
+        comparable = min(comparable, same)
+        found = differences(original, other, slice(0, same), slice(0, same), scale) / NOISE
+        growth[:same] = np.maximum(growth[:same], found)
+    growth = np.maximum.accumulate(growth)
+    kind = _kind(original, growth, comparable, scale)
+    limit = int(np.searchsorted(growth[:comparable], POINTLESS / EPS))
+    return Condition(growth, min(comparable, limit), kind)
+
+
+def scale_of(run: Run, events: Events) -> Scale:
+    """Sizes of a run: its largest displacement and speed at events and at the start."""
+    p: Parameters = run.parameters
+    length = float(np.abs(run.log[:, X]).max())
+    speed = float(np.abs(run.log[:, [V, RATE, SPEED]]).max())
+    if run.end is not None:
+        length = max(length, abs(float(events.values[0, -1])))
+        speed = max(speed, abs(float(events.values[1, -1])))
+    # At a turn, or in passing zero, the one says how large the other is.
+    speed = max(speed, p.frequency_ratio * length)
+    length = max(length, speed / max(1.0, p.frequency_ratio))
+    tiny = np.finfo(float).tiny
+    values = np.array([[length], [speed], [speed]])
+    return Scale(p.period, p.frequency_ratio, np.maximum(values, tiny))
+
+
+def matching(a: Events, b: Events) -> int:
+    """Count events that are the same in kind and side, from the first one on."""
+    count = min(len(a.kind), len(b.kind))
+    same = (a.kind[:count] == b.kind[:count]) & (a.side[:count] == b.side[:count])
+    return count if same.all() else int(np.argmin(same))
+
+
+def differences(
+    a: Events, b: Events, of_a: slice | np.ndarray, of_b: slice | np.ndarray, scale: Scale
+) -> np.ndarray:
+    """Difference of pairs of events: the largest of forcing phase, displacement and speeds.
+
+    Returns
+    -------
+    ndarray (pairs,)
+        In radians and relative to the run's sizes.
+    """
+    shift = (a.periods[of_a] - b.periods[of_b]) * scale.period + (a.time[of_a] - b.time[of_b])
+    values = np.abs(a.values[:, of_a] - b.values[:, of_b]) / scale.values
+    return np.maximum(np.abs(shift) * scale.omega, values.max(axis=0, initial=0.0))
+
+
+def _kind(events: Events, growth: np.ndarray, comparable: int, scale: Scale) -> int:
+    count = len(events.kind)
+    grown = growth[comparable - 1] if comparable else 1.0
+    if comparable < count and grown < ILL:
+        # Other events follow, and not because of an error that had grown for long.
+        grazes = events.kind[comparable] == IMPACT
+        return GRAZING if grazes and _gentle(events, comparable, scale) else BORDER
+    if growth.size == 0 or growth[-1] < ILL:
+        return WELL
+    before = np.append(1.0, growth[:-1])
+    worst = int(np.argmax(growth / before))
+    sudden = growth[worst] > SUDDEN * before[worst] and before[worst] < ILL
+    return GRAZING if sudden and _gentle(events, worst, scale) else GROWING
+
+
+def _gentle(events: Events, event: int, scale: Scale) -> bool:
+    """Whether an event is an impact of little speed that is not one of a burst's last ones."""
+    if events.kind[event] != IMPACT:
+        return False
+    rest = events.kind[event:] != IMPACT
+    in_burst = rest.any() and events.kind[event + int(np.argmax(rest))] == STICK
+    return bool(events.values[2, event] < 1e-4 * scale.values[2, 0]) and not in_burst

@@ -1,0 +1,160 @@
+"""The stress study: worst violation of each law in each regime, against its limit."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+
+from damper.figures.layout import wrap
+from damper.figures.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
+from damper.verification.stress.laws import LIMIT
+from damper.verification.stress.table import GRADED, Row, excesses, regimes
+
+#: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
+_EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)
+_COLOURS = ("#DCEBF7", SKY, ORANGE, VERMILION)
+_TITLES = {
+    "penetration": "penetration",
+    "touch": "gap at impact",
+    "continuity": "continuity",
+    "momentum": "momentum",
+    "restitution_law": "restitution law",
+    "pull": "pull in sticking",
+    "energy": "energy",
+    "clock": "clock",
+}
+_LINES = ("-", "--", "-.", ":")
+
+
+def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
+    """Draw all lanes' violations as distributions, and the worst ones by regime as a matrix.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Of `damper.verification.stress.cube.gather`.
+    caption : str, optional
+        Heading; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    rows = regimes(cube)
+    far = excesses(cube)
+    height = 2.6 + 0.19 * len(rows)
+    figure = Figure(figsize=(PAGE, height), layout="constrained")
+    upper, lower = figure.subplots(
+        2, 1, gridspec_kw={"height_ratios": [1.7, 0.19 * len(rows) + 0.3]}
+    )
+    _distributions(upper, far)
+    _matrix(lower, rows)
+    stopped, gave_up, refused = rows[0].outcomes[1:]
+    ends = (
+        f"{rows[0].lanes} runs: {stopped} stopped by their event budget, "
+        f"{gave_up} by a search that gave up, {refused} refused; {rows[0].broken} break a law"
+    )
+    words = (caption or cube.attrs.get("title", "")).split()
+    heading = [wrap(words, 110.0), wrap(ends.split(), 110.0)]
+    figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
+    return figure
+
+
+def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
+    """Part of the runs beyond each violation, law by law."""
+    colours = (BLUE, VERMILION)
+    for number, name in enumerate(GRADED):
+        values = np.sort(far[name][np.isfinite(far[name])])
+        if not values.size:
+            continue
+        share = 1.0 - np.arange(values.size) / values.size
+        shown = values > 0.0
+        # A few hundred steps look the same as a hundred thousand.
+        keep = np.unique(np.geomspace(1, max(int(shown.sum()), 1), 300).astype(int))
+        x, y = values[shown][::-1][keep - 1], share[shown][::-1][keep - 1]
+        ax.plot(
+            x * LIMIT,
+            y,
+            lw=1.0,
+            color=colours[number // len(_LINES) % len(colours)],
+            ls=_LINES[number % len(_LINES)],
+            label=_TITLES.get(name, name),
+        )
+    ax.axvline(LIMIT, color="#777777", lw=0.8)
+    ax.annotate(
+        "limit",
+        (LIMIT, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, -2),
+        textcoords="offset points",
+        va="top",
+        fontsize=7.0,
+    )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlim(1e-18, 10.0 * LIMIT)
+    ax.set_xlabel("violation over the sizes of its terms; energy scaled to the same limit")
+    ax.set_ylabel("part of the runs\nwith at least that")
+    ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
+    """Worst value of each law in each regime, coloured by its distance to the limit."""
+    values = np.array([[row.worst[name] for name in GRADED] for row in rows])
+    ratios = np.array([[row.nearest[name] for name in GRADED] for row in rows])
+    colours = ListedColormap(list(_COLOURS), name="limits").with_extremes(bad="white")
+    norm = BoundaryNorm(range(len(_EDGES)), colours.N)
+    classes = np.searchsorted(_EDGES[1:], ratios, side="left").astype(float)
+    classes[np.isnan(ratios)] = np.nan
+    ax.imshow(np.ma.masked_invalid(classes), cmap=colours, norm=norm, aspect="auto")
+    for (row, column), value in np.ndenumerate(values):
+        if np.isnan(value):
+            ax.text(column, row, "\N{EN DASH}", ha="center", va="center", color=MISSING)
+            continue
+        beyond = ratios[row, column] > 1.0
+        ax.text(
+            column,
+            row,
+            _power(value),
+            ha="center",
+            va="center",
+            fontsize=6.5,
+            color="white" if beyond else "black",
+        )
+    ax.set_xticks(range(len(GRADED)), [wrap(_TITLES[n].split(), 12) for n in GRADED])
+    ax.set_yticks(range(len(rows)), [f"{row.name} ({row.lanes}{_stops(row)})" for row in rows])
+    ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_visible(False)
+    handles = [
+        ax.scatter([], [], marker="s", s=36, color=colour, label=text)
+        for colour, text in zip(
+            _COLOURS,
+            ("up to 1/100 of the limit", "up to 1/10", "up to the limit", "beyond"),
+            strict=True,
+        )
+    ]
+    ax.legend(
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.01),
+        ncols=4,
+        frameon=False,
+        title="worst violation in a regime (runs in brackets, of them stopped early)",
+        title_fontsize=7.0,
+    )
+
+
+def _stops(row: Row) -> str:
+    stopped = sum(row.outcomes[1:])
+    return f", {stopped}" if stopped else ""
+
+
+def _power(value: float) -> str:
+    if value == 0.0:
+        return "0"
+    mantissa, _, exponent = f"{value:.0e}".partition("e")
+    return rf"${mantissa}\times 10^{{{int(exponent)}}}$"

@@ -1,0 +1,57 @@
+"""Parts of the stress study: one job's lanes and what it found; .npz of the same bytes always."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+
+#: Quantities of a lane; those that it does not give have their defaults.
+LANE_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
+
+
+def write_part(
+    path: Path, lanes: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
+) -> None:
+    """Write the lanes' quantities and results.
+
+    Parameters
+    ----------
+    path : Path
+    lanes : sequence of mapping
+    arrays : mapping of str to ndarray (lanes,)
+    """
+    given = {
+        name: np.array([lane.get(name, ALL[name].default) for lane in lanes], dtype=float)
+        for name in LANE_NAMES
+    }
+    np.savez(path, **given, **arrays)
+
+
+def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray]:
+    """Put parts back together, in the order of the lanes before `verification.stress.box.part`."""
+    parts = []
+    for path in paths:
+        with np.load(path) as file:
+            parts.append({name: file[name] for name in file.files})
+    count = sum(len(part["status"]) for part in parts)
+    whole = {}
+    for name, first in parts[0].items():
+        whole[name] = np.empty(count, dtype=first.dtype)
+        for number, part in enumerate(parts):
+            whole[name][number :: len(parts)] = part[name]
+    return whole
+
+
+def lane_of(arrays: Mapping[str, np.ndarray], number: int) -> dict[str, float]:
+    """Return the quantities of a lane that are not their defaults, as `read_point` takes them.
+
+    Parameters
+    ----------
+    arrays : mapping of str to ndarray (lanes,)
+        Of `read_parts`, or the variables of the cube.
+    number : int
+    """
+    values = {name: float(arrays[name][number]) for name in LANE_NAMES}
+    return {name: value for name, value in values.items() if value != ALL[name].default}

@@ -1,0 +1,359 @@
+"""Settings of a stress study: the engine on the corners of the box of parameters, and inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from math import prod
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from damper.parameters.quantities import MODEL_NAMES
+from damper.parameters.variables import TIME
+from damper.study.fields import (
+    Choice,
+    Coordinate,
+    Faults,
+    ListOf,
+    Number,
+    Range,
+    Section,
+    Strict,
+)
+from damper.study.settings import Fixed
+from damper.study.yaml_file import as_part
+from damper.verification.base import (
+    DIMENSIONLESS,
+    Made,
+    OptionalCaption,
+    Verification,
+    figures_of,
+    require,
+    tables_of,
+    values_of,
+)
+from damper.verification.stress.box import STARTS
+
+_NONE: dict[str, Any] = {}
+MOST_LANES = 10_000_000
+"""More lanes in one study are a slip of the pen."""
+
+Values = ListOf(Coordinate(), least=1)
+
+
+def _values(name: str, data: Any) -> tuple[float, ...]:
+    values: tuple[float, ...] = Values.check(data, name)
+    return values
+
+
+Parts = Annotated[
+    int,
+    Number(ge=1, le=1000, whole=True),
+    Field(description="How many jobs share the lanes."),
+]
+
+
+class Corners(Strict):
+    """Every combination of some values and starts."""
+
+    parameters: Annotated[
+        dict[str, tuple[float, ...]],
+        Section(_values, "parameter", DIMENSIONLESS, of=Values),
+        Field(description="Dimensionless parameters, each with its values."),
+    ]
+    starts: Annotated[
+        tuple[str, ...],
+        ListOf(Choice(*STARTS), least=1),
+        Field(
+            description="At rest in the centre; at rest on a wall; on a wall and into it; so as to "
+            "graze a wall."
+        ),
+    ] = STARTS
+    parts: Parts = 1
+
+    @property
+    def count(self) -> int:
+        """How many lanes these are."""
+        return prod(len(values) for values in self.parameters.values()) * len(self.starts)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Corners | None, faults: Faults) -> None:
+        if model is not None:
+            require(model.parameters, faults)
+
+
+class Bounds(Range):
+    """Lowest and highest value of the quantity that the context names."""
+
+    of_name = True
+
+    def check(self, value: Any, context: Any) -> tuple[float, float]:
+        return Range(context).check(value, None)
+
+
+class Draw(Strict):
+    """What a quantity may be in lanes at random."""
+
+    shorthand = "range"
+    range: Annotated[
+        tuple[float, float] | None,
+        Bounds(),
+        Field(description="Where it lies, uniform in its logarithm if above zero."),
+    ] = None
+    values: Annotated[
+        tuple[float, ...] | None,
+        Values,
+        Field(description="Values of which it takes one, always or in a share of the lanes."),
+    ] = None
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Draw | None, faults: Faults) -> None:
+        if model is not None and model.range is None and model.values is None:
+            faults.add((), "neither range nor values is given", "one of them, or both")
+
+    def rule(self) -> dict[str, Any]:
+        """Return it as `damper.verification.stress.box.random_lanes` reads it."""
+        rule = {"range": self.range, "values": self.values}
+        return {key: given for key, given in rule.items() if given is not None}
+
+
+class Other(Strict):
+    """Another model of the damper, in a share of the lanes."""
+
+    share: Annotated[float, Number(gt=0, lt=1), Field(description="Part of the lanes.")]
+    parameters: Annotated[
+        dict[str, Draw],
+        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
+        Field(description="What it adds."),
+    ]
+
+
+class Random(Strict):
+    """Lanes at random."""
+
+    lanes: Annotated[int, Number(ge=1, le=MOST_LANES, whole=True), Field(description="How many.")]
+    seed: Annotated[int, Number(ge=0, whole=True), Field(description="Of the random numbers.")]
+    share: Annotated[
+        float,
+        Number(ge=0, le=1),
+        Field(description="Part of the lanes in which a quantity has one of its values."),
+    ] = 0.25
+    parameters: Annotated[
+        dict[str, Draw],
+        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
+        Field(description="Dimensionless parameters, and initial quantities."),
+    ]
+    models: Annotated[
+        dict[str, Other],
+        Section(Other.entry, "model", tuple(MODEL_NAMES), of=Other),
+        Field(description="Other models than the rigid damper."),
+    ] = _NONE
+    identities: Annotated[
+        int,
+        Number(ge=0, le=MOST_LANES, whole=True),
+        Field(
+            description="How many of the lanes, the first ones, are also run mirrored, a period "
+            "later, in SI units, with other accuracies and from a start moved a little."
+        ),
+    ] = 0
+    parts: Parts = 1
+
+    def box(self) -> dict[str, Any]:
+        """Return the box as `damper.verification.stress.box.random_lanes` reads it."""
+        return {
+            "share": self.share,
+            "parameters": {name: draw.rule() for name, draw in self.parameters.items()},
+            "models": {
+                name: {
+                    "share": other.share,
+                    "parameters": {n: draw.rule() for n, draw in other.parameters.items()},
+                }
+                for name, other in self.models.items()
+            },
+        }
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Random | None, faults: Faults) -> None:
+        if model is None:
+            return
+        require(model.parameters, faults)
+        if model.identities > model.lanes:
+            message = f"{model.identities} of {model.lanes} lanes cannot be run again"
+            faults.add(("identities",), message, f"integer <= {model.lanes}")
+        if sum(other.share for other in model.models.values()) > 1.0:
+            faults.add(("models",), "the shares add up to more than 1", "at most 1")
+
+
+class Long(Strict):
+    """A run over many periods."""
+
+    periods: Annotated[
+        int, Number(ge=1, whole=True, units="forcing periods"), Field(description="How many.")
+    ]
+    parameters: Annotated[
+        dict[str, Fixed],
+        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
+        Field(description="Dimensionless parameters, and initial quantities."),
+    ]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Value of every quantity that is given."""
+        return values_of(self.parameters)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Long | None, faults: Faults) -> None:
+        if model is not None:
+            require(model.parameters, faults)
+
+
+class StressFigure(Made):
+    """How far each law is from its limit, over all lanes, and the worst in each regime."""
+
+    caption: OptionalCaption = None
+
+
+class StressTable(Made):
+    """Where accuracy degrades, and why: the laws over all lanes, and in each regime."""
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        return {stem: {"kind": self.kind, "title": study.title}}
+
+
+class TwinsFigure(Made):
+    """How far runs are apart that must agree, beside what their condition makes of rounding."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+
+    caption: OptionalCaption = None
+
+
+class TwinsTable(Made):
+    """Each identity: lanes that agree, lanes that backward error judges, and the worst ones."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+
+
+FIGURES: dict[str, type[Made]] = {"stress": StressFigure, "twins": TwinsFigure}
+TABLES: dict[str, type[Made]] = {"stress": StressTable, "twins": TwinsTable}
+
+
+_Figures = figures_of(FIGURES)
+_Tables = tables_of(TABLES)
+
+
+class Stress(Verification):
+    """The engine on corners, edges and random places of the box of parameters."""
+
+    entries: ClassVar[Mapping[str, type[Strict]]] = {
+        "corners": Corners,
+        "random": Random,
+        "long_runs": Long,
+    }
+    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+
+    kind: Annotated[str, Choice("stress"), Field(description="That it is such a study.")]
+    periods: Annotated[
+        int,
+        Number(ge=1, whole=True, units="forcing periods"),
+        Field(description="How long corners and random lanes are run."),
+    ]
+    accuracy: Annotated[
+        float,
+        Number(ge=1e-15, le=1e-3, units=TIME),
+        Field(description="Largest error of the time at which a complete burst ends."),
+    ] = 1e-12
+    max_events: Annotated[
+        int,
+        Number(ge=1, whole=True),
+        Field(
+            description="Budget of a run, after which it stops and says so: events, and hundreds "
+            "of evaluations that find none."
+        ),
+    ] = 100_000
+    longest: Annotated[
+        float | None,
+        Number(gt=0, units=TIME),
+        Field(description="Longest run of a corner or random lane; it ends with its period."),
+    ] = None
+    corners: Annotated[
+        dict[str, Corners],
+        Section(Corners.entry, "set of corners", of=Corners, dropped=True),
+        Field(description="Name -> values whose every combination is run."),
+    ] = _NONE
+    random: Annotated[
+        dict[str, Random],
+        Section(Random.entry, "set of lanes", of=Random, dropped=True),
+        Field(description="Name -> lanes at random."),
+    ] = _NONE
+    long_runs: Annotated[
+        dict[str, Long],
+        Section(Long.entry, "run", of=Long, dropped=True),
+        Field(description="Name -> a run over many periods."),
+    ] = _NONE
+    figures: _Figures = _NONE
+    tables: _Tables = _NONE
+
+    @property
+    def values(self) -> dict[str, str]:
+        """What a page says of the study's settings: name -> value."""
+        found = {"periods": str(self.periods), "max_events": str(self.max_events)}
+        for name, some in self.corners.items():
+            found[f"corners {name}"] = f"{some.count} lanes"
+        for name, draws in self.random.items():
+            found[f"random {name}"] = f"{draws.lanes} lanes, {draws.identities} also transformed"
+        for name, run in self.long_runs.items():
+            found[f"long run {name}"] = f"{run.periods} periods"
+        return found
+
+    def parts(self) -> dict[str, dict[str, Any]]:
+        """Return every part, a job each: name -> lanes and how long they are run."""
+        found: dict[str, dict[str, Any]] = {}
+        usual = {"periods": self.periods, "longest": self.longest}
+        for name, some in self.corners.items():
+            lanes = {"values": some.parameters, "starts": some.starts}
+            for i in range(some.parts):
+                found[f"corners_{name}~{i}"] = {"corners": lanes, "part": (i, some.parts)} | usual
+        for name, draws in self.random.items():
+            lanes = {"count": draws.lanes, "seed": draws.seed, "box": draws.box()}
+            for i in range(draws.parts):
+                found[f"random_{name}~{i}"] = {"random": lanes, "part": (i, draws.parts)} | usual
+        for name, run in self.long_runs.items():
+            found[f"long_{name}"] = {"lane": run.values, "periods": run.periods}
+        return found
+
+    def groups(self) -> dict[str, list[str]]:
+        """Return the parts that make one list of lanes each, in order, by origin and name."""
+        found = {
+            f"corner {name}": [f"corners_{name}~{i}" for i in range(some.parts)]
+            for name, some in self.corners.items()
+        }
+        found |= {
+            f"random {name}": [f"random_{name}~{i}" for i in range(draws.parts)]
+            for name, draws in self.random.items()
+        }
+        return found | {f"long {name}": [f"long_{name}"] for name in self.long_runs}
+
+    def twins(self) -> dict[str, dict[str, Any]]:
+        """Return every part of the lanes that are run again transformed, a job each."""
+        found: dict[str, dict[str, Any]] = {}
+        for name, draws in self.random.items():
+            ends = [i * draws.identities // draws.parts for i in range(draws.parts + 1)]
+            for i, (first, end) in enumerate(pairwise(ends)):
+                if end > first:
+                    lanes = {"count": end - first, "seed": draws.seed, "box": draws.box()}
+                    found[f"{name}~{i}"] = {"lanes": lanes | {"first": first}, "seed": draws.seed}
+        return found
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Stress | None, faults: Faults) -> None:
+        if model is None:
+            return
+        if not (model.corners or model.random or model.long_runs):
+            faults.add((), "no lanes are given", "corners, random or long_runs")
+        for name, some in model.corners.items():
+            if some.count > MOST_LANES:
+                message = f"{some.count} lanes are too many"
+                faults.add(("corners", as_part(name)), message, f"at most {MOST_LANES}")

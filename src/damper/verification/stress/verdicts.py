@@ -1,0 +1,38 @@
+"""What the identities say of a lane: their names, verdicts and limits. No engine is loaded."""
+
+#: What is compared with the run as it is.
+IDENTITIES = ("mirrored", "shifted", "shifted_far", "units", "sharper", "looser")
+#: Verdicts on a lane and identity.
+NOT_APPLICABLE, PASSED, PASSED_BACKWARD, FAILED, PASSED_LAWS = -1, 0, 1, 2, 3
+VERDICTS = {
+    NOT_APPLICABLE: "not applicable",
+    PASSED: "passed",
+    PASSED_BACKWARD: "passed by backward error",
+    FAILED: "failed",
+    PASSED_LAWS: "passed by the laws",
+}
+
+#: What a lane is: how sharply roundoff leaves its events determined; see
+#: `damper.verification.stress.condition`.
+REFUSED, WELL, GROWING, GRAZING, BORDER = -1, 0, 1, 2, 3
+CONDITIONS = {
+    REFUSED: "refused with an error",
+    WELL: "well-conditioned",
+    GROWING: "error growth",
+    GRAZING: "grazing",
+    BORDER: "border of two outcomes",
+}
+
+#: What is checked of each segment, all in units of roundoff of the terms; see
+#: `damper.verification.stress.backward.residuals`.
+CHECKS = ("clock", "motion", "contact", "law", "release", "inside", "tail")
+
+#: Unit roundoff of a double.
+EPS = 2.0**-52
+#: What a difference may be over what roundoff, multiplied by the condition, makes of it: the noise
+#: of two twins is no bound.
+ALLOWANCE = 30.0
+#: Backward error that passes, in units of roundoff: 2e-13. One lane in a hundred has over 30; most
+#: of them in the primary's velocity at an impact, which the engine finds to a roundoff of the gap
+#: over the length of the search's last stretch.
+SOUND = 1000.0

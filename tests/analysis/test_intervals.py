@@ -1,0 +1,309 @@
+"""Intervals of made-up chatter functions with known edges, and of real lanes."""
+
+from bisect import bisect_right
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from damper.analysis import intervals as module
+from damper.analysis.intervals import PREDICATES, ChatterAt, intervals
+from damper.sweep.runs import run_points
+
+
+class Steps:
+    """A step function of known edges that remembers where it was evaluated."""
+
+    def __init__(self, edges: list[float], levels: list[int]) -> None:
+        assert len(levels) == len(edges) + 1
+        self.edges, self.levels = edges, levels
+        self.seen: list[float] = []
+
+    def level(self, value: float) -> int:
+        return self.levels[bisect_right(self.edges, value)]
+
+    def __call__(self, value: float) -> int:
+        self.seen.append(value)
+        return self.level(value)
+
+
+def found(
+    steps: Steps, grid: list[float], predicate: str = "any", resolution: float = 1e-3
+) -> list[tuple[float, float, bool, bool]]:
+    chatter = [steps.level(value) for value in grid]
+    return list(intervals(grid, chatter, PREDICATES[predicate], steps, resolution))
+
+
+GRID = [k / 20 for k in range(21)]
+
+
+# --- one interval
+
+
+def test_edges_are_bisected_to_the_resolution() -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    ((lower, upper, narrow, cut),) = found(steps, GRID)
+    assert 0.4123 <= lower <= 0.4123 + 1e-3
+    assert 0.8371 - 1e-3 <= upper < 0.8371
+    assert not narrow
+    assert not cut
+
+
+def test_both_sides_of_an_edge_were_seen() -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    ((lower, upper, _, _),) = found(steps, GRID, resolution=1e-4)
+    looked_at = sorted({*GRID, *steps.seen})
+    before = looked_at[looked_at.index(lower) - 1]
+    after = looked_at[looked_at.index(upper) + 1]
+    assert steps.level(before) == steps.level(after) == 0
+    assert lower - before <= 1e-4 * (1 + 1e-9)
+    assert after - upper <= 1e-4 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("resolution", [0.03, 0.02, 1e-2, 1e-3, 1e-6])
+def test_no_more_evaluations_than_bisection_needs(resolution: float) -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    found(steps, GRID, resolution=resolution)
+    halvings = int(np.ceil(np.log2(0.05 / resolution)))
+    assert len(steps.seen) == 2 * halvings
+    assert len(set(steps.seen)) == len(steps.seen)
+
+
+def test_resolution_of_a_grid_step_evaluates_nothing() -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    assert found(steps, GRID, resolution=0.05) == [(0.45, 0.8, False, False)]
+    assert steps.seen == []
+
+
+def test_resolution_below_rounding_ends() -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    ((lower, upper, _, _),) = found(steps, GRID, resolution=1e-300)
+    assert lower == 0.4123
+    assert upper == np.nextafter(0.8371, 0)
+
+
+@pytest.mark.parametrize(
+    ("edges", "levels", "expected"),
+    [
+        ([], [0], []),
+        ([], [2], [(0.0, 1.0, False, True)]),
+        ([0.5], [0, 1], [(0.5, 1.0, False, True)]),
+        ([0.525], [1, 0], [(0.0, 0.5245, False, True)]),
+    ],
+)
+def test_ends_of_the_axis_cut(edges: list[float], levels: list[int], expected: list[tuple]) -> None:
+    got = found(Steps(edges, levels), GRID)
+    assert len(got) == len(expected)
+    for (lower, upper, narrow, cut), (a, b, is_narrow, is_cut) in zip(got, expected, strict=True):
+        assert lower == pytest.approx(a, abs=1e-3)
+        assert upper == pytest.approx(b, abs=1e-3)
+        assert (narrow, cut) == (is_narrow, is_cut)
+        if not edges:
+            assert (lower, upper) == (a, b)
+
+
+def test_only_differing_neighbours_are_looked_between() -> None:
+    steps = Steps([0.4123, 0.8371], [0, 2, 0])
+    found(steps, GRID)
+    assert all(0.4 < value < 0.45 or 0.8 < value < 0.85 for value in steps.seen)
+
+
+def test_predicates() -> None:
+    """Incomplete chatter is chatter, stopped runs (-1) are none."""
+    steps = Steps([0.21, 0.41, 0.61, 0.81], [-1, 1, 2, 1, -1])
+    ((any_lower, any_upper, *_),) = found(steps, GRID, "any")
+    ((lower, upper, *_),) = found(steps, GRID, "complete")
+    assert any_lower == pytest.approx(0.21, abs=1e-3)
+    assert any_upper == pytest.approx(0.81, abs=1e-3)
+    assert lower == pytest.approx(0.41, abs=1e-3)
+    assert upper == pytest.approx(0.61, abs=1e-3)
+    assert found(Steps([], [-1]), GRID) == []
+    assert found(Steps([], [1]), GRID, "complete") == []
+
+
+# --- flags
+
+
+@pytest.mark.parametrize(
+    ("edges", "narrow"),
+    [([0.41, 0.46], True), ([0.41, 0.505], True), ([0.41, 0.52], False), ([0.401, 0.599], False)],
+)
+def test_narrow_is_less_than_two_grid_steps(edges: list[float], narrow: bool) -> None:
+    ((lower, upper, flag, cut),) = found(Steps(edges, [0, 2, 0]), GRID)
+    assert flag is narrow
+    assert flag == (upper - lower < 0.1)
+    assert not cut
+
+
+def test_narrow_and_cut_together() -> None:
+    ((*_, narrow, cut),) = found(Steps([0.03], [2, 0]), GRID)
+    assert narrow
+    assert cut
+    ((*_, narrow, cut),) = found(Steps([0.98], [0, 2]), GRID)
+    assert narrow
+    assert cut
+    ((*_, narrow, cut),) = found(Steps([0.88], [0, 2]), GRID)
+    assert not narrow
+    assert cut
+
+
+def test_several_intervals_in_order() -> None:
+    edges = [0.11, 0.22, 0.31, 0.52, 0.71]
+    got = found(Steps(edges, [0, 2, 0, 1, 0, 2]), GRID)
+    assert [round(lower, 2) for lower, *_ in got] == [0.11, 0.31, 0.71]
+    assert [round(upper, 2) for _, upper, *_ in got] == [0.22, 0.52, 1.0]
+    assert [cut for *_, cut in got] == [False, False, True]
+
+
+def test_uneven_grid() -> None:
+    grid = [0.0, 0.1, 0.5, 0.6, 2.0]
+    ((lower, upper, _, cut),) = found(Steps([0.3, 0.9], [0, 2, 0]), grid)
+    assert 0.3 <= lower <= 0.301
+    assert 0.899 <= upper < 0.9
+    assert not cut
+
+
+def test_single_value() -> None:
+    assert found(Steps([], [0]), [0.5]) == []
+    ((lower, upper, _, cut),) = found(Steps([], [2]), [0.5])
+    assert (lower, upper, cut) == (0.5, 0.5, True)
+
+
+# --- any step function
+
+
+@given(
+    edges=st.lists(st.floats(0.001, 0.999), max_size=8, unique=True).map(sorted),
+    levels=st.lists(st.integers(-1, 2), min_size=9, max_size=9),
+    count=st.integers(2, 40),
+    resolution=st.sampled_from([0.1, 1e-2, 1e-3, 1e-7]),
+    predicate=st.sampled_from(list(PREDICATES)),
+)
+def test_random_step_functions(
+    edges: list[float], levels: list[int], count: int, resolution: float, predicate: str
+) -> None:
+    steps = Steps(edges, levels[: len(edges) + 1])
+    grid = [float(value) for value in np.linspace(0.0, 1.0, count)]
+    got = found(steps, grid, predicate, resolution)
+    holds = {"any": (1, 2), "complete": (2,)}[predicate]
+    inside = [steps.level(value) in holds for value in grid]
+
+    # Exactly the runs of grid values at which the predicate holds, in order.
+    covered = [any(a <= value <= b for a, b, *_ in got) for value in grid]
+    assert covered == inside
+    assert len(got) == sum(b and not a for a, b in zip([False, *inside], inside, strict=False))
+    assert [a for a, *_ in got] == sorted(a for a, *_ in got)
+
+    looked_at = sorted({*grid, *steps.seen})
+    for lower, upper, narrow, cut in got:
+        assert steps.level(lower) in holds
+        assert steps.level(upper) in holds
+        at_end = (lower == grid[0], upper == grid[-1])
+        assert cut == any(at_end)
+        assert (
+            narrow == (upper - lower < 2.0 / (count - 1))
+            or abs(upper - lower - 2.0 / (count - 1)) < 1e-12
+        )
+        for edge, end, toward in ((lower, at_end[0], -1), (upper, at_end[1], 1)):
+            if end:
+                continue
+            neighbour = looked_at[looked_at.index(edge) + toward]
+            assert steps.level(neighbour) not in holds
+            assert abs(neighbour - edge) <= resolution * (1 + 1e-8) or neighbour in grid
+            assert abs(neighbour - edge) <= max(resolution, 1e-15) * (1 + 1e-8)
+            # A true change of the function lies within the resolution.
+            between = sorted((edge, neighbour))
+            assert any(between[0] <= true <= between[1] for true in edges)
+    assert len(steps.seen) == len(set(steps.seen))
+
+
+# --- chatter of lanes
+
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "phase": 0.0,
+}
+RUN: dict[str, Any] = {
+    "transient": 40,
+    "periods": 10,
+    "accuracy": 1e-12,
+    "max_events": 1_000_000,
+}
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Restitution of every lane that is run."""
+    calls: list[float] = []
+
+    def counting(parameters: Any, *arguments: Any, **keywords: Any) -> Any:
+        parameters = list(parameters)
+        calls.extend(values["restitution"] for values in parameters)
+        return run_points(parameters, *arguments, **keywords)
+
+    monkeypatch.setattr(module, "run_points", counting)
+    return calls
+
+
+def test_chatter_at_is_that_of_a_lane_for_each_threshold() -> None:
+    thresholds = [0.03, 0.01, 0.2, 0.03]
+    chatter_at = ChatterAt("restitution", POINT, thresholds, RUN)
+    seen = set()
+    for r in (0.2, 0.42, 0.5, 0.7, 0.95):
+        got = chatter_at(r)
+        assert len(got) == 4
+        for k, threshold in enumerate(thresholds):
+            arrays, _ = run_points(
+                [{**POINT, "restitution": r}], {"bursts": {"threshold": threshold}}, **RUN
+            )
+            assert got[k] == arrays["chatter"][0]
+            seen.add(int(got[k]))
+    assert seen == {0, 1, 2}
+
+
+def test_single_and_absolute_threshold() -> None:
+    assert len(ChatterAt("restitution", POINT, [0.03], RUN)(0.5)) == 1
+    (chatter,) = ChatterAt("restitution", POINT, [{"speed": 100.0}], RUN)(0.5)
+    assert chatter == 0
+    (chatter,) = ChatterAt("restitution", POINT, [{"speed": 1e-9}], RUN)(0.5)
+    assert chatter == 2
+
+
+def test_each_value_is_simulated_once(counted: list[float]) -> None:
+    """However many thresholds and predicates ask for it."""
+    chatter_at = ChatterAt("restitution", POINT, (0.03, 0.01, 0.1), RUN)
+    grid = [k / 10 for k in range(11)]
+    levels = [chatter_at(value) for value in grid]
+    assert counted == grid
+    for k in range(3):
+        for holds in PREDICATES.values():
+            list(
+                intervals(
+                    grid,
+                    [int(level[k]) for level in levels],
+                    holds,
+                    lambda value, k=k: chatter_at(value)[k],
+                    1e-2,
+                )
+            )
+    assert len(counted) > len(grid) + 5
+    assert len(counted) == len(set(counted))
+
+
+def test_other_places_are_other_lanes() -> None:
+    """What is known is known for one place only."""
+    a = ChatterAt("restitution", POINT, [0.03], RUN)
+    b = ChatterAt("restitution", {**POINT, "clearance": 50.0}, [0.03], RUN)
+    assert a(0.5).tolist() == [2]
+    assert b(0.5).tolist() == [0]
+
+
+def test_stopped_lane_is_no_chatter() -> None:
+    (chatter,) = ChatterAt("restitution", POINT, [0.03], {**RUN, "max_events": 10})(0.5)
+    assert chatter == -1
+    assert not any(holds(int(chatter)) for holds in PREDICATES.values())

@@ -1,0 +1,405 @@
+"""Verdicts on the papers' statements, from made-up cubes whose verdict is known."""
+
+import csv
+import io
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damper import simulate
+from damper.papers.claims import FAILS, HOLDS, ONLY_IF, STUDIES, UNTESTED, claims, judge
+from damper.papers.claims.page import sentence, to_csv, to_markdown
+from damper.papers.claims.ranges import chatter_ranges, range_of, section_points
+
+CLAIMS = {claim.name: claim for claim in claims()}
+MASSES = (0.25, 0.1, 0.05, 0.001)
+R = np.round(np.arange(0.0, 1.001, 0.01), 2)
+THRESHOLDS = (0.01, 0.03, 0.1)
+SAMPLES = 40
+
+
+def intervals(
+    edges: Callable[[float, float, float], tuple[float, float, float]],
+    frequencies: tuple[float, ...] = (1.1, 1.5),
+    points: Callable[[float], int] = lambda r: 1,
+) -> xr.Dataset:
+    """Cube of a restitution study.
+
+    `edges` gives, for a mass ratio, a frequency ratio and a threshold, the lower edge of chatter,
+    and the upper edges of complete and of any chatter; `points` the points on the section.
+    """
+    chatter = np.zeros((len(MASSES), len(frequencies), R.size, 3), dtype="i1")
+    for i, mass in enumerate(MASSES):
+        for j, frequency in enumerate(frequencies):
+            for k, threshold in enumerate(THRESHOLDS):
+                low, complete, incomplete = edges(mass, frequency, threshold)
+                chatter[i, j, (low <= R) & (incomplete >= R), k] = 1
+                chatter[i, j, (low <= R) & (complete >= R), k] = 2
+    x = np.array([np.arange(SAMPLES) % points(r) for r in R], dtype=float)
+    x = np.broadcast_to(x, (*chatter.shape[:3], SAMPLES))
+    dims = ("mass_ratio", "frequency_ratio", "restitution")
+    return xr.Dataset(
+        {
+            "chatter": (dims, chatter[..., 1]),
+            "chatter_by_threshold": ((*dims, "threshold"), chatter),
+            "displacement": ((*dims, "sample"), x.copy()),
+        },
+        {
+            "mass_ratio": list(MASSES),
+            "frequency_ratio": ("frequency_ratio", list(frequencies), {"assumed": "lost"}),
+            "restitution": R,
+            "threshold": list(THRESHOLDS),
+            "clearance": ((), 0.05, {"assumed": "lost"}),
+        },
+    )
+
+
+def paper_b(above: xr.Dataset, below: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
+    return {"restitution": above, "restitution_below_resonance": above if below is None else below}
+
+
+def narrowing(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
+    """As B1 to B3 have it, for complete and incomplete chatter alike."""
+    top = 0.9 - 0.2 * (frequency - 1.1) - 0.3 * mass
+    return 0.5, round(top, 2), round(top, 2)
+
+
+def everything_else(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
+    """The other way round."""
+    top = 0.7 + 0.2 * (frequency - 1.1) + 0.3 * mass
+    return 0.3, round(top, 2), round(top, 2)
+
+
+def test_ranges_leave_out_chaotic_edges() -> None:
+    values = np.arange(10.0)
+    holds = np.array([1, 0, 1, 1, 1, 0, 1, 1, 0, 1], dtype=bool)
+    assert range_of(values, holds) == (2.0, 4.0)
+    assert range_of(values, holds).width == 2.0
+    assert range_of(values, np.array([1, 1, 0, 1, 0] * 2, dtype=bool)).width == 0.0
+    cube = intervals(narrowing)
+    assert chatter_ranges(cube, 2)[0.1, 1.5] == (0.5, 0.79)
+    assert chatter_ranges(cube.isel(restitution=slice(None, None, -1)), 1)[0.1, 1.5] == (0.5, 0.79)
+
+
+def test_points_on_the_section() -> None:
+    cube = intervals(narrowing, points=lambda r: 1 + int(r > 0.5) * 3)
+    found = section_points(cube).sel(mass_ratio=0.1, frequency_ratio=1.1)
+    assert set(found.sel(restitution=slice(0, 0.5)).values) == {1}
+    assert set(found.sel(restitution=slice(0.51, 1)).values) == {4}
+    cube.displacement[0, 0, 0, 3] = np.nan
+    cube.displacement[0, 0, 1] += 1e-9 * np.arange(SAMPLES)
+    assert section_points(cube)[0, 0, :2].values.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("name", ["B1", "B2", "B3"])
+def test_statements_on_the_interval_hold(name: str) -> None:
+    assert CLAIMS[name].judge(paper_b(intervals(narrowing))).verdict == HOLDS
+
+
+@pytest.mark.parametrize("name", ["B1", "B2", "B3"])
+def test_statements_on_the_interval_do_not_hold(name: str) -> None:
+    assert CLAIMS[name].judge(paper_b(intervals(everything_else))).verdict == FAILS
+
+
+@pytest.mark.parametrize("name", ["B2", "B3"])
+def test_statements_on_the_interval_hold_on_one_side_of_resonance(name: str) -> None:
+    found = CLAIMS[name].judge(paper_b(intervals(narrowing), intervals(everything_else)))
+    assert found.verdict == ONLY_IF
+    assert found.condition == (
+        "complete bursts alone are counted, above resonance or "
+        "incomplete bursts as well are counted, above resonance"
+    )
+
+    def complete(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
+        low, top, _ = narrowing(mass, frequency, threshold)
+        return low, top, 1.0
+
+    found = CLAIMS[name].judge(paper_b(intervals(complete), intervals(everything_else)))
+    assert found.condition == "complete bursts alone are counted, above resonance"
+    # One frequency, or one mass, that does the opposite is enough.
+    other = intervals(complete)
+    place = {"mass_ratio": 0.1, "frequency_ratio": 1.5}
+    other.chatter.loc[place] = 2
+    assert CLAIMS[name].judge(paper_b(other)).verdict == FAILS
+
+
+def test_needed_restitution_depends_on_what_is_visible() -> None:
+    def edges(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
+        return {0.01: 0.3, 0.03: 0.41, 0.1: 0.55}[threshold], 0.86, 1.0
+
+    found = CLAIMS["B1"].judge(paper_b(intervals(edges)))
+    assert found.verdict == ONLY_IF
+    assert "visible from 10% of" in found.condition
+    assert "0.3 to 0.86 at a threshold of 1%" in found.ours
+    assert "incomplete bursts counted up to 1" in found.ours
+
+
+def test_large_restitution_chatters_more_at_small_mass() -> None:
+    assert CLAIMS["B4"].judge(paper_b(intervals(narrowing))).verdict == HOLDS
+    assert CLAIMS["B4"].judge(paper_b(intervals(everything_else))).verdict == FAILS
+    mixed = CLAIMS["B4"].judge(paper_b(intervals(everything_else), intervals(narrowing)))
+    assert mixed.verdict == ONLY_IF
+    assert "below resonance" in mixed.condition
+
+
+def test_bifurcation_above_a_half() -> None:
+    more = intervals(narrowing, points=lambda r: 1 + int(r > 0.5))
+    assert CLAIMS["B6"].judge(paper_b(more)).verdict == HOLDS
+    less = intervals(narrowing, points=lambda r: 1 + int(0.3 < r < 0.6))
+    assert CLAIMS["B6"].judge(paper_b(less)).verdict == FAILS
+    found = CLAIMS["B6"].judge(paper_b(less, more))
+    assert (found.verdict, found.condition) == (ONLY_IF, "one looks below resonance")
+    assert "restitution 0.31;" in found.ours
+
+
+def test_figures_of_paper_b() -> None:
+    samples = [[1.0, 1.0, 1.0, 1.0], [1.0, 2.0, 1.0, 2.0]]
+    portraits = xr.Dataset(
+        {"displacement": (("restitution", "mass_ratio", "sample"), np.stack([samples] * 2, 1))},
+        {"restitution": [0.6, 0.7], "mass_ratio": [0.25, 0.1]},
+    )
+    cubes = paper_b(intervals(narrowing))
+    cubes |= {"paper_b_portraits": portraits, "paper_b_histories": cubes["restitution"]}
+    found = CLAIMS["B5"].judge(cubes)
+    assert found.verdict == HOLDS
+    assert "0.6 (1 point on the section), 0.7 (2 points on the section)" in found.ours
+    portraits.displacement[1, 1] = 1.0
+    assert CLAIMS["B5"].judge(cubes).verdict == FAILS
+
+
+# --- paper A
+
+
+def clearances(limit: float, samples: int = 1, above: float = 0.0) -> dict[str, xr.Dataset]:
+    """Chatter up to a limit; `samples` points on the section beyond it."""
+    d = np.round(np.arange(0.0, 2.001, 0.05), 2)
+    x = np.array([np.arange(SAMPLES) % (samples if one > limit else 7) for one in d], dtype=float)
+    cube = xr.Dataset(
+        {
+            "chatter": ("clearance", np.where(d <= limit, 2, 0)),
+            "impacts_per_period": ("clearance", np.where(d <= limit, 9.0, above)),
+            "displacement": (("clearance", "sample"), x),
+        },
+        {"clearance": d},
+    )
+    return {"paper_a_clearance": cube}
+
+
+@pytest.mark.parametrize(
+    ("limit", "verdict"), [(1.35, HOLDS), (1.25, HOLDS), (1.1, FAILS), (1.6, FAILS), (0.0, FAILS)]
+)
+def test_chatter_over_clearance(limit: float, verdict: str) -> None:
+    found = CLAIMS["A1"].judge(clearances(limit))
+    assert found.verdict == verdict
+
+
+def test_chatter_over_clearance_of_one_of_several_places() -> None:
+    cubes = [clearances(limit)["paper_a_clearance"] for limit in (1.35, 0.5)]
+    cube = xr.concat(cubes, xr.IndexVariable("frequency_ratio", [0.5, 0.6]))
+    found = CLAIMS["A1"].judge({"paper_a_clearance": cube})
+    assert (found.verdict, found.condition) == (ONLY_IF, "frequency ratio is 0.5")
+    assert "where frequency ratio is 0.6: chatter at clearances 0 to 0.5" in found.ours
+
+
+def test_diagram_over_frequency() -> None:
+    x = np.ones((6, SAMPLES))
+    cube = xr.Dataset(
+        {
+            "displacement": (("frequency_ratio", "sample"), x.copy()),
+            "chatter": ("frequency_ratio", [0, 0, 0, 1, 1, 0]),
+        },
+        {"frequency_ratio": np.linspace(0.1, 0.6, 6)},
+    )
+    assert CLAIMS["A2"].judge({"paper_a_frequency": cube}).verdict == FAILS
+    cube.displacement[2, ::2] = 3.0
+    found = CLAIMS["A2"].judge({"paper_a_frequency": cube})
+    assert found.verdict == HOLDS
+    assert "change 2 times" in found.ours
+
+
+Burst = tuple[float, float, int, int]
+
+
+def histories(
+    slow: list[Burst], middle: list[Burst] | None = None, fast: list[Burst] | None = None
+) -> dict[str, xr.Dataset]:
+    """Bursts (onset, duration, complete, visible impacts) at the three frequency ratios."""
+    rows = [slow, middle or slow, fast or slow]
+    table = np.full((3, 12, 4), np.nan)
+    for i, bursts in enumerate(rows):
+        table[i, : len(bursts)] = np.reshape(bursts, (-1, 4))
+    dims = ("frequency_ratio", "burst")
+    names = ("onset", "duration", "complete", "visible_impacts")
+    variables = {f"burst_{name}": (dims, table[..., k]) for k, name in enumerate(names)}
+    variables["burst_sticking_time"] = (dims, np.where(table[..., 2] == 1, 1.5, np.nan))
+    return {"paper_a_histories": xr.Dataset(variables, {"frequency_ratio": [0.2, 0.25, 0.3]})}
+
+
+HALF = 5 * np.pi
+
+
+def steady(onset: float, duration: float, complete: int = 1) -> list[Burst]:
+    return [(onset + k * HALF, duration, complete, 20) for k in range(8)]
+
+
+def test_burst_at_low_frequency() -> None:
+    """Statement A3: about 332, about 11."""
+    single = histories([(331.0, 10.8, 1, 20)])
+    assert CLAIMS["A3"].judge(single).verdict == HOLDS
+    early = histories([(200.0, 10.8, 1, 20), (331.0, 10.8, 1, 20)])
+    found = CLAIMS["A3"].judge(early)
+    assert found.verdict == ONLY_IF
+    assert "331" in found.ours
+    assert "first chatter burst begins at 200" in found.ours
+    for other in (
+        [(331.0, 10.8, 0, 20)],
+        [(331.0, 7.0, 1, 20)],
+        [(340.0, 10.8, 1, 20)],
+        [(331.0, 10.8, 1, 4)],
+        [],
+    ):
+        assert CLAIMS["A3"].judge(histories(other)).verdict == FAILS
+
+
+def test_same_duration_at_two_frequencies() -> None:
+    slow = steady(200.0, 10.9)
+    assert CLAIMS["A4"].judge(histories(slow, steady(200.0, 10.2))).verdict == HOLDS
+    found = CLAIMS["A4"].judge(histories(slow, steady(200.0, 9.4)))
+    assert (found.verdict, found.condition) == (
+        ONLY_IF,
+        "durations are compared in forcing periods",
+    )
+    assert CLAIMS["A4"].judge(histories(slow, steady(200.0, 7.0))).verdict == FAILS
+    assert CLAIMS["A4"].judge(histories(slow, steady(200.0, 10.9, 0))).verdict == FAILS
+    # What the transient does is of no account.
+    late = [(10.0, 3.0, 0, 9), *steady(200.0, 10.4)]
+    assert CLAIMS["A4"].judge(histories(slow, late)).verdict == HOLDS
+    assert CLAIMS["A4"].judge(histories(slow, [(10.0, 3.0, 0, 2)])).verdict == FAILS
+
+
+def test_incomplete_at_high_frequency() -> None:
+    slow = steady(200.0, 10.9)
+    assert CLAIMS["A5"].judge(histories(slow, slow, steady(100.0, 9.0, 0))).verdict == HOLDS
+    mixed = [(10.0, 9.0, 1, 9), *steady(200.0, 9.0, 0)]
+    found = CLAIMS["A5"].judge(histories(slow, slow, mixed))
+    assert (found.verdict, found.condition) == (ONLY_IF, "the transient is left out")
+    assert CLAIMS["A5"].judge(histories(slow, slow, slow)).verdict == FAILS
+    assert CLAIMS["A5"].judge(histories(slow, slow, [(5.0, 1.0, 0, 3)])).verdict == FAILS
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "verdict"),
+    [(0.05, 0.01, HOLDS), (0.3, 0.05, ONLY_IF), (0.5, 0.3, ONLY_IF), (0.5, np.nan, FAILS)],
+)
+def test_prediction(first: float, second: float, verdict: str) -> None:
+    """Statement A6, on bursts of four impacts whose predictions get better by halves."""
+    left = np.array([8.0, 4.0, 2.0, 1.0])
+    better = 0.25 ** np.arange(4)
+    cube = xr.Dataset({"complete_bursts": ("restitution", [1])}, {"restitution": [0.6]})
+    dims = ("restitution", "complete_burst", "burst_impact")
+    for quantity in ("time", "displacement"):
+        cube[f"remaining_{quantity}"] = dims, left[None, None]
+        cube[f"completion_{quantity}_uncertainty"] = dims[:2], [[1e-12]]
+        for order, part in (("first", first), ("second", second)):
+            cube[f"{order}_order_{quantity}"] = dims, (left * (1 + part * better))[None, None]
+    cube["rebound_speed"] = dims, (left / 4.0)[None, None]
+    cube["prediction_error_estimate"] = dims, np.full((1, 1, 4), 1e-3)
+    found = CLAIMS["A6"].judge({"accumulation": cube})
+    assert found.verdict == verdict
+    conditions = {
+        (0.3, 0.05): "the second-order formula is used",
+        (0.5, 0.3): "the prediction is made from impact 2 of the burst or a later one",
+    }
+    assert found.condition == conditions.get((first, second), "")
+
+
+def test_chatter_after_a_transient() -> None:
+    assert CLAIMS["A7"].judge(histories(steady(200.0, 10.0))).verdict == HOLDS
+    found = CLAIMS["A7"].judge(histories(steady(200.0, 10.0), steady(5.0, 9.0)))
+    assert found.verdict == FAILS
+    assert "at frequency ratio 0.25 after 0.199 forcing periods" in found.ours
+    early = [(5.0, 9.0, 0, 9), *steady(200.0, 9.0)]
+    found = CLAIMS["A7"].judge(histories(steady(200.0, 10.0), early))
+    assert (found.verdict, found.condition) == (ONLY_IF, "chatter that completes is meant")
+
+
+@pytest.mark.parametrize(
+    ("powers", "verdict"),
+    [((0.5, -0.2, 0.1), HOLDS), ((0.4, -1.0, 0.0), ONLY_IF), ((0.1, -0.5, 0.3), FAILS)],
+)
+def test_duration_and_amplitude(powers: tuple[float, ...], verdict: str) -> None:
+    d, omega, zeta = (np.geomspace(0.1, 1.0, n) for n in (5, 4, 3))
+    grid = np.meshgrid(d, omega, zeta, indexing="ij")
+    duration = 3.0 * grid[0] ** -powers[0] * grid[1] ** powers[1] * grid[2] ** powers[2]
+    dims = ("clearance", "frequency_ratio", "damping_ratio")
+    # An incomplete burst among complete ones does not count.
+    complete = np.ones_like(duration)
+    complete[1, 2, 0] = 0.0
+    duration[1, 2, 0] = 99.0
+    cube = xr.Dataset(
+        {"burst_at_duration": (dims, duration), "burst_at_complete": (dims, complete)},
+        {"clearance": d, "frequency_ratio": omega, "damping_ratio": zeta},
+    )
+    found = CLAIMS["A11"].judge({"burst_duration": cube})
+    assert found.verdict == verdict
+    for power in powers:
+        assert f"{power:.2f} of the" in found.ours
+
+
+def test_damping_by_the_rules_of_the_performance_table() -> None:
+    cube = simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.05,
+        frequency_ratio=[0.8, 0.9, 1.0, 1.1, 1.2],
+        clearance=[0.5, 3.0, 5.0],
+        restitution=[0.0, 0.3, 0.8],
+        transient=30,
+        periods=10,
+        observers=["response", "impacts", "bursts"],
+    )
+    for name in ("A8", "A9", "A10"):
+        found = CLAIMS[name].judge({"performance": cube})
+        assert found.verdict in (HOLDS, FAILS, ONLY_IF)
+        assert (found.verdict == ONLY_IF) == bool(found.condition)
+    without = cube.sel(restitution=[0.3, 0.8])
+    assert CLAIMS["A9"].judge({"performance": without}).verdict == UNTESTED
+
+
+# --- all of them
+
+
+def test_every_statement_has_its_claim_and_its_studies() -> None:
+    names = [*(f"A{k}" for k in range(1, 12)), *(f"B{k}" for k in range(1, 7))]
+    assert list(CLAIMS) == names
+    assert list(STUDIES) == names
+
+
+def test_claims_without_their_studies_say_so() -> None:
+    found = judge(paper_b(intervals(narrowing)))
+    told = {item.claim.name: item for item in found}
+    assert told["B1"].verdict.verdict == HOLDS
+    assert told["A3"].verdict.verdict == UNTESTED
+    assert "paper_a_histories" in told["A3"].verdict.condition
+    assert told["B1"].assumptions == "frequency_ratio 1.1, 1.5, clearance 0.05"
+
+
+def test_pages() -> None:
+    cubes = paper_b(intervals(narrowing), intervals(everything_else))
+    cubes["restitution"].attrs["assumed_visibility_threshold"] = "ours"
+    cubes["restitution"].chatter.attrs["comment"] = "x; visible: approach speed >= 0.03 of it"
+    found = judge(cubes)
+    rows = list(csv.DictReader(io.StringIO(to_csv(found))))
+    assert [row["claim"] for row in rows] == list(CLAIMS)
+    b2 = next(row for row in rows if row["claim"] == "B2")
+    assert b2["verdict"] == ONLY_IF
+    assert "above resonance" in b2["condition"]
+    assert "visibility threshold: approach speed >= 0.03 of it" in b2["assumptions"]
+    figure = CLAIMS["B6"].figures[0]
+    text = to_markdown(found, [figure])
+    assert text.count(f"({figure}.png)") == sum(figure in c.figures for c in CLAIMS.values())
+    assert f"({CLAIMS['A3'].figures[0]}.png)" not in text
+    for item in found:
+        assert f"## {item.claim.name}: {item.claim.statement}" in text
+        assert f"| {sentence(item)} |" in text

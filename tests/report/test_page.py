@@ -1,0 +1,151 @@
+"""The page of results: everything on it, escaped, and the same each time."""
+
+import csv
+import html.parser
+from pathlib import Path
+
+import pytest
+from jinja2 import UndefinedError
+
+from damper.report.page import MOST_ROWS, captions, chapter, page
+from damper.study.config import load_study
+from damper.study.products import FIGURES, TABLES
+
+ROOT = Path(__file__).parents[2]
+CAPTIONS = ROOT / "workflow/report"
+TEMPLATE = CAPTIONS / "page.html"
+VERDICT = {
+    "claim": "A1",
+    "statement": "1 < 2",
+    "stated": "no number",
+    "found": "one & two",
+    "verdict": "holds only if",
+    "condition": "it rains",
+    "assumptions": "d 0.05",
+    "figures": "",
+}
+
+
+class Page(html.parser.HTMLParser):
+    """Links, pictures, anchors and text of a page; fails on tags that do not close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.images: list[dict[str, str | None]] = []
+        self.names: list[str] = []
+        self.open: list[str] = []
+        self.text = ""
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.links += [values["href"]] if "href" in values else []
+        self.names += [values["id"]] if "id" in values else []
+        self.images += [values] if tag == "img" else []
+        if tag not in ("img", "meta", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] != "style":
+            self.text += data
+
+
+def made(tmp_path: Path, rows: int = 3) -> Page:
+    study = load_study(ROOT / "config/studies/restitution.yaml")
+    about = study.about()
+    for path, _ in about["tables"]:
+        file = tmp_path / f"{path}.csv"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("w", newline="") as stream:
+            csv.writer(stream).writerows(
+                [["mass_ratio", "a<b"], *([k, "<i>"] for k in range(rows))]
+            )
+    kinds = [kind for _, kind, *_ in (*about["figures"], *about["tables"])]
+    how = captions(CAPTIONS, kinds)
+    text = page([chapter(about, tmp_path)], [VERDICT], how, TEMPLATE)
+    assert text == page([chapter(about, tmp_path)], [VERDICT], how, TEMPLATE)
+    return Page(text)
+
+
+@pytest.mark.parametrize("kind", [*FIGURES, *TABLES])
+def test_every_kind_has_a_caption_that_renders(kind: str) -> None:
+    text = captions(CAPTIONS, [kind])[kind]
+    assert text.startswith("<p>")
+    assert len(Page(text).text) > 40
+
+
+def test_captions_in_error_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "map.rst").write_text("A `broken link_ and *emphasis")
+    with pytest.raises(Exception, match="start-string without end-string"):
+        captions(tmp_path, ["map"])
+
+
+def test_page_shows_everything(tmp_path: Path) -> None:
+    found = made(tmp_path)
+    study = load_study(ROOT / "config/studies/restitution.yaml")
+    stems = list(study.figure_files())
+    assert [image["src"] for image in found.images] == [
+        f"restitution/figures/{stem}.png" for stem in stems
+    ]
+    assert all(image["alt"] for image in found.images)
+    for stem in stems:
+        assert f"restitution/figures/{stem}.svg" in found.links
+    for name in study.tables:
+        assert f"restitution/tables/{name}.md" in found.links
+    for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):
+        assert text in found.text
+    assert "holds only if it rains" in found.text
+    for reason in study.assumed.values():
+        assert reason in found.text
+    assert "0.03 of the burst's first approach speed" in found.text
+
+
+def test_figures_have_their_printed_proportions(tmp_path: Path) -> None:
+    """A page-wide figure twice as wide as a column-wide one: letters are of the same size."""
+    for image in made(tmp_path).images:
+        assert image["srcset"] == f"{image['src']} 2x"
+
+
+def test_how_to_read_a_figure_is_said_once_for_figures_in_a_row(tmp_path: Path) -> None:
+    found = made(tmp_path)
+    assert len(found.images) > 5
+    assert found.text.count("Each dot is the primary on the section") == 1
+
+
+def test_a_schematic_is_named_by_what_it_draws(tmp_path: Path) -> None:
+    alt = {image["src"]: image["alt"] for image in made(tmp_path).images}
+    assert alt["restitution/figures/paper_b_fig_1.png"] == "collision system"
+    assert alt["restitution/figures/paper_b_fig_2.png"].endswith(
+        "all values assumed; mass ratio 0.25; frequency ratio 2"
+    )
+
+
+def test_links_within_the_page_lead_somewhere(tmp_path: Path) -> None:
+    found = made(tmp_path)
+    inside = [link[1:] for link in found.links if link.startswith("#")]
+    assert inside == ["claims", "restitution", "cost"]
+    assert set(inside) <= set(found.names)
+
+
+def test_long_tables_are_cut(tmp_path: Path) -> None:
+    assert "more rows" not in made(tmp_path, MOST_ROWS).text
+    found = made(tmp_path, MOST_ROWS + 7)
+    assert "7 more rows in the CSV file." in found.text
+    assert f"{MOST_ROWS + 7} rows" in found.text
+
+
+def test_page_without_studies_or_verdicts() -> None:
+    found = Page(page([], [], {}, TEMPLATE))
+    assert found.images == []
+    assert "claims" not in found.names
+
+
+def test_a_kind_without_caption_is_an_error(tmp_path: Path) -> None:
+    about = load_study(ROOT / "config/studies/burst.yaml").about()
+    with pytest.raises(UndefinedError):
+        page([chapter(about, tmp_path)], [], {}, TEMPLATE)

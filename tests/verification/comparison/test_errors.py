@@ -1,0 +1,366 @@
+"""Errors of solutions made by hand, whose errors are known."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damper.verification.comparison.errors import (
+    FLOOR,
+    MEASURES,
+    MISSES,
+    counted_impacts,
+    measure,
+    verdict,
+)
+from damper.verification.comparison.scene import read_scene
+from damper.verification.comparison.solution import FAILED, STALLED, Solution
+
+VALUES = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 1.0,
+    "clearance": 0.25,
+    "restitution": 0.1,
+}
+SCENE = read_scene(VALUES, 20.0)
+#: Left, right, then a complete burst on the right whose speeds fall by 10 each, stick at 6,
+#: release at 7, left, a grazing impact on the right.
+TIMES = np.array([1.0, 3.0, 5.0, 5.9, 5.99, 5.999, 5.9999, 5.99999, 9.0, 12.0])
+SIDES = np.array([-1, 1, 1, 1, 1, 1, 1, 1, -1, 1])
+SPEEDS = np.array([1.0, 0.9, 0.8, 0.1, 1e-2, 1e-3, 1e-4, 1e-5, 0.5, 1e-9])
+REFERENCE: Any = SimpleNamespace(
+    impact_times=TIMES,
+    impact_sides=SIDES,
+    approach_speeds=SPEEDS,
+    stick_times=np.array([6.0]),
+    release_times=np.array([7.0]),
+    final_state=np.array([1.0, 2.0, 3.0, 4.0]),
+)
+#: 3.0 belongs to the burst as well: the same wall, nothing in between. So the floor is 9e-3.
+COUNTED = 7
+NOTHING_WRONG = {
+    "impact_time_error": 0.0,
+    "accumulation_error": 0.0,
+    "release_error": 0.0,
+    "state_error": 0.0,
+    "penetration": 1e-9,
+    "energy_residual": 1e-7,
+    "missed_impacts": 0.0,
+    "extra_impacts": 0.0,
+    "unresolved_impacts": 0.0,
+    "missed_sticks": 0.0,
+    "extra_sticks": 0.0,
+    "missed_releases": 0.0,
+    "evaluations": 77.0,
+}
+
+
+def solution(keep: Any = slice(None), **changes: Any) -> Solution:
+    """The reference's own events, or some of them, with changes."""
+    same = Solution(
+        impact_times=TIMES[keep],
+        impact_sides=SIDES[keep],
+        approach_speeds=SPEEDS[keep],
+        stick_times=REFERENCE.stick_times,
+        release_times=REFERENCE.release_times,
+        states=np.array([[1.0, 2.0, 3.0, 4.0]]),
+        penetration=1e-9,
+        energy_residual=-1e-7,
+        evaluations=77,
+        reached=20.0,
+    )
+    return replace(same, **changes)
+
+
+def check(given: Solution, **expected: float) -> None:
+    found = measure(SCENE, REFERENCE, given)
+    assert list(found) == list(MEASURES)
+    assert all(type(value) is float for value in found.values())
+    assert found == pytest.approx(NOTHING_WRONG | expected, nan_ok=True, rel=1e-9, abs=1e-15)
+
+
+def without(*lost: int) -> np.ndarray:
+    return np.setdiff1d(np.arange(len(TIMES)), lost)
+
+
+def test_the_reference_itself_has_no_error() -> None:
+    check(solution())
+    assert counted_impacts(REFERENCE) == COUNTED
+    assert counted_impacts(REFERENCE, 0.0) == len(TIMES)
+
+
+def test_shifted_impacts_have_the_largest_shift_as_error() -> None:
+    shift = np.zeros(len(TIMES))
+    shift[[0, 1, 8]] = 1e-3, -2e-3, 1.5e-3
+    check(solution(impact_times=TIMES + shift), impact_time_error=2e-3)
+
+
+def test_impacts_below_the_floor_do_not_count() -> None:
+    shift = np.zeros(len(TIMES))
+    shift[6] = 3e-5
+    check(solution(impact_times=TIMES + shift))
+    check(solution(without(6, 7)))
+
+
+def test_one_missed() -> None:
+    check(solution(without(1)), missed_impacts=1.0)
+    # However slow: it is in no complete burst.
+    check(solution(without(9)), missed_impacts=1.0)
+
+
+def test_one_doubled() -> None:
+    twice = np.insert(np.arange(10), 8, 8)
+    times = TIMES[twice].copy()
+    times[8] += 1e-2
+    check(solution(twice, impact_times=times), extra_impacts=1.0)
+    times[9] += 2e-2  # the nearer one is the partner
+    check(solution(twice, impact_times=times), extra_impacts=1.0, impact_time_error=1e-2)
+
+
+def test_wrong_wall_is_missed_and_extra() -> None:
+    sides = SIDES.copy()
+    sides[8] = 1
+    check(solution(impact_sides=sides), missed_impacts=1.0, extra_impacts=1.0)
+
+
+def test_too_far_away_is_missed_and_extra() -> None:
+    times = TIMES.copy()
+    times[0] = 5.5  # half of the way from 1 to 9 is 4
+    check(solution(impact_times=times), missed_impacts=1.0, extra_impacts=1.0)
+
+
+def test_burst_closed_early_leaves_impacts_unresolved() -> None:
+    check(solution(without(4, 5, 6, 7)), unresolved_impacts=1.0)
+    check(solution(without(3, 4, 5, 6, 7)), unresolved_impacts=2.0)
+
+
+def test_gap_in_a_burst_is_missed() -> None:
+    check(solution(without(3, 5, 6, 7)), missed_impacts=1.0)
+
+
+def test_burst_that_is_not_closed_is_missed() -> None:
+    check(
+        solution(without(3, 4, 5, 6, 7), stick_times=np.empty(0), release_times=np.empty(0)),
+        missed_impacts=2.0,
+        missed_sticks=1.0,
+        missed_releases=1.0,
+        accumulation_error=np.nan,
+        release_error=np.nan,
+    )
+
+
+def test_burst_of_which_nothing_is_seen_is_missed() -> None:
+    check(solution(without(*range(1, 8))), missed_impacts=4.0)
+
+
+def test_slow_impacts_while_the_masses_stick_are_noise() -> None:
+    more = np.insert(np.arange(10), 8, 7)
+    times, speeds = TIMES[more].copy(), SPEEDS[more].copy()
+    times[8], speeds[8] = 6.5, 8.9e-3
+    check(solution(more, impact_times=times, approach_speeds=speeds))
+    speeds[8] = 9.1e-3
+    check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
+    times[8], speeds[8] = 7.5, 8.9e-3
+    check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
+
+
+@pytest.mark.parametrize(("place", "time", "side"), [(2, 2.0, 1), (8, 6.5, -1)])
+def test_slow_impacts_elsewhere_are_extra(place: int, time: float, side: int) -> None:
+    # Before the burst, or on the other wall.
+    check(
+        solution(
+            impact_times=np.insert(TIMES, place, time),
+            impact_sides=np.insert(SIDES, place, side),
+            approach_speeds=np.insert(SPEEDS, place, 8.9e-3),
+        ),
+        extra_impacts=1.0,
+    )
+
+
+@pytest.mark.parametrize(("time", "side"), [(7.5, 1), (5.5, -1)])
+def test_what_fits_by_speed_alone_is_extra(time: float, side: int) -> None:
+    # After sticking, or on the other wall; the burst is closed after its second impact.
+    keep = without(3, 4, 5, 6, 7)
+    check(
+        solution(
+            impact_times=np.insert(TIMES[keep], 3, time),
+            impact_sides=np.insert(SIDES[keep], 3, side),
+            approach_speeds=np.insert(SPEEDS[keep], 3, 0.1),
+        ),
+        extra_impacts=1.0,
+        unresolved_impacts=2.0,
+    )
+
+
+def test_no_impact_is_matched_twice() -> None:
+    # By its speed it is the one at 5.9, by its time the one at 5.99, which the stick leaves out.
+    keep = without(4, 5, 6, 7)
+    times = TIMES.copy()
+    times[3] = 5.99
+    check(
+        solution(keep, impact_times=times[keep]),
+        impact_time_error=0.09,
+        unresolved_impacts=1.0,
+    )
+
+
+def test_late_stick_and_early_release() -> None:
+    late = solution(stick_times=np.array([6.25]), release_times=np.array([6.875]))
+    check(late, accumulation_error=0.25, release_error=0.125)
+
+
+def test_late_burst_is_matched_by_speed() -> None:
+    # Later by more than half of the way to the next impact of the burst, but the same impacts.
+    times = TIMES.copy()
+    times[3:8] += 0.05
+    check(
+        solution(impact_times=times, stick_times=np.array([6.05])),
+        impact_time_error=0.05,
+        accumulation_error=0.05,
+    )
+    # By speeds that do not fit it is not.
+    speeds = SPEEDS.copy()
+    speeds[3:8] *= 0.3
+    found = measure(SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds))
+    assert (found["unresolved_impacts"], found["extra_impacts"]) == (2.0, 1.0)
+
+
+def test_speeds_do_not_match_across_sticking() -> None:
+    # The burst is closed after its second impact; the next one on that wall is another one,
+    # however well its speed fits.
+    speeds = SPEEDS.copy()
+    speeds[9] = 0.1
+    wanted = SimpleNamespace(**vars(REFERENCE) | {"approach_speeds": speeds})
+    wanted.impact_sides = np.where(np.arange(10) == 8, 1, SIDES)
+    keep = without(3, 4, 5, 6, 7, 8)
+    closed = solution(keep, impact_sides=wanted.impact_sides[keep], approach_speeds=speeds[keep])
+    found = measure(SCENE, wanted, closed)  # type: ignore[arg-type]
+    assert found["missed_impacts"] == 1.0  # the one at 9
+    assert found["unresolved_impacts"] == 2.0
+    assert found["impact_time_error"] == 0.0
+    # Nor where no sticking was found, once times have matched it to a later one.
+    never = replace(closed, stick_times=np.empty(0))
+    found = measure(SCENE, wanted, never)  # type: ignore[arg-type]
+    assert found["impact_time_error"] == 0.0
+    assert found["missed_impacts"] == 3.0
+
+
+def test_second_stick_is_extra() -> None:
+    check(solution(stick_times=np.array([6.0, 6.5])), extra_sticks=1.0)
+
+
+def test_brief_sticking_is_not_extra() -> None:
+    # A hundredth of the period is 0.0628.
+    sticks = np.array([6.0, 9.0])
+    brief = solution(stick_times=sticks, release_times=np.array([7.0, 9.06]))
+    check(brief)
+    longer = solution(stick_times=sticks, release_times=np.array([7.0, 9.07]))
+    check(longer, extra_sticks=1.0)
+
+
+def test_what_was_not_reached_is_not_missed() -> None:
+    stalled = solution(
+        slice(0, 8),
+        stick_times=np.empty(0),
+        release_times=np.empty(0),
+        states=np.full((1, 4), np.nan),
+        outcome=STALLED,
+        reached=5.99999,
+    )
+    check(stalled, accumulation_error=np.nan, release_error=np.nan, state_error=np.nan)
+
+
+def test_state_error_is_the_largest_of_the_four() -> None:
+    check(solution(states=np.array([[9.0, 9.0, 9.0, 9.0], [1.5, 2.0, 2.0, 4.25]])), state_error=1.0)
+    check(solution(states=np.empty((0, 4))), state_error=np.nan)
+
+
+def test_solution_without_events() -> None:
+    check(
+        Solution(states=np.zeros((1, 4)), reached=20.0),
+        impact_time_error=np.nan,
+        accumulation_error=np.nan,
+        release_error=np.nan,
+        state_error=4.0,
+        penetration=np.nan,
+        energy_residual=np.nan,
+        missed_impacts=float(COUNTED),
+        missed_sticks=1.0,
+        missed_releases=1.0,
+        evaluations=0.0,
+    )
+
+
+def test_two_bursts_on_one_wall_are_two() -> None:
+    twice: Any = SimpleNamespace(
+        impact_times=np.array([1.0, 2.0, 2.1, 5.0, 5.5, 5.6]),
+        impact_sides=np.ones(6),
+        approach_speeds=np.array([1.0, 0.1, 0.005, 0.05, 0.005, 0.0006]),
+        stick_times=np.array([2.2, 5.7]),
+        release_times=np.array([3.0]),
+    )
+    assert counted_impacts(twice) == 5
+
+
+def test_plastic_impact_is_a_burst_of_one() -> None:
+    plastic = SimpleNamespace(
+        impact_times=np.array([2.0]),
+        impact_sides=np.array([1]),
+        approach_speeds=np.array([0.5]),
+        stick_times=np.array([2.0]),
+        release_times=np.array([3.0]),
+        final_state=np.zeros(4),
+    )
+    assert counted_impacts(plastic, FLOOR) == 1  # type: ignore[arg-type]
+    found = measure(
+        SCENE,
+        plastic,  # type: ignore[arg-type]
+        Solution(
+            impact_times=np.array([2.0 + 1e-6]),
+            impact_sides=np.array([1]),
+            approach_speeds=np.array([0.5]),
+            stick_times=np.array([2.0 - 1e-6]),
+            release_times=np.array([3.0]),
+        ),
+    )
+    assert found["impact_time_error"] == pytest.approx(1e-6)
+    assert found["accumulation_error"] == pytest.approx(1e-6)
+    assert found["missed_impacts"] == found["extra_impacts"] == found["missed_sticks"] == 0.0
+    # The only event of its kind is looked for half a period about it, no further.
+    far = Solution(
+        impact_times=np.array([2.0 + 3.2]),
+        impact_sides=np.array([1]),
+        approach_speeds=np.array([0.5]),
+        reached=20.0,
+    )
+    found = measure(SCENE, plastic, far)  # type: ignore[arg-type]
+    assert found["missed_impacts"] == found["extra_impacts"] == 1.0
+
+
+# --- verdicts
+
+
+def test_verdicts() -> None:
+    good = solution()
+    stalled = solution(outcome=STALLED)
+    nothing = dict(NOTHING_WRONG)
+    assert verdict(SCENE, good, nothing) == "good"
+    assert len(MISSES) == 5
+    for name in MISSES:
+        assert verdict(SCENE, good, nothing | {name: 1.0}) == "missed"
+    assert verdict(SCENE, good, nothing | {"unresolved_impacts": 9.0}) == "good"
+    outside = nothing | {"penetration": 0.0026}
+    assert verdict(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
+    assert verdict(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
+    assert verdict(SCENE, stalled, outside) == "stalled"
+    assert verdict(SCENE, good, outside | {"state_error": np.nan}) == FAILED
+    # A solver that does not tell how far it went is not accused.
+    assert verdict(SCENE, good, nothing | {"penetration": np.nan}) == "good"
+
+
+def test_walls_that_give_are_penetrated() -> None:
+    compliant = read_scene(VALUES | {"contact_stiffness_ratio": 100.0}, 20.0)
+    assert verdict(compliant, solution(), NOTHING_WRONG | {"penetration": 0.1}) == "good"

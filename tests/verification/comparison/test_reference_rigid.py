@@ -1,0 +1,200 @@
+"""The rigid reference: against a second implementation, other precisions, and printed digits.
+
+`tests/reference/test_reference.py` has more: rules of single cases, and three methods in doubles.
+"""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from reference import closed_form
+
+from damper.verification.comparison.reference_rigid import Event, run
+
+REST = (0, 0, 0, 0)
+INSIDE = (0.1, 0.2, 0.1, -0.3)
+#: mu, zeta, omega, d, r, phase; start; end.
+SCENES = {
+    "complete bursts": ((0.1, 0.05, 0.2, 0.25, 0.3, 0.0), REST, 20),
+    "restitution 0": ((0.1, 0.05, 0.2, 0.25, 0.0, 0.0), REST, 18),
+    "elastic": ((0.1, 0.05, 0.8, 0.25, 1.0, 0.3), REST, 12),
+    "undamped resonance": ((0.1, 0.0, 1.0, 1.0, 0.7, 0.3), INSIDE, 12),
+    "critical damping": ((0.1, 1.0, 0.7, 0.25, 0.7, 0.3), INSIDE, 12),
+    "overdamped": ((0.1, 3.0, 0.7, 0.05, 0.6, 0.3), INSIDE, 3),
+    "small mass ratio": ((1e-6, 0.1, 0.2, 0.25, 0.5, 0.0), REST, 20),
+    "fast forcing": ((0.1, 0.1, 10.0, 0.005, 0.6, 0.0), REST, 1.2),
+    "off the wall": ((0.1, 0.05, 0.8, 0.25, 0.9, 0.0), (0, 0, 0.25, -0.1), 12),
+    "into the wall": ((0.1, 0.05, 0.8, 0.25, 0.9, 0.0), (0, 0, -0.25, -0.1), 12),
+}
+
+
+def listed(events: list) -> list[tuple]:
+    """Time, kind, side, speed of all but slow impacts."""
+    rows = [tuple(event[:4]) for event in events]
+    return [row for row in rows if row[1] != "impact" or row[3] > 1e-3]
+
+
+def assert_same(found: list, other: list, error: str) -> None:
+    one, two = listed(found), listed(other)
+    assert [row[1:3] for row in one] == [row[1:3] for row in two]
+    assert len(one) >= 2
+    for a, b in zip(one, two, strict=True):
+        assert abs(a[0] - b[0]) < mpf(error)
+        assert abs(a[3] - b[3]) < mpf(error)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_against_exponentials_brackets_and_extrapolation(name):
+    numbers, state, until = SCENES[name]
+    events, final = closed_form.run(numbers, state, until)
+    found = run(numbers, state, until=until)
+    with mp.workdps(70):
+        assert_same(found.events, events, "1e-56")
+        assert max(abs(a - b) for a, b in zip(found.final, final, strict=True)) < mpf("1e-56")
+
+
+@pytest.mark.parametrize("r", [0.0, 0.3, 0.6])
+def test_two_precisions(r):
+    numbers = (0.1, 0.05, 0.2, 0.25, r, 0.0)
+    few, many = (run(numbers, REST, until=46.5, dps=dps) for dps in (50, 70))
+    with mp.workdps(80):
+        assert_same(few.events, many.events, "1e-56")
+        assert max(abs(a - b) for a, b in zip(few.final, many.final, strict=True)) < 1e-56
+    # The tail is closed later the more digits are asked for, not by a fixed floor.
+    assert r == 0.0 or len(many.events) > len(few.events) + 3
+
+
+def of_kind(events: list[Event], kind: str) -> list[Event]:
+    return [event for event in events if event.kind == kind]
+
+
+@pytest.mark.parametrize(
+    ("r", "kind", "number", "printed"),
+    [
+        ("0.6", "impact", 0, "2.15860318928243951"),
+        ("0.6", "impact", 1, "5.25460925811892195"),
+        ("0.6", "impact", 2, "14.2978156676934251"),
+        ("0.6", "stick", 0, "44.249718778208865"),
+        ("0.6", "release", 0, "46.2709500002439"),
+        ("0.3", "stick", 0, "17.868561780955439"),
+        ("0.3", "release", 0, "18.992457098508703"),
+    ],
+)
+def test_printed_digits(r, kind, number, printed):
+    """These belong to decimal parameters, which doubles only come near."""
+    with mp.workdps(80):
+        numbers = [mpf(text) for text in ("0.1", "0.05", "0.2", "0.25", r, "0")]
+        until = mpf(printed) + mpf("0.1")
+        found = of_kind(run(numbers, REST, until=until).events, kind)[number]
+        places = len(printed.split(".")[1])
+        assert abs(found.time - mpf(printed)) <= mpf(10) ** -places / 2
+
+
+def two_impact_orbit() -> tuple[tuple, tuple, mpf, mpf, mpf]:
+    """The closed form with two impacts per cycle, in all digits: model, start, V, x0, speed.
+
+    mu = zeta = .1, omega = 1, r = .5, d = 5.5; the start is just after the right-wall impact.
+    """
+    mu = zeta = mpf("0.1")
+    omega, r, d = mpf(1), mpf("0.5"), mpf("5.5")
+    half = mp.expm(mp.matrix([[0, 1], [-1, -2 * zeta]]) * mp.pi / omega)
+    p, q = mp.lu_solve(half + mp.eye(2), mp.matrix([0, 1]))
+    amplitude = 1 / mp.sqrt((1 - omega**2) ** 2 + (2 * zeta * omega) ** 2)
+    s = mp.pi / (2 * omega) - 2 * mu * p
+    c = ((2 * mu * r - 1 + r) / (1 + r) - 2 * mu * q) / omega
+    a, b = s**2 + c**2, -2 * s * d
+    speed = (-b + mp.sqrt(b**2 - 4 * a * (d**2 - amplitude**2))) / (2 * a)
+    x = mp.pi * speed / (2 * omega) - d
+    before = -speed * (1 - r + 2 * mu) / (1 + r)
+    after = speed * (2 * mu * r - 1 + r) / (1 + r)
+    phase = mp.atan2(s * speed - d, c * speed) + mp.atan2(2 * zeta * omega, 1 - omega**2)
+    return (mu, zeta, omega, d, r, phase), (x, after, x + d, -speed), speed, x, speed - before
+
+
+def test_two_impacts_per_cycle_in_all_digits():
+    with mp.workdps(66):
+        numbers, state, speed, x0, approach = two_impact_orbit()
+        assert abs(speed - mpf("4.594001326355")) < 5.1e-13
+        assert abs(x0 - mpf("1.716240408729")) < 5.1e-13
+        assert abs(approach - mpf("6.737868611987")) < 5.1e-13
+        found = run(numbers, state, until=6 * mp.pi + mpf("0.1"))
+        assert [event.side for event in found.events] == [-1, 1, -1, 1, -1, 1]
+        for number, event in enumerate(found.events, start=1):
+            assert abs(event.time - number * mp.pi) < mpf("1e-58")
+            assert abs(event.approach_speed - approach) < mpf("1e-58")
+            assert abs(event.x - event.side * x0) < mpf("1e-58")
+
+
+@settings(deadline=None, max_examples=8)
+@given(
+    st.floats(1e-3, 3),
+    st.floats(0, 2),
+    st.floats(0.1, 3),
+    st.floats(0.05, 1),
+    st.floats(0, 1),
+    st.floats(0, 6),
+)
+def test_mirror_and_continuation(mu, zeta, omega, d, r, phase):
+    """The mirror image runs alike, and a run goes on from any state that it reaches."""
+    numbers, start = (mu, zeta, omega, d, r, phase), (0.2, -0.1, 0.2 + d / 3, 0.7)
+    whole = run(numbers, start, until=5, dps=30, max_impacts=60)
+    if len(whole.events) >= 60:
+        return
+    with mp.workdps(45):
+        mirrored = (*numbers[:5], mpf(phase) + mp.pi)
+        mirror = run(mirrored, tuple(-value for value in start), until=5, dps=30)
+        assert [e[1:3] for e in whole.events] == [(e.kind, -e.side) for e in mirror.events]
+        assert max(abs(a + b) for a, b in zip(whole.final, mirror.final, strict=True)) < 1e-28
+        first = run(numbers, start, until=2, dps=30)
+        if any(e.kind == "stick" for e in first.events):
+            return  # on a wall only to within the last digit
+        second = run(numbers, first.final, start_time=2, until=5, dps=30)
+        assert max(abs(a - b) for a, b in zip(whole.final, second.final, strict=True)) < 1e-25
+
+
+def test_energy_of_undamped_elastic_run():
+    """Nothing is lost: what the force has done is in the two masses (by quadrature)."""
+    numbers = (0.1, 0.0, 0.8, 0.25, 1.0, 0.0)
+    found = run(numbers, REST, until=6, dps=30)
+    with mp.workdps(30):
+        # x(t) sin(t) and its like: the work is that on the response, integrated by parts over the
+        # exponentials of the second implementation between impacts.
+        x, v, work, t = mpf(0), mpf(0), mpf(0), mpf(0)
+        ends = [*((e.time, e.x, e.v) for e in found.events), (mpf(6), None, None)]
+        for end, after_x, after_v in ends:
+            flow = closed_form.Flow(tuple(map(mpf, numbers)), mpf(1), t, x, v)
+            begin = t
+            work += mp.quad(
+                lambda s, f=flow, b=begin: mp.sin(mpf(0.8) * s) * f.at(s - b)[1],
+                mp.linspace(begin, end, 3),
+            )
+            t, x, v = end, after_x, after_v
+        x, v, _, u = found.final
+        assert abs((x**2 + v**2 + mpf(0.1) * u**2) / 2 - work) < mpf("1e-22")
+    assert len(found.events) >= 3
+
+
+@pytest.mark.parametrize("offset", ["-1e-12", "-1e-30", "0", "1e-25", "1e-12"])
+def test_end_in_and_about_the_tail_of_a_burst(offset):
+    """Before the accumulation the free mass still bounces; after it, it sticks."""
+    numbers = (0.1, 0.05, 0.2, 0.25, 0.3, 0.0)
+    stick = of_kind(run(numbers, REST, until=18).events, "stick")[0]
+    with mp.workdps(65):
+        found = run(numbers, REST, until=stick.time + mpf(offset))
+        x, v, y, u = found.final
+        over = mpf(offset) > 0
+        assert bool(of_kind(found.events, "stick")) == over or mpf(offset) == 0
+        assert (abs(v - u) < mpf("1e-49")) == (mpf(offset) >= 0)
+        assert abs(y - x) <= mpf(0.25) + mpf("1e-60")
+        assert abs(x - stick.x - mpf(offset) * stick.v) < 1e-22
+
+
+def test_no_clearance_moves_as_one():
+    found = run((0.5, 0.1, 0.7, 0.0, 0.6, 0.0), (0.0, 0.3, 0.0, 0.0), until=9)
+    assert found.events == []
+    with mp.workdps(60):
+        numbers = tuple(map(mpf, (0.5, 0.1, 0.7, 0.0, 0.6, 0.0)))
+        x, v = closed_form.Flow(numbers, mpf(1.5), mpf(0), mpf(0), mpf(0.3) / mpf(1.5)).at(mpf(9))
+        assert abs(found.final[0] - x) < 1e-58
+        assert abs(found.final[1] - v) < 1e-58
+    assert found.final[:2] == found.final[2:]

@@ -1,0 +1,119 @@
+"""The lanes of the stress study: all corners, and random ones that are the same everywhere."""
+
+import math
+
+import pytest
+
+from damper.engine.segment import CAUSE, GAP, IMPACT, RATE, SPEED
+from damper.models import start_run
+from damper.sweep.points import read_point
+from damper.verification.stress.box import STARTS, corners, part, random_lanes, start_of
+
+VALUES = {
+    "mass_ratio": [1e-6, 0.3],
+    "damping_ratio": [0.0, 10.0],
+    "frequency_ratio": [1.0],
+    "clearance": [0.0, 1e-12, 1.0],
+    "restitution": [0.0, 1.0],
+}
+BOX = {
+    "share": 0.25,
+    "parameters": {
+        "mass_ratio": {"range": [1e-6, 1e3], "values": [1e-6, 1e18]},
+        "damping_ratio": {"range": [1e-6, 10.0], "values": [0.0]},
+        "frequency_ratio": {"range": [1e-3, 1e3]},
+        "clearance": {"range": [1e-6, 1e3]},
+        "restitution": {"range": [0.0, 1.0], "values": [0.0, 1.0]},
+        "initial_position": {"range": [-1.0, 1.0]},
+    },
+    "models": {
+        "grounded": {
+            "share": 0.2,
+            "parameters": {"support_stiffness_ratio": {"range": [1e-3, 1.0]}},
+        }
+    },
+}
+
+
+#: Lane 0 of seed 7.
+FIRST = {
+    "mass_ratio": 0.000195609,
+    "damping_ratio": 1.78466e-06,
+    "frequency_ratio": 136.533,
+    "clearance": 1.60252e-06,
+    "restitution": 0.0,
+    "initial_position": -0.249243,
+}
+
+
+def test_corners_are_the_whole_product_and_can_be_read():
+    lanes = corners(VALUES)
+    assert len(lanes) == 2 * 2 * 3 * 2 * len(STARTS)
+    assert len({tuple(sorted(lane.items())) for lane in lanes}) == len(lanes)
+    for name, values in VALUES.items():
+        assert {lane[name] for lane in lanes} == set(values)
+    for lane in lanes:
+        point = read_point(lane)
+        start_run(point.parameters, point.start())
+
+
+def first_row(start, clearance):
+    lane = {
+        "mass_ratio": 0.3,
+        "damping_ratio": 0.0,
+        "frequency_ratio": 1.0,
+        "clearance": clearance,
+        "restitution": 0.5,
+    }
+    point = read_point(lane | start_of(start, clearance))
+    run = start_run(point.parameters, point.start())
+    return next(iter(run.segments(1.0, 0.0))).copy()
+
+
+def test_starts_are_what_they_are_called():
+    centre, wall, approaching, grazing = (first_row(name, 1.0) for name in STARTS)
+    assert centre[0][GAP] == 1.0
+    assert wall[0][GAP] == wall[0][RATE] == 0.0
+    assert approaching[1][CAUSE] == IMPACT
+    assert approaching[1][SPEED] == 1.0
+    # It comes within a hundredth of a percent of the wall without momentum to speak of.
+    gap, rate = grazing[0][GAP], grazing[0][RATE]
+    assert rate == pytest.approx(-math.sqrt(2.0 * gap), rel=1e-7)
+    assert gap == pytest.approx(1e-8, rel=1e-6)
+    with pytest.raises(ValueError, match="unknown start 'moon': must be one of centre, wall"):
+        start_of("moon", 1.0)
+
+
+def test_corners_need_a_clearance():
+    with pytest.raises(ValueError, match="must include the clearance"):
+        corners({"restitution": [0.0]})
+
+
+def test_random_lanes_are_those_of_their_seed_and_number():
+    lanes = random_lanes(40, 7, BOX)
+    assert lanes[0] == random_lanes(1, 7, BOX)[0]
+    assert lanes[30:] == random_lanes(10, 7, BOX, first=30)
+    assert lanes != random_lanes(40, 8, BOX)
+    # Written down, so that another platform or version is seen to draw the same.
+    assert lanes[0] == FIRST
+
+
+def test_random_lanes_fill_the_box():
+    lanes = random_lanes(2000, 1, BOX)
+    masses = [lane["mass_ratio"] for lane in lanes]
+    edges = sum(mass in (1e-6, 1e18) for mass in masses)
+    assert 400 < edges < 600
+    inside = [math.log10(mass) for mass in masses if mass not in (1e-6, 1e18)]
+    assert -6.0 <= min(inside) < -5.9
+    assert 2.9 < max(inside) <= 3.0
+    assert -1.7 < sum(inside) / len(inside) < -1.3
+    assert 340 < sum("support_stiffness_ratio" in lane for lane in lanes) < 460
+    for lane in lanes[:200]:
+        read_point(lane)
+
+
+def test_parts_make_up_the_whole():
+    lanes = list(range(10))
+    parts = [part(lanes, number, 3) for number in range(3)]
+    assert sorted(lane for some in parts for lane in some) == lanes
+    assert max(map(len, parts)) - min(map(len, parts)) <= 1

@@ -1,0 +1,288 @@
+"""The checks of the stress study: they hold on a reduced grid, and find what is wrong."""
+
+import math
+
+import numpy as np
+import pytest
+from new_process import in_new_process
+
+from damper import Parameters, State
+from damper.engine.segment import (
+    CAUSE,
+    DURATION,
+    FLIGHT,
+    GAP,
+    IMPACT,
+    MODE,
+    NOTHING,
+    RATE,
+    RELEASE,
+    SIDE,
+    SPEED,
+    STICKING,
+    TAIL,
+    TIME,
+    V,
+    X,
+)
+from damper.models import start_run
+from damper.observers.common.base import Window
+from damper.verification.stress.box import corners, random_lanes
+from damper.verification.stress.checks import Laws, run_checks
+from damper.verification.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess
+
+REDUCED = {
+    "damping_ratio": [0.0, 1.0 - 1e-12, 1.0 + 1e-12, 10.0],
+    "frequency_ratio": [1e-3, 1.0, 1e3],
+    "mass_ratio": [1e-6, 1e6],
+    "restitution": [0.0, 0.5, 0.999999],
+    "clearance": [0.0, 1e-12, 1e6],
+}
+RESONANT = REDUCED | {"damping_ratio": [0.0], "frequency_ratio": [1.0 - 1e-9, 1.0 + 1e-9]}
+
+
+def test_every_law_holds_on_a_reduced_grid():
+    lanes = [*corners(REDUCED, ("approaching", "grazing")), *corners(RESONANT, ("centre",))]
+    found = run_checks(lanes, 2, max_events=2000)
+    assert len(lanes) > 450
+    assert not broken(found).any(), [lanes[i] for i in np.flatnonzero(broken(found))]
+    assert set(found["status"].tolist()) == {0, 1}
+    assert (found["events"][found["status"] == 1] == 2000).all()
+    for name in LAW_NAMES:
+        assert np.isfinite(found[name]).any(), name
+    # What is kept is kept to roundoff, not just to the limit.
+    for name in ("penetration", "touch", "continuity", "momentum", "restitution_law", "clock"):
+        assert np.nanmax(found[name]) < 5e-14, name
+
+
+OTHERS = """
+import numpy as np
+from damper.verification.stress.box import corners
+from damper.verification.stress.checks import run_checks
+from damper.verification.stress.laws import broken
+base = {"damping_ratio": [0.0, 10.0], "frequency_ratio": [0.5], "mass_ratio": [1e-6, 0.3],
+        "restitution": [0.5], "clearance": [0.1]}
+for more in (
+    {"support_stiffness_ratio": [2.0], "support_damping_ratio": [0.0, 2e-4]},
+    {"modulation_depth": [0.5], "modulation_order": [2.0]},
+    {"contact_stiffness_ratio": [1e4], "contact_tension": [0.0, 1.0]},
+):
+    lanes = corners(base | more, ("centre", "approaching"))
+    found = run_checks(lanes, 1, max_events=30)
+    assert not broken(found).any(), [lanes[i] for i in np.flatnonzero(broken(found))]
+    assert (found["events"] > 0).any()
+    assert np.isfinite(found["energy"]).all()
+    assert np.isfinite(found["pull"]).any()
+print(len(lanes))
+"""
+
+
+def test_every_law_holds_for_the_other_models_in_plain_python():
+    assert in_new_process(OTHERS, DAMPER_COMPILE="0") == 16
+
+
+@pytest.fixture(scope="module")
+def run():
+    """One run with impacts, tails, sticking and releases: trajectory and log."""
+    p = Parameters(0.1, 0.05, 0.2, 0.25, 0.3)
+    trajectory = start_run(p, State(0.1, 0.2, 0.0, 0.0))
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(3.0, 0.0)])
+    assert {IMPACT, RELEASE} <= set(log[:, CAUSE])
+    assert {FLIGHT, TAIL, STICKING} <= set(log[:, MODE])
+    return trajectory, log
+
+
+def laws(trajectory, log):
+    """Return what the checks find in a log, read in two pieces."""
+    observer = Laws()
+    observer.allocate(1, 3)
+    observer.begin(0, trajectory, Window(0.0, 0.0, 3))
+    observer.observe(log[:7])
+    observer.observe(log[7:])
+    observer.finish(True)
+    return {name: float(values[0]) for name, values in observer.arrays.items()}
+
+
+def violated(trajectory, log):
+    found = laws(trajectory, log)
+    rows = np.array([found["segments"]])
+    return {n for n in LAW_NAMES if excess(n, np.array([found[n]]), rows)[0] > 1.0}
+
+
+def test_an_untouched_log_violates_nothing(run):
+    trajectory, log = run
+    assert violated(trajectory, log) == set()
+    assert laws(trajectory, log)["segments"] == len(log)
+
+
+def changed(log, row, column, change):
+    """Return a log with one number changed."""
+    new = log.copy()
+    new[row, column] += change
+    return new
+
+
+def first(log, condition):
+    return int(np.flatnonzero(condition)[0])
+
+
+def impact_row(log):
+    """A row in flight after an impact, with another flight before it."""
+    flies = log[:, MODE] == FLIGHT
+    hits = (log[:, CAUSE] == IMPACT) & flies
+    hits[1:] &= flies[:-1]
+    hits[0] = False
+    return first(log, hits)
+
+
+def test_a_wall_passed_is_found(run):
+    trajectory, log = run
+    row = impact_row(log) - 1
+    # The flight goes on for 1e-9 after the impact was due.
+    assert {"penetration", "touch", "clock"} <= violated(
+        trajectory, changed(log, row, DURATION, 1e-9)
+    )
+
+
+@pytest.mark.parametrize("deep", [1e-9, 1e-3])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_wall_passed_and_left_again_is_found(run, side, deep):
+    """The wall draws away at the acceleration 1; just before, the free mass has gone beyond it."""
+    trajectory, log = run
+    row = log[:1].copy()
+    row[0, [X, V, SIDE, CAUSE, MODE]] = -side, 0.0, side, NOTHING, FLIGHT
+    forcing = trajectory.model.free.forcing
+    row[0, TIME] = (-forcing.phase % (2.0 * math.pi)) / forcing.omega
+    # Down to -deep and back to the start.
+    row[0, [GAP, RATE, DURATION]] = deep, -2.0 * math.sqrt(deep), 4.0 * math.sqrt(deep)
+    assert "penetration" in violated(trajectory, row)
+    assert laws(trajectory, row)["penetration"] == pytest.approx(deep / 2.0, rel=0.2)
+    # In half that time it is still out there; at a quarter of the speed it does not get there.
+    assert "penetration" in violated(trajectory, changed(row, 0, DURATION, -row[0, DURATION] / 2))
+    slow = changed(row, 0, RATE, 1.5 * math.sqrt(deep))
+    assert "penetration" not in violated(trajectory, slow)
+
+
+def test_an_impact_too_early_is_found(run):
+    trajectory, log = run
+    found = violated(trajectory, changed(log, impact_row(log) - 1, DURATION, -1e-9))
+    assert "touch" in found
+    assert "penetration" not in found
+
+
+@pytest.mark.parametrize("size", [1e-9, -1e-11])
+def test_lost_momentum_is_found(run, size):
+    trajectory, log = run
+    row = impact_row(log)
+    # Without what comes after, which does not follow from it.
+    found = violated(trajectory, changed(log, row, V, size)[: row + 1])
+    assert "momentum" in found
+    assert not {"restitution_law", "touch", "continuity"} & found
+
+
+def test_another_restitution_is_found(run):
+    trajectory, log = run
+    row = impact_row(log)
+    new = changed(log, row, RATE, 1e-10)
+    # Momentum is kept: the primary takes what the free mass gives.
+    mass_ratio, side = trajectory.model.mass_ratio, log[row, SIDE]
+    new[row, V] += side * mass_ratio / (1.0 + mass_ratio) * 1e-10
+    assert violated(trajectory, new[: row + 1]) == {"restitution_law"}
+
+
+def test_lost_energy_is_found(run):
+    trajectory, log = run
+    # An approach speed only tells how much an impact takes.
+    assert violated(trajectory, changed(log, impact_row(log), SPEED, 1e-8)) == {"energy"}
+
+
+def test_a_motion_that_does_not_join_is_found(run):
+    trajectory, log = run
+    release = first(log, log[:, CAUSE] == RELEASE)
+    assert {"continuity"} <= violated(trajectory, changed(log, release, X, 1e-10))
+    assert {"continuity"} <= violated(trajectory, changed(log, release, V, 1e-10))
+
+
+def test_a_wall_that_pulls_is_found(run):
+    trajectory, log = run
+    row = first(log, (log[:, MODE] == STICKING) & (np.roll(log[:, CAUSE], -1) == RELEASE))
+    assert "pull" in violated(trajectory, changed(log, row, DURATION, 1e-6))
+
+
+def test_time_that_goes_back_is_found(run):
+    trajectory, log = run
+    row = first(log, (log[:, TIME] > 1.0) & (log[:, CAUSE] != NOTHING))
+    back = changed(log, row, TIME, -(log[row, TIME] - log[row - 1, TIME]) - 1e-9)
+    assert {"backwards", "clock"} <= violated(trajectory, back)
+    assert laws(trajectory, back)["backwards"] == pytest.approx(1e-9 / trajectory.period, rel=1e-5)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+@pytest.mark.parametrize("column", [X, V, RATE])
+def test_what_is_not_finite_is_found(run, column, value):
+    trajectory, log = run
+    row = impact_row(log)
+    found = violated(trajectory, changed(log, row, column, value))
+    assert "not_finite" in found
+
+
+def test_a_refused_lane_says_so_and_the_others_run():
+    lane = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.05,
+        "frequency_ratio": 0.8,
+        "clearance": 1.0,
+        "restitution": 0.6,
+    }
+    found = run_checks([lane, lane | {"restitution": 1.5}, lane], 2)
+    assert found["status"].tolist() == [0, REFUSED, 0]
+    assert np.isnan(found["energy"][1])
+    assert found["energy"][0] == found["energy"][2] < LIMIT
+    assert found["periods"].tolist() == [2, 0, 2]
+
+
+def test_a_long_lane_is_cut_after_the_period_under_way():
+    lane = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.05,
+        "frequency_ratio": 1e-2,
+        "clearance": 1e6,
+        "restitution": 0.6,
+    }
+    found = run_checks([lane, lane | {"frequency_ratio": 1.0}], 20, longest=1000.0)
+    assert found["periods"].tolist() == [2, 20]
+    with pytest.raises(ValueError, match="periods = 0: must be a whole number >= 1"):
+        run_checks([lane], 0)
+
+
+def test_random_lanes_run_the_same_in_any_part():
+    box = {
+        "parameters": {
+            "mass_ratio": {"range": [1e-3, 1e3]},
+            "damping_ratio": {"range": [1e-3, 10.0]},
+            "frequency_ratio": {"range": [1e-1, 1e1]},
+            "clearance": {"range": [1e-3, 1e3]},
+            "restitution": {"range": [0.0, 1.0]},
+        }
+    }
+    whole = run_checks(random_lanes(6, 3, box), 3, max_events=500)
+    rest = run_checks(random_lanes(3, 3, box, first=3), 3, max_events=500)
+    for name, values in rest.items():
+        np.testing.assert_array_equal(whole[name][3:], values, err_msg=name)
+
+
+def test_a_release_from_compliant_contact_is_read_with_the_acceleration_it_has():
+    """Only at that from a rigid wall is x'' zero."""
+    lane = {
+        "mass_ratio": 0.3,
+        "damping_ratio": 0.0,
+        "frequency_ratio": 1.0,
+        "clearance": 1e-3,
+        "restitution": 0.5,
+        "contact_stiffness_ratio": 1e3,
+        "contact_tension": 1.0,
+    }
+    found = run_checks([lane, lane | {"contact_tension": 0.0}], 4)
+    assert found["status"].max() == 0
+    assert found["continuity"].max() < 1e-13
+    assert found["penetration"].max() < 1e-13

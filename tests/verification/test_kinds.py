@@ -1,0 +1,321 @@
+"""Studies that check the engine: what their files may say, and what the workflow gets of them."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from damper.study.config import ConfigError, load_config, load_study
+from damper.study.model import AnyStudy, Study
+from damper.study.reference import schema_of
+from damper.verification.kinds import KINDS
+
+SCHEMA = Draft202012Validator(schema_of(AnyStudy, "study"))
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.2,
+    "clearance": 0.25,
+    "restitution": 0.6,
+}
+COMPARISON = {
+    "kind": "comparison",
+    "title": "T",
+    "source": "S",
+    "scenes": {
+        "burst": {"title": "One burst", "parameters": POINT, "until": 60},
+        "soft": {
+            "title": "Soft walls",
+            "parameters": POINT | {"contact_stiffness_ratio": 1e4, "initial_velocity": 0.5},
+            "until": 5.0,
+        },
+    },
+    "solvers": {"exact": [1e-6, 1e-12], "rk4_step_end": [100, 1000]},
+    "figures": {
+        "all": {"kind": "work_precision"},
+        "one": {"kind": "work_precision", "each": "scene", "error": "impact_time_error"},
+        "summary": {"kind": "solver_summary", "scenes": ["burst"]},
+    },
+    "tables": {"errors": {"kind": "solver_errors"}, "speed": {"kind": "solver_speed"}},
+}
+STRESS = {
+    "kind": "stress",
+    "title": "T",
+    "source": "S",
+    "periods": 20,
+    "corners": {
+        "rigid": {
+            "parameters": {name: [value, 2 * value] for name, value in POINT.items()}
+            | {"restitution": [0, 0.5, 1]},
+            "starts": ["centre", "grazing"],
+            "parts": 3,
+        }
+    },
+    "random": {
+        "box": {
+            "lanes": 10,
+            "seed": 1,
+            "parameters": {name: [value, 2 * value] for name, value in POINT.items()}
+            | {"restitution": {"range": [0, 1], "values": [0, 1]}, "phase": {"values": [0.5]}},
+            "models": {
+                "grounded": {"share": 0.5, "parameters": {"support_stiffness_ratio": [0, 1]}}
+            },
+            "identities": 4,
+            "parts": 2,
+        }
+    },
+    "long_runs": {"orbit": {"periods": 1000, "parameters": POINT}},
+    "figures": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
+    "tables": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
+}
+COST = {
+    "kind": "cost",
+    "title": "T",
+    "source": "S",
+    "rungs": {
+        "bare": {"parameters": POINT},
+        "watched": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
+    },
+    "unused": {"parameters": POINT},
+    "growth": {"parameters": POINT, "lanes": [1, 10], "periods": [1, 100]},
+    "jobs": {"a_figure": ["burst/figures/history.svg"], "everything": []},
+    "figures": {"ladder": {"kind": "cost", "show": "ladder"}},
+    "tables": {"unused": {"kind": "cost", "part": "unused"}},
+}
+GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
+
+
+def write(folder: Path, data: object) -> Path:
+    path = folder / "good.yaml"
+    path.write_text(yaml.safe_dump(data, sort_keys=False))
+    return path
+
+
+def changed(data: dict, *keys: str, to: object) -> dict:
+    """Return the data with the value at some keys replaced."""
+    if not keys:
+        return to
+    here = dict(data)
+    here[keys[0]] = changed(here.get(keys[0], {}), *keys[1:], to=to)
+    return here
+
+
+@pytest.mark.parametrize("kind", GOOD)
+def test_loads_and_passes_the_schema(tmp_path, kind):
+    study = load_study(write(tmp_path, GOOD[kind]))
+    assert type(study) is KINDS[kind]
+    assert study.name == "good"
+    assert list(SCHEMA.iter_errors(GOOD[kind])) == []
+    # What is written out loads again, as the same study.
+    again = load_study(write(tmp_path, yaml.safe_load(study.attributes()["study"])))
+    assert again.attributes() == study.attributes()
+
+
+def test_every_kind_is_tried_here():
+    assert GOOD.keys() == KINDS.keys()
+
+
+def test_a_study_without_a_kind_is_one_of_parameters(tmp_path):
+    data = {"title": "T", "source": "S", "parameters": POINT, "transient": 1, "periods": 1}
+    study = load_study(write(tmp_path, data | {"observers": {"impacts": {}}}))
+    assert type(study) is Study
+
+
+MISTAKES = [
+    ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
+    ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
+    ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
+    ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
+    ("comparison", ("scenes", "burst", "until"), -1, "scenes.burst.until", "number > 0"),
+    (
+        "comparison",
+        ("scenes", "burst", "parameters"),
+        {"mass_ratio": 1},
+        "scenes.burst.parameters.clearance",
+        "'clearance' is not given",
+    ),
+    (
+        "comparison",
+        ("scenes", "burst", "parameters", "support_stiffness_ratio"),
+        0.1,
+        "scenes.burst.parameters",
+        "the grounded model has no reference",
+    ),
+    (
+        "comparison",
+        ("scenes", "burst", "parameters", "yield_speed"),
+        0.1,
+        "scenes.burst.parameters.yield_speed",
+        "the other solvers have a constant restitution",
+    ),
+    (
+        "comparison",
+        ("scenes", "burst", "parameters", "mass_ration"),
+        0.1,
+        "scenes.burst.parameters.mass_ration",
+        "did you mean 'mass_ratio'?",
+    ),
+    (
+        "comparison",
+        ("figures", "summary", "scenes"),
+        ["brust"],
+        "figures.summary.scenes[0]",
+        "did you mean 'burst'?",
+    ),
+    ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
+    ("comparison", ("observers",), {}, "observers", "unknown key 'observers'"),
+    (
+        "stress",
+        ("corners", "rigid", "parameters", "restitution"),
+        [2],
+        "corners.rigid.parameters.restitution[0]",
+        "0 <= restitution <= 1",
+    ),
+    (
+        "stress",
+        ("corners", "rigid", "starts"),
+        ["center"],
+        "corners.rigid.starts[0]",
+        "did you mean 'centre'?",
+    ),
+    (
+        "stress",
+        ("random", "box", "parameters", "mass_ratio"),
+        [-1, 1],
+        "random.box.parameters.mass_ratio",
+        "1e-06 <= mass_ratio <= 1e+18",
+    ),
+    (
+        "stress",
+        ("random", "box", "parameters", "mass_ratio"),
+        {},
+        "random.box.parameters.mass_ratio",
+        "neither range nor values is given",
+    ),
+    ("stress", ("random", "box", "identities"), 11, "random.box.identities", "integer <= 10"),
+    (
+        "stress",
+        ("random", "box", "models", "grounded", "share"),
+        1.5,
+        "random.box.models.grounded.share",
+        "out of range (value: 1.5)",
+    ),
+    ("cost", ("rungs",), {}, "rungs", "at least one rung"),
+    ("cost", ("growth", "lanes"), [1.5, 2], "growth.lanes[0]", "not an integer"),
+    (
+        "cost",
+        ("rungs", "bare", "parameters", "gap"),
+        0.1,
+        "rungs.bare.parameters",
+        "mixed",
+    ),
+    (
+        "cost",
+        ("rungs", "watched", "observers"),
+        {"stroboscopic_section": None, "impact_section": None},
+        "rungs.watched.observers",
+        "cannot both be asked for",
+    ),
+    ("stress", ("periods",), 0.5, "periods", "not an integer"),
+    (
+        "stress",
+        ("long_runs", "orbit", "parameters"),
+        {},
+        "long_runs.orbit.parameters.mass_ratio",
+        "'mass_ratio' is not given",
+    ),
+]
+
+
+@pytest.mark.parametrize(("kind", "keys", "value", "place", "words"), MISTAKES)
+def test_mistakes_are_told_in_words(tmp_path, kind, keys, value, place, words):
+    with pytest.raises(ConfigError) as error:
+        load_study(write(tmp_path, changed(GOOD[kind], *keys, to=value)))
+    text = str(error.value)
+    assert f"  {place}\n" in f"{text}\n"
+    assert words in text
+
+
+@pytest.mark.parametrize("kind", GOOD)
+@pytest.mark.parametrize("key", ["title", "source"])
+def test_missing_keys_are_told(tmp_path, kind, key):
+    data = {name: value for name, value in GOOD[kind].items() if name != key}
+    with pytest.raises(ConfigError, match=f"'{key}' is missing"):
+        load_study(write(tmp_path, data))
+    assert list(SCHEMA.iter_errors(data)) != []
+
+
+def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
+    override = {"scenes": {"soft": None}, "solvers": {"exact": [1e-3], "rk4_step_end": None}}
+    study = load_study(write(tmp_path, COMPARISON), override | {"figures": {"one": None}})
+    assert list(study.scenes) == ["burst"]
+    assert study.solvers == {"exact": (1e-3,)}
+    assert list(study.figures) == ["all", "summary"]
+    stress = load_study(write(tmp_path, STRESS), {"corners": {"rigid": None}})
+    assert stress.corners == {}
+
+
+def test_what_shows_times_lies_with_the_times(tmp_path):
+    study = load_study(write(tmp_path, COMPARISON))
+    assert list(study.files("tables")) == ["tables/errors", "timed/tables/speed"]
+    figures = study.files("figures")
+    assert list(figures) == [
+        "timed/figures/all",
+        "timed/figures/one_burst",
+        "timed/figures/one_soft",
+        "timed/figures/summary",
+    ]
+    _, settings = figures["timed/figures/one_soft"]
+    assert settings["scenes"] == ("soft",)
+    assert settings["error"] == "impact_time_error"
+    about = study.about()
+    assert [path for path, *_ in about["tables"]] == [
+        "good/tables/errors",
+        "good/timed/tables/speed",
+    ]
+
+
+def test_parts_of_a_stress_study_cover_its_lanes(tmp_path):
+    study = load_study(write(tmp_path, STRESS))
+    parts = study.parts()
+    assert list(parts) == [
+        *(f"corners_rigid~{i}" for i in range(3)),
+        "random_box~0",
+        "random_box~1",
+        "long_orbit",
+    ]
+    assert study.corners["rigid"].count == 2**4 * 3 * 2
+    box = parts["random_box~1"]["random"]["box"]
+    assert box["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
+    assert parts["random_box~1"]["part"] == (1, 2)
+    assert parts["long_orbit"]["lane"] == POINT
+    assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
+    twins = study.twins()
+    assert [(part["lanes"]["first"], part["lanes"]["count"]) for part in twins.values()] == [
+        (0, 2),
+        (2, 2),
+    ]
+
+
+def test_no_figure_can_ask_such_a_study_for_a_cube(tmp_path):
+    folder = tmp_path / "config/studies"
+    folder.mkdir(parents=True)
+    write(folder, STRESS)
+    axes = {"clearance": {"values": [1.0]}}
+    rigid = {name: value for name, value in POINT.items() if name != "clearance"}
+    (folder / "map.yaml").write_text(
+        yaml.safe_dump(
+            {
+                "title": "T",
+                "source": "S",
+                "parameters": rigid,
+                "axes": axes,
+                "transient": 1,
+                "periods": 1,
+                "observers": {"stroboscopic_section": {}},
+            }
+        )
+    )
+    config = load_config({"studies": ["map", "good"]}, tmp_path)
+    assert list(config.studies) == ["map", "good"]
