@@ -29,15 +29,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.compiled import compiled
-from damper.engine.forcing import Phase, harmonic
+from damper.engine.compiled import compiled, plain
+from damper.engine.forcing import Phase, harmonic, phase_at
 from damper.engine.oscillator import advance, motion_from, oscillator
+from damper.engine.peak import highest, moment_at
 from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
-from damper.observers.common.base import Window
-from damper.observers.response import Response
+from damper.models.response import Swing
 from damper.parameters import Parameters, State
 
 #: The free mass must reach the far wall after half a period, to this part of it.
@@ -101,13 +101,7 @@ class Orbit:
         """Largest displacement of the primary, either way; NaN where not admissible."""
         if not self.admissible:
             return math.nan
-        trajectory, observer = self._trajectory(), Response()
-        observer.allocate(1, 1)
-        observer.begin(0, trajectory, Window(0.0, 0.0, 1))
-        for log in trajectory.segments(1.0):
-            observer.observe(log)
-        observer.finish(True)
-        return float(observer.arrays["peak_displacement"][0])
+        return _peak(self)
 
     @cached_property
     def multipliers(self) -> np.ndarray:
@@ -292,6 +286,18 @@ def _flow(damping_ratio, frequency_ratio, tau):
         flow[0, column] = x + dx
         flow[1, column] = end
     return flow
+
+
+@plain
+def _peak(orbit: Orbit) -> float:
+    """Largest |x| in the half period after the impact; the other half is its mirror image."""
+    p = orbit.parameters
+    forcing = harmonic(p.frequency_ratio, orbit.forcing_phase)
+    osc = oscillator(p.damping_ratio, 1.0, 1.0, forcing)
+    phase = phase_at(forcing, 0.0, 0.0)
+    moving = Swing(osc, motion_from(osc, orbit.displacement, orbit.velocity_after, phase), 0.0)
+    half = math.pi / p.frequency_ratio
+    return float(highest(moving, moment_at(moving, 0.0), moment_at(moving, half), 0.0))
 
 
 def _orbit(p: Parameters, speed: float, sine_cosine: np.ndarray) -> Orbit:
