@@ -23,8 +23,8 @@ from damper.engine.search import (
     Point,
     falls_through,
     first_root,
-    look,
     near_root,
+    point_at,
     rates_of,
     stays_inside,
 )
@@ -57,8 +57,8 @@ def _derivative(moving, order, tau):
     return total
 
 
-@look.of(Sines)
-def _look(moving, tau):
+@point_at.of(Sines)
+def _point_at(moving, tau):
     size = abs(moving.offset) + abs(moving.slope * tau)
     growth = 0.0
     for k in range(len(moving.rates)):
@@ -90,7 +90,7 @@ def _rates_of(moving):
 def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limit, samples):
     """Side, time and steps of the first root; value there and its roundoff; extremes before it."""
     moving = Sines(offset, slope, amplitudes, rates, phases, bound)
-    start = look(moving, 0.0)
+    start = point_at(moving, 0.0)
     if leaving:
         # Exactly: at such a start the caller knows it.
         start = Point(
@@ -119,7 +119,7 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limi
         tau,
         root.steps,
         _derivative(moving, 0, tau),
-        look(moving, tau).roundoff,
+        point_at(moving, tau).roundoff,
         lowest,
         highest,
     )

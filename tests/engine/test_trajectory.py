@@ -16,7 +16,7 @@ from damper.engine.loop import (
     SEARCH_FAILED,
     TOO_MANY_EVENTS,
 )
-from damper.engine.model import Step, begin, following, motion, place
+from damper.engine.model import Step, begin, following, initial_segment, motion
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.search import MAX_STEPS
 from damper.engine.segment import (
@@ -60,8 +60,8 @@ class Metronome(NamedTuple):
     lost_after: float
 
 
-@place.of(Metronome)
-def _place(model, periods, time, x, v, y, u):
+@initial_segment.of(Metronome)
+def _initial_segment(model, periods, time, x, v, y, u):
     return Segment(periods, time, x, v, 0.0, 0.0, 1.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
 
 

@@ -27,7 +27,7 @@ class Step(NamedTuple):
 
 
 @by_model
-def place(
+def initial_segment(
     model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
 ) -> Segment:
     """Initial segment of a run, from the state of both masses (`damper.parameters.State`)."""

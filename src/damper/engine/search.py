@@ -1,6 +1,6 @@
 """The certified search: the first time at which a smooth quantity leaves [0, width].
 
-What moves is a NamedTuple; `look` says where it is at a time, with five derivatives and a bound
+What moves is a NamedTuple; `point_at` says where it is at a time, with five derivatives and a bound
 on the fourth. Each step aims a little short of the root that the Taylor polynomial predicts, and
 is kept only if the values and slopes at its two ends prove that the quantity stays inside in
 between. So no root can be skipped. docs/method.md has the proof.
@@ -66,7 +66,7 @@ class Root(NamedTuple):
 
 
 @by_model
-def look(moving: Any, tau: float) -> Point:
+def point_at(moving: Any, tau: float) -> Point:
     """Where the quantity is a time `tau` after the start of the search."""
 
 
@@ -99,7 +99,7 @@ def first_root(
     Parameters
     ----------
     moving : NamedTuple
-        What moves: `look` and `rates_of` are implemented for its class.
+        What moves: `point_at` and `rates_of` are implemented for its class.
     start : Point
         At tau = 0.
     width : float
@@ -134,7 +134,7 @@ def first_root(
             # The root is nearer than time can resolve. Without a width it is both.
             lower = p.value < 0.5 * width or (width == 0.0 and p.slope < 0.0)
             return Root(p, 0.0, 1.0 if lower else -1.0, steps)
-        q = look(moving, end)
+        q = point_at(moving, end)
         # On leaving zero the quantity surely grows throughout the step.
         sure = (leaving and q.value < width) or stays_inside(p, q, width)
         if not (sure or inside(moving, p, q, width)):

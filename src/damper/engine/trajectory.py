@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.loop import FINISHED, LOG_FULL, run
-from damper.engine.model import motion, place
+from damper.engine.model import initial_segment, motion
 from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
 from damper.parameters import NO_UNITS, State
 
@@ -58,7 +58,7 @@ class Trajectory:
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
-        _place(model, self._state, *self.start, state.x, state.v, state.y, state.u)
+        _write_initial(model, self._state, *self.start, state.x, state.v, state.y, state.u)
 
     @property
     def events(self) -> int:
@@ -148,8 +148,8 @@ class Trajectory:
 
 
 @compiled
-def _place(model, state, periods, time, x, v, y, u):
-    write_segment(state, place(model, periods, time, x, v, y, u), 0.0)
+def _write_initial(model, state, periods, time, x, v, y, u):
+    write_segment(state, initial_segment(model, periods, time, x, v, y, u), 0.0)
 
 
 @compiled

@@ -68,7 +68,7 @@ def complete(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
 
 def have_rigid_walls(kind: type) -> None:
     """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
-    declared.place.of(kind)(_place)
+    declared.initial_segment.of(kind)(_initial_segment)
     declared.begin.of(kind)(primary_motion)
     declared.following.of(kind)(_following)
 
@@ -162,7 +162,7 @@ def slack(clearance: float, x: float, y: float) -> float:
 
 
 @compiled
-def _place(
+def _initial_segment(
     model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
 ) -> Segment:
     """The rules for a start on a wall are those of an impact.

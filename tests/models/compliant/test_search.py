@@ -32,18 +32,18 @@ def search(model, z, limit):
 
 @compiled
 def scan(model, z, times, found):
-    """Event function, its fourth derivative and slow part, and the ring, at some times."""
-    watch = model.ending
+    """Event function, its fourth derivative and slow part, and the fast, at some times."""
+    event = model.ending
     for k in range(len(times)):
         w = advance(model.touch, model.table, z, float(times[k]))
         w4 = w
         for _ in range(4):
             w4 = derivative(model.touch, w4)
-        found[k, 0] = watch.gap * w[2] + watch.gap_rate * w[3]
-        found[k, 1] = watch.gap * w4[2] + watch.gap_rate * w4[3]
-        found[k, 2] = dot(watch.slow[0], w)
-        found[k, 3] = dot(watch.ring[0], w)
-        found[k, 4] = dot(watch.ring[1], w)
+        found[k, 0] = event.gap * w[2] + event.gap_rate * w[3]
+        found[k, 1] = event.gap * w4[2] + event.gap_rate * w4[3]
+        found[k, 2] = dot(event.slow[0], w)
+        found[k, 3] = dot(event.fast[0], w)
+        found[k, 4] = dot(event.fast[1], w)
 
 
 @compiled
@@ -106,9 +106,9 @@ def test_no_end_is_skipped() -> None:
 @pytest.mark.parametrize("r", [0.3, 0.99, 0.999999])
 @pytest.mark.parametrize("k", [1e5, 1e8])
 def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: int) -> None:
-    """Half a forcing period of 1e5 oscillations of the contact; with r near 1 they all ring."""
+    """Half a forcing period of 1e5 oscillations of the contact; with r near 1 they all fast."""
     m = model(k, tension, r)
-    # Pressed by the force, with a ring as weak as a hundredth of the pressure.
+    # Pressed by the force, with a fast part as weak as a hundredth of the pressure.
     gap = -1.0 / m.touch.relative_stiffness
     z = (0.0, 0.0, 1.01 * gap, 0.0, -1.0, 0.0)
     side, tau, steps, _ = search(m, z, 25.0)
@@ -124,25 +124,25 @@ def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: i
 
 
 def test_slow_part_and_ring_move_apart() -> None:
-    """The ring of a state is a free oscillation, whatever the rest does; both add up."""
+    """The fast part of a state is a free oscillation, whatever the rest does; both add up."""
     separated = 0
     for seed in range(20):
         m, z = random_case(seed)
-        watch = m.ending
-        if not watch.separated:
+        event = m.ending
+        if not event.separated:
             continue
         separated += 1
-        b, parts = 0.5 * watch.ring_drag, np.array([0.0, 0.1, 1.0, 5.0, 40.0])
-        tau = parts / math.sqrt(watch.ring_stiffness)
-        value, _, slow, ring, ring1 = scanned(m, z, tau)
-        scale = abs(value[0]) + abs(ring[0]) + abs(slow[0])
-        assert slow + ring == pytest.approx(value, abs=1e-12 * scale)
+        b, parts = 0.5 * event.fast_drag, np.array([0.0, 0.1, 1.0, 5.0, 40.0])
+        tau = parts / math.sqrt(event.fast_stiffness)
+        value, _, slow, fast, fast1 = scanned(m, z, tau)
+        scale = abs(value[0]) + abs(fast[0]) + abs(slow[0])
+        assert slow + fast == pytest.approx(value, abs=1e-12 * scale)
         # y'' + 2 b y' + w^2 y = 0 from (y, y1), by its own closed form.
-        root = np.sqrt(complex(watch.ring_stiffness - b * b))
+        root = np.sqrt(complex(event.fast_stiffness - b * b))
         c, s = np.cos(root * tau), np.sin(root * tau) / root
-        expected = np.exp(-b * tau) * (ring[0] * (c + b * s) + ring1[0] * s).real
-        size = math.hypot(ring[0], ring1[0] / math.sqrt(watch.ring_stiffness))
-        assert ring == pytest.approx(expected, abs=1e-11 * size + 1e-14 * scale)
+        expected = np.exp(-b * tau) * (fast[0] * (c + b * s) + fast1[0] * s).real
+        size = math.hypot(fast[0], fast1[0] / math.sqrt(event.fast_stiffness))
+        assert fast == pytest.approx(expected, abs=1e-11 * size + 1e-14 * scale)
     assert separated > 8
 
 

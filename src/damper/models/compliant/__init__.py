@@ -1,9 +1,9 @@
 """Compliant contact: each wall is a spring and a dashpot, and an impact takes time.
 
 While the gap g to a wall is negative, the contact force is N = -(k g + c g'). Either it cannot
-pull, N = max(0, N), and the contact ends where N vanishes, or it holds until the gap reopens
-(`contact_tension`). Every regime is linear, so the motion is exact: free flight as in the rigid
-model, contact by `damper.models.compliant.flow`.
+be tensile, N = max(0, N), and the contact ends where N vanishes, or the contact lasts until the gap
+reopens (`contact_tension`). Every regime is linear, so the motion is exact: free flight as in the
+rigid model, contact by `damper.models.compliant.flow`.
 
 The log has more kinds of row than the rigid one: CONTACT from the moment of touch, with the
 approach speed and no jump; STICKING once a contact has lasted one period 2 pi / sqrt(k (1 + mu) /
@@ -37,8 +37,8 @@ from damper.engine.search import (
     ROUNDOFF,
     Point,
     first_root,
-    look,
     near_root,
+    point_at,
     rates_of,
 )
 from damper.engine.segment import (
@@ -66,13 +66,13 @@ from damper.models.compliant.flow import (
 from damper.models.compliant.restitution import contact_damping, contact_phase
 from damper.models.compliant.search import (
     Contact,
+    EventFunction,
     Split,
-    Watch,
     contact_point,
     dot,
+    event_function,
     force_size,
     split_of,
-    watch_of,
 )
 from damper.models.rigid import FlightGap, flight_at, flight_point, free_flight
 from damper.models.walls import slack
@@ -95,7 +95,7 @@ class Compliant(NamedTuple):
     free: Oscillator
     stuck: Oscillator
     tension: float
-    """Whether the contact may pull."""
+    """Whether the contact force may be tensile."""
     lasting: float
     """Time after which a contact counts as sticking."""
     usual: float
@@ -106,7 +106,7 @@ class Compliant(NamedTuple):
     table: np.ndarray
     """Propagators of the contact."""
     split: Split
-    ending: Watch
+    ending: EventFunction
     """Event function of a contact: the depth, or the force."""
 
 
@@ -137,7 +137,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
         touch,
         table,
         split,
-        watch_of(touch, split, ending),
+        event_function(touch, split, ending),
     )
 
 
@@ -204,8 +204,8 @@ def _of_pair(model, side, z):
     return side * (z[0] + beta * z[2]), side * (z[1] + beta * z[3]), z[2], z[3]
 
 
-@declared.place.of(Compliant)
-def _place(model, periods, time, x, v, y, u):
+@declared.initial_segment.of(Compliant)
+def _initial_segment(model, periods, time, x, v, y, u):
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
     gap = model.clearance - side * relative
@@ -380,9 +380,9 @@ class WallForce(NamedTuple):
     damping: float
 
 
-@look.of(WallForce)
-def _look_at_wall(moving, tau):
-    return _wall_point(moving, look(moving.flight, tau))
+@point_at.of(WallForce)
+def _point_of_wall(moving, tau):
+    return _wall_point(moving, point_at(moving.flight, tau))
 
 
 @rates_of.of(WallForce)

@@ -1,13 +1,13 @@
-"""Exact flow of the two masses while the free one touches a wall that gives.
+"""Exact flow of the two masses during a compliant contact.
 
 Everything is relative to the wall (side = +1 right, -1 left): displacements and the force are
 multiplied by the side, so that both walls are one case. With gamma = (1 + mu) / mu = 1 / beta and
 the wall's stiffness k and damping c (in units of K and sqrt(K M)),
 
     U = X - beta g                        centre of mass
-    p = S - 2 zeta X' - X                 what pushes the primary, S the force
+    p = S - 2 zeta X' - X                 net force on the primary but for the wall, S the force
     U'' = p / (1 + mu)
-    g'' = p - gamma (k g + c g')          gap; the wall pushes with N = -(k g + c g')
+    g'' = p - gamma (k g + c g')          gap; contact force N = -(k g + c g')
 
 A state is the tuple (U, U', g, g', S, C), C the forcing's cosine; it obeys a linear equation
 without explicit time. The gap is a variable of its own and keeps its digits however small it is.
@@ -109,9 +109,9 @@ def touch_of(
 def derivative(touch: Touch, z: Pair) -> Pair:
     """Time derivative of a state, or of any derivative of it."""
     u, w, g, h, s, c = z
-    push = s - touch.drag * (w + touch.reduced * h) - (u + touch.reduced * g)
+    p = s - touch.drag * (w + touch.reduced * h) - (u + touch.reduced * g)
     wall = touch.relative_stiffness * g + touch.relative_damping * h
-    return w, touch.share * push, h, push - wall, touch.omega * c, -touch.omega * s
+    return w, touch.share * p, h, p - wall, touch.omega * c, -touch.omega * s
 
 
 @compiled

@@ -36,7 +36,7 @@ from damper.models.compliant.flow import (
     unit_state,
     unshifted,
 )
-from damper.models.compliant.search import Contact, Watch, dot, watch_of
+from damper.models.compliant.search import Contact, EventFunction, dot, event_function
 from damper.models.response import (
     Part,
     energy_in,
@@ -58,7 +58,7 @@ class Tables(NamedTuple):
 
     forms: np.ndarray
     """(levels + 1, 4, 6, 6) integrals over the intervals of the propagators."""
-    displacement: Watch
+    displacement: EventFunction
     """The primary's displacement, as slow and fast part."""
 
 
@@ -67,7 +67,7 @@ def prepare(model: Compliant) -> Tables:
     forms = np.zeros((model.touch.levels + 1, _FORMS, 6, 6))
     _fill(model.touch, model.table, forms)
     row = np.array([1.0, 0.0, model.touch.reduced, 0.0, 0.0, 0.0])
-    return Tables(forms, watch_of(model.touch, model.split, row))
+    return Tables(forms, event_function(model.touch, model.split, row))
 
 
 @impact_loss.of(Compliant)
@@ -196,26 +196,26 @@ def _integrands(moving, moment):
 @stays_below.of(Contact)
 def _stays_below(moving, start, end, limit):
     """Slow and fast part together cannot exceed `limit`, or cannot turn, in a step."""
-    watch = moving.watch
-    if watch.separated == 0.0:
+    event = moving.event
+    if event.separated == 0.0:
         return False
     z = start.motion
     span = end.tau - start.tau
-    y = dot(watch.ring[0], z)
-    y1 = dot(watch.ring[1], z)
-    speed = math.sqrt(watch.ring_stiffness * y * y + y1 * y1)
-    level = speed / math.sqrt(watch.ring_stiffness)
-    f1 = dot(watch.slow[1], z)
-    f2 = dot(watch.slow[2], z)
-    f3 = dot(watch.slow[3], z)
-    g1 = dot(watch.slow[1], end.motion)
-    stiffness = max(watch.stiffness, 0.0)
+    y = dot(event.fast[0], z)
+    y1 = dot(event.fast[1], z)
+    speed = math.sqrt(event.fast_stiffness * y * y + y1 * y1)
+    level = speed / math.sqrt(event.fast_stiffness)
+    f1 = dot(event.slow[1], z)
+    f2 = dot(event.slow[2], z)
+    f3 = dot(event.slow[3], z)
+    g1 = dot(event.slow[1], end.motion)
+    stiffness = max(event.stiffness, 0.0)
     eighth = 0.125 * span * span
-    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + watch.force * span
-    largest = max(abs(dot(watch.slow[0], z)), abs(dot(watch.slow[0], end.motion)))
+    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.force * span
+    largest = max(abs(dot(event.slow[0], z)), abs(dot(event.slow[0], end.motion)))
     if largest + bound2 * eighth + level <= limit:
         return True
-    force1 = watch.force * moving.touch.omega
+    force1 = event.force * moving.touch.omega
     bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + force1 * span
     one_way = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
     return one_way and min(abs(f1), abs(g1)) - bound3 * eighth > speed

@@ -1,11 +1,11 @@
-"""Restitution of a compliant wall from the damping of its contact, and back.
+"""Coefficient of restitution of a compliant contact from its damping, and back.
 
 While two free bodies touch through a spring and a dashpot, the gap is a damped oscillator,
-g'' + 2 z w g' + w^2 g = 0, that starts at g = 0. Two conventions say when they part:
+g'' + 2 z w g' + w^2 g = 0, that starts at g = 0. Two conventions say when the contact ends:
 
-- held (``tension=True``): the contact may pull, and ends when the gap reopens, half a damped
-  period later: r = exp(-pi z / sqrt(1 - z^2)), and r = 0 for z >= 1;
-- let go (``tension=False``): it ends when its force, w^2 g + 2 z w g', vanishes. With z = cos(a)
+- ``tension=True``: the contact force may be tensile, and the contact ends when the gap reopens,
+  half a damped period later: r = exp(-pi z / sqrt(1 - z^2)), and r = 0 for z >= 1;
+- ``tension=False``: it ends when its force, w^2 g + 2 z w g', vanishes. With z = cos(a)
   that is a time 2 a / (w sin(a)) later and r = exp(-2 a cot(a)); with z = cosh(a), a hyperbolic
   cotangent stands in its place. So z = 1 has r = exp(-2), and no damping gives r = 0.
 
@@ -26,7 +26,7 @@ def restitution_of(contact_damping: float, tension: bool = False) -> float:
     contact_damping : float
         Damping ratio z >= 0 of the contact oscillation (with the reduced mass).
     tension : bool, default False
-        Whether the contact may pull.
+        Whether the contact force may be tensile.
 
     Raises
     ------
@@ -59,9 +59,9 @@ def contact_damping(restitution: float, tension: bool = False) -> float:
     Parameters
     ----------
     restitution : float
-        0 < r <= 1; 0 as well where the contact may pull (it is damped critically then).
+        0 < r <= 1; 0 as well where the contact force may be tensile (it is damped critically then).
     tension : bool, default False
-        Whether the contact may pull.
+        Whether the contact force may be tensile.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def contact_phase(contact_damping: float, tension: bool = False) -> float:
     contact_damping : float
         Damping ratio z >= 0 of the contact oscillation.
     tension : bool, default False
-        Whether the contact may pull.
+        Whether the contact force may be tensile.
 
     Examples
     --------

@@ -32,8 +32,8 @@ from damper.engine.search import (
     Point,
     further,
     inside,
-    look,
     parabola_root,
+    point_at,
     rates_of,
     stays_inside,
 )
@@ -55,17 +55,17 @@ class Split(NamedTuple):
     matrix: np.ndarray
     """(4, 4) their rates of change."""
     manifold: np.ndarray
-    """(2, 4) gap and rate to which the ring decays, from the slow variables."""
-    ring: np.ndarray
-    """(2, 6) the ring from the state."""
-    ring_matrix: np.ndarray
+    """(2, 4) gap and rate to which the fast part decays, from the slow variables."""
+    fast: np.ndarray
+    """(2, 6) the fast part from the state."""
+    fast_matrix: np.ndarray
     """(2, 2) its rates of change."""
     back: np.ndarray
-    """(4, 2) what the ring adds to U, U', S, C."""
+    """(4, 2) what the fast part adds to U, U', S, C."""
 
 
-class Watch(NamedTuple):
-    """A quantity to watch, by its coefficients and its slow and fast part."""
+class EventFunction(NamedTuple):
+    """A linear function of the state, by its coefficients and its slow and fast part."""
 
     separated: float
     gap: float
@@ -74,11 +74,11 @@ class Watch(NamedTuple):
     """Coefficient of the gap's rate."""
     slow: np.ndarray
     """(5, 6) slow part and its first four derivatives from the state."""
-    ring: np.ndarray
-    """(2, 6) ring and its first derivative from the state."""
-    ring_stiffness: float
-    ring_drag: float
-    """w^2 and 2 b of the ring."""
+    fast: np.ndarray
+    """(2, 6) fast part and its first derivative from the state."""
+    fast_stiffness: float
+    fast_drag: float
+    """w^2 and 2 b of the fast."""
     stiffness: float
     """K of the slow part."""
     force: float
@@ -101,17 +101,17 @@ def split_of(touch: Touch) -> Split:
     return split._replace(separated=_separate(touch, split))
 
 
-def watch_of(touch: Touch, split: Split, row: np.ndarray) -> Watch:
-    """Prepare a quantity to watch; `row` has its coefficients on (U, U', g, g', S, C)."""
+def event_function(touch: Touch, split: Split, row: np.ndarray) -> EventFunction:
+    """Prepare an event function; `row` has its coefficients on (U, U', g, g', S, C)."""
     slow = np.zeros((5, 6))
-    ring = np.zeros((2, 6))
-    numbers = _watch(touch, split, row, slow, ring)
-    return Watch(split.separated, float(row[2]), float(row[3]), slow, ring, *numbers)
+    fast = np.zeros((2, 6))
+    numbers = _fill_event_function(touch, split, row, slow, fast)
+    return EventFunction(split.separated, float(row[2]), float(row[3]), slow, fast, *numbers)
 
 
 @compiled
 def _separate(touch, split):
-    """Fill a split; 1 if it converged to slow variables and a ring that decays."""
+    """Fill a split; 1 if it converged to slow variables and a fast part that decays."""
     beta = touch.reduced
     alpha = touch.share
     drag = touch.drag
@@ -121,15 +121,15 @@ def _separate(touch, split):
     manifold = split.manifold
     matrix = split.matrix
     # p on the manifold, by the slow variables.
-    push = np.zeros(4)
+    p = np.zeros(4)
     target = (-1.0, -drag, 1.0, 0.0)
     converged = False
     for _ in range(_ITERATIONS):
         for k in range(4):
-            push[k] = target[k] - beta * (manifold[0, k] + drag * manifold[1, k])
+            p[k] = target[k] - beta * (manifold[0, k] + drag * manifold[1, k])
         matrix[0, 1] = 1.0
         for k in range(4):
-            matrix[1, k] = alpha * push[k]
+            matrix[1, k] = alpha * p[k]
         matrix[2, 3] = omega
         matrix[3, 2] = -omega
         largest = 0.0
@@ -149,8 +149,8 @@ def _separate(touch, split):
             break
     if not converged:
         return 0.0
-    # The ring's own matrix, and its inverse.
-    m = split.ring_matrix
+    # The fast part's own matrix, and its inverse.
+    m = split.fast_matrix
     m[0, 0] = manifold[0, 1] * alpha * beta
     m[0, 1] = 1.0 + manifold[0, 1] * alpha * beta * drag
     m[1, 0] = -stiff + manifold[1, 1] * alpha * beta
@@ -181,12 +181,12 @@ def _separate(touch, split):
     places = (0, 1, 4, 5)
     for row in range(2):
         for k in range(4):
-            split.ring[row, places[k]] = -manifold[row, k]
-        split.ring[row, 2 + row] = 1.0
+            split.fast[row, places[k]] = -manifold[row, k]
+        split.fast[row, 2 + row] = 1.0
     for row in range(4):
         for k in range(6):
             split.slow[row, k] = -(
-                back[row, 0] * split.ring[0, k] + back[row, 1] * split.ring[1, k]
+                back[row, 0] * split.fast[0, k] + back[row, 1] * split.fast[1, k]
             )
         split.slow[row, places[row]] += 1.0
     return 1.0
@@ -202,8 +202,8 @@ def _times(row, matrix, result):
 
 
 @compiled
-def _watch(touch, split, row, slow, ring):
-    """Fill the rows of a watch; return its numbers."""
+def _fill_event_function(touch, split, row, slow, fast):
+    """Fill the rows of an event function; return its numbers."""
     if split.separated == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0
     places = (0, 1, 4, 5)
@@ -221,18 +221,18 @@ def _watch(touch, split, row, slow, ring):
     stiffness = -float(split.matrix[1, 0])
     drag = -float(split.matrix[1, 1])
     omega = touch.omega
-    push_sin = float(split.matrix[1, 2])
-    push_cos = float(split.matrix[1, 3])
+    driving_sin = float(split.matrix[1, 2])
+    driving_cos = float(split.matrix[1, 3])
     detuning = stiffness - omega * omega
     sin = (
-        coefficients[0] * push_sin
-        - coefficients[1] * omega * push_cos
+        coefficients[0] * driving_sin
+        - coefficients[1] * omega * driving_cos
         + coefficients[2] * detuning
         - coefficients[3] * drag * omega
     )
     cos = (
-        coefficients[0] * push_cos
-        + coefficients[1] * omega * push_sin
+        coefficients[0] * driving_cos
+        + coefficients[1] * omega * driving_sin
         + coefficients[3] * detuning
         + coefficients[2] * drag * omega
     )
@@ -247,16 +247,16 @@ def _watch(touch, split, row, slow, ring):
         _times(coefficients, split.matrix, following)
         for i in range(4):
             coefficients[i] = following[i]
-    m = split.ring_matrix
+    m = split.fast_matrix
     for k in range(6):
-        ring[0, k] = weights[0] * split.ring[0, k] + weights[1] * split.ring[1, k]
-        ring[1, k] = (weights[0] * m[0, 0] + weights[1] * m[1, 0]) * split.ring[0, k] + (
+        fast[0, k] = weights[0] * split.fast[0, k] + weights[1] * split.fast[1, k]
+        fast[1, k] = (weights[0] * m[0, 0] + weights[1] * m[1, 0]) * split.fast[0, k] + (
             weights[0] * m[0, 1] + weights[1] * m[1, 1]
-        ) * split.ring[1, k]
-    ring_stiffness = float(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-    ring_drag = -float(m[0, 0] + m[1, 1])
+        ) * split.fast[1, k]
+    fast_stiffness = float(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
+    fast_drag = -float(m[0, 0] + m[1, 1])
     rate = max(omega, max(drag, 0.0) + math.sqrt(max(stiffness, 0.0)))
-    return ring_stiffness, ring_drag, stiffness, force, rate
+    return fast_stiffness, fast_drag, stiffness, force, rate
 
 
 @compiled
@@ -278,7 +278,7 @@ class Contact(NamedTuple):
     touch: Touch
     table: np.ndarray
     """Its propagators."""
-    watch: Watch
+    event: EventFunction
     start: Pair
 
 
@@ -296,8 +296,8 @@ class Parts(NamedTuple):
     """Bound on the fast part."""
 
 
-@look.of(Contact)
-def _look(moving, tau):
+@point_at.of(Contact)
+def _point_at(moving, tau):
     z = moving.start
     if tau > 0.0:
         z = advance(moving.touch, moving.table, z, tau)
@@ -308,7 +308,7 @@ def _look(moving, tau):
 def contact_point(moving: Contact, tau: float, z: Pair) -> Point:
     """Event function in a state of the contact."""
     touch = moving.touch
-    watch = moving.watch
+    event = moving.event
     z1 = derivative(touch, z)
     z2 = derivative(touch, z1)
     z3 = derivative(touch, z2)
@@ -316,31 +316,31 @@ def contact_point(moving: Contact, tau: float, z: Pair) -> Point:
     z5 = derivative(touch, z4)
     omega = touch.omega
     omega3 = omega * omega * omega
-    if watch.separated != 0.0:
-        slow, slow1, slow2, slow3, slow4, level, fast4 = _parts(watch, z)
-        slow_bound = math.sqrt(max(watch.stiffness, 0.0) * slow3 * slow3 + slow4 * slow4)
+    if event.separated != 0.0:
+        slow, slow1, slow2, slow3, slow4, level, fast4 = _parts(event, z)
+        slow_bound = math.sqrt(max(event.stiffness, 0.0) * slow3 * slow3 + slow4 * slow4)
         bound4 = slow_bound + fast4
-        growth = watch.force * omega3
+        growth = event.force * omega3
         parts = Parts(z, slow, slow1, slow2, slow3, slow_bound, level)
     else:
         swing = 1.0 / math.sqrt(touch.reduced)
-        bound4 = abs(watch.gap) * swing * energy_size(touch, z3)
-        growth = abs(watch.gap) * swing * omega3
-        if watch.gap_rate != 0.0:
-            bound4 += abs(watch.gap_rate) * swing * energy_size(touch, z4)
-            growth += abs(watch.gap_rate) * swing * omega3 * omega
+        bound4 = abs(event.gap) * swing * energy_size(touch, z3)
+        growth = abs(event.gap) * swing * omega3
+        if event.gap_rate != 0.0:
+            bound4 += abs(event.gap_rate) * swing * energy_size(touch, z4)
+            growth += abs(event.gap_rate) * swing * omega3 * omega
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return Point(
         tau,
-        watch.gap * z[2] + watch.gap_rate * z[3],
-        watch.gap * z1[2] + watch.gap_rate * z1[3],
-        watch.gap * z2[2] + watch.gap_rate * z2[3],
-        watch.gap * z3[2] + watch.gap_rate * z3[3],
-        watch.gap * z4[2] + watch.gap_rate * z4[3],
-        watch.gap * z5[2] + watch.gap_rate * z5[3],
+        event.gap * z[2] + event.gap_rate * z[3],
+        event.gap * z1[2] + event.gap_rate * z1[3],
+        event.gap * z2[2] + event.gap_rate * z2[3],
+        event.gap * z3[2] + event.gap_rate * z3[3],
+        event.gap * z4[2] + event.gap_rate * z4[3],
+        event.gap * z5[2] + event.gap_rate * z5[3],
         bound4,
         growth,
-        _roundoff(touch, watch, z, tau),
+        _roundoff(touch, event, z, tau),
         parts,
     )
 
@@ -356,10 +356,10 @@ def _inside(moving, start, end, width):
     """The slow part stays above all that the fast one can take from it."""
     p = start.state
     q = end.state
-    if moving.watch.separated == 0.0 or p.slow <= p.level:
+    if moving.event.separated == 0.0 or p.slow <= p.level:
         return False
     omega = moving.touch.omega
-    growth = moving.watch.force * omega * omega * omega
+    growth = moving.event.force * omega * omega * omega
     return stays_inside(
         _slow_point(start, p, p.level, growth), _slow_point(end, q, p.level, growth), width
     )
@@ -386,28 +386,28 @@ def _slow_point(point, parts, level, growth):
 def _further(moving, point):
     """Close to where the slow part may come down to the fast one."""
     p = point.state
-    if moving.watch.separated == 0.0 or p.slow <= p.level:
+    if moving.event.separated == 0.0 or p.slow <= p.level:
         return 0.0
     reach = _LEAP * parabola_root(p.slow - p.level, p.slow1, p.slow2)
-    return min(reach, 1.5 / moving.watch.rate)
+    return min(reach, 1.5 / moving.event.rate)
 
 
 @compiled
-def _parts(watch, z):
-    """Slow part with four derivatives, the ring's bound, and that of its fourth derivative."""
-    y = dot(watch.ring[0], z)
-    y1 = dot(watch.ring[1], z)
-    w2 = watch.ring_stiffness
+def _parts(event, z):
+    """Slow part with four derivatives, the fast part's bound, and that of its fourth derivative."""
+    y = dot(event.fast[0], z)
+    y1 = dot(event.fast[1], z)
+    w2 = event.fast_stiffness
     level = math.sqrt(y * y + y1 * y1 / w2)
-    y2 = -watch.ring_drag * y1 - w2 * y
-    y3 = -watch.ring_drag * y2 - w2 * y1
-    y4 = -watch.ring_drag * y3 - w2 * y2
+    y2 = -event.fast_drag * y1 - w2 * y
+    y3 = -event.fast_drag * y2 - w2 * y1
+    y4 = -event.fast_drag * y3 - w2 * y2
     return (
-        dot(watch.slow[0], z),
-        dot(watch.slow[1], z),
-        dot(watch.slow[2], z),
-        dot(watch.slow[3], z),
-        dot(watch.slow[4], z),
+        dot(event.slow[0], z),
+        dot(event.slow[1], z),
+        dot(event.slow[2], z),
+        dot(event.slow[3], z),
+        dot(event.slow[4], z),
         level,
         math.sqrt(w2 * y3 * y3 + y4 * y4),
     )
@@ -420,13 +420,13 @@ def force_size(drag: float, x: float, v: float, sin: float, cos: float) -> float
 
 
 @compiled
-def _roundoff(touch, watch, z, tau):
+def _roundoff(touch, event, z, tau):
     """Roundoff of the event function: that of the forces, while it lasts."""
     forces = force_size(touch.drag, z[0], z[1], z[4], z[5])
     reach = min(0.5 * tau * tau, 1.0 / max(touch.relative_stiffness, 1e-300))
     passing = min(math.sqrt(2.0 * reach), 1.0 / max(touch.relative_damping, 1e-300))
-    weight = abs(watch.gap)
-    damping = abs(watch.gap_rate)
+    weight = abs(event.gap)
+    damping = abs(event.gap_rate)
     return ROUNDOFF * (
         weight * abs(z[2]) + damping * abs(z[3]) + (weight * reach + damping * passing) * forces
     )

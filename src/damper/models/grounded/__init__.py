@@ -30,7 +30,7 @@ from damper.engine.oscillator import (
     motion_from,
     oscillator,
 )
-from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, look, rates_of
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, point_at, rates_of
 from damper.engine.segment import FLIGHT, RELEASE
 from damper.models import walls
 from damper.models.rigid import FlightGap, Primary, bounce_in
@@ -191,8 +191,8 @@ def _apart(free, support, start, side, gap0, rate0, tau):
     return gap, rate, roundoff, dx, dv, dy, u, phase
 
 
-@look.of(GroundedGap)
-def _look_at_gap(moving, tau):
+@point_at.of(GroundedGap)
+def _point_of_gap(moving, tau):
     start = moving.start
     gap, rate, roundoff, dx, dv, dy, u, phase = _apart(
         moving.free, moving.support, start, moving.side, moving.gap, moving.rate, tau
@@ -266,8 +266,8 @@ def _force_point(moving, tau, motion):
     )
 
 
-@look.of(SupportedForce)
-def _look_at_force(moving, tau):
+@point_at.of(SupportedForce)
+def _point_of_force(moving, tau):
     start = moving.start
     dx, dv, phase = increments(moving.osc, start, tau)
     motion = motion_from(moving.osc, start.x + (start.v * tau + dx), start.v + dv, phase)

@@ -19,7 +19,7 @@ from damper.engine.oscillator import (
     motion_from,
     oscillator,
 )
-from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, look, rates_of
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, point_at, rates_of
 from damper.engine.segment import FLIGHT, TAIL, Segment
 from damper.models import walls
 from damper.models.walls import End
@@ -108,8 +108,8 @@ def flight_point(
     )
 
 
-@look.of(FlightGap)
-def _look_at_gap(moving, tau):
+@point_at.of(FlightGap)
+def _point_of_gap(moving, tau):
     start = moving.start
     side = moving.side
     dx, dv, phase = increments(moving.osc, start, tau)
@@ -198,8 +198,8 @@ def _force_point(moving, tau, dx, motion):
     )
 
 
-@look.of(Force)
-def _look_at_force(moving, tau):
+@point_at.of(Force)
+def _point_of_force(moving, tau):
     start = moving.start
     dx, dv, phase = increments(moving.osc, start, tau)
     dx += start.v * tau

@@ -312,24 +312,24 @@ def _sizes(terms):
 
 @compiled
 def _first_loss(terms, side, jerk, roundoff):
-    """First part of a step at which the thrust -side x'' falls through zero; 2 if it does not.
+    """First part of a step at which the force -side x'' falls through zero; 2 if it does not.
 
     `jerk` has the sign of the third derivative at the start if the second one is zero there, up to
     roundoff, which heavy damping multiplies in the terms.
-    The Bernstein coefficients of the thrust on an interval enclose it, and where they change sign
+    The Bernstein coefficients of the force on an interval enclose it, and where they change sign
     once it has one root (Descartes' rule). Other intervals are halved.
     """
     size = DEGREE + 1
     rest = np.empty(size)
     ahead = np.empty(size)
-    thrust = -side * float(terms[0])
-    if thrust <= roundoff:
+    force = -side * float(terms[0])
+    if force <= roundoff:
         if not sticks(side, 0.0, jerk, float(terms[2])):
-            return _root(terms, side, 0.0, 1.0) if thrust > 0.0 else 0.0
-        thrust = max(thrust, 0.0)
+            return _root(terms, side, 0.0, 1.0) if force > 0.0 else 0.0
+        force = max(force, 0.0)
     for i in range(size):
         # b_i = sum of C(i, k) / C(DEGREE, k) terms[k]: all weights lie in [0, 1].
-        total = thrust
+        total = force
         share = 1.0
         for k in range(1, i + 1):
             share *= (i - k + 1.0) / k
@@ -378,7 +378,7 @@ def _first_loss(terms, side, jerk, roundoff):
 
 @compiled
 def _root(terms, side, low, high):
-    """Root of the thrust -side x'' where it falls through zero, by Newton's method in a bracket."""
+    """Root of the force -side x'' where it falls through zero, by Newton's method in a bracket."""
     t = low
     for _ in range(_ROOT_STEPS):
         value = 0.0
