@@ -533,3 +533,13 @@ def test_target_with_the_name_of_a_rule(small):
     output = snakemake(small, code=1)
     assert "Traceback" not in output
     assert "'table' is a rule of the workflow" in output
+
+
+@pytest.mark.parametrize("command", ["--unlock", "--rulegraph"])
+def test_commands_that_start_no_job_need_no_cores(tmp_path: Path, command: str) -> None:
+    """With all studies, those that take all cores among them."""
+    folder = copy_project(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", command], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr

@@ -36,6 +36,9 @@ STUDIES = {n: study for n, study in CONFIG.studies.items() if n not in VERIFICAT
 # What is made without being asked for; verdicts and the page speak of these.
 DEFAULT = {name: CONFIG.studies[name] for name in CONFIG.default}
 RESULTS = CONFIG.results
+# What a job takes that must be alone. `workflow.cores` refuses commands that start no job (--unlock,
+# --summary, --rulegraph), and executors of clusters, which know no such number.
+ALL_CORES = workflow.resource_settings.cores or 1
 ENGINE = {"accuracy": CONFIG.engine.accuracy, "max_events": CONFIG.engine.max_events}
 
 

@@ -143,7 +143,7 @@ rule timings:
         "logs/benchmarks/{study}/timings.tsv"
     wildcard_constraints:
         study=one_of(COMPARISONS),
-    threads: workflow.cores
+    threads: ALL_CORES
     params:
         scenes=_scenes,
         titles=_titles,

@@ -56,7 +56,7 @@ rule cost:
         study=one_of(COSTS),
     # Late, so that the other jobs' times are there.
     priority: -1
-    threads: workflow.cores
+    threads: ALL_CORES
     params:
         settings=_cost_settings,
         title=lambda wildcards: COSTS[wildcards.study].title,
