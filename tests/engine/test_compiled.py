@@ -240,12 +240,40 @@ def test_an_edit_in_a_called_module_changes_compiled_results(tmp_path: Path) -> 
     assert (float(before[1]), float(after[1])) == (1.0, pytest.approx(2.0 / 3.0))
 
 
+#: `SMALL`, and then the only warning that it gave.
+WARNED = f"""
+import warnings
+with warnings.catch_warnings(record=True) as given:
+    warnings.simplefilter("always")
+    exec({SMALL!r})
+[warning] = given
+print(warning.message)
+"""
+
+
 @needs_numba
 def test_an_unwritable_cache_is_no_obstacle(tmp_path: Path) -> None:
-    """A file where the cache folder should be: nothing is kept, everything works."""
+    """A file where the cache folder should be: nothing is kept, and one line says so."""
     (tmp_path / "damper").write_text("in the way")
-    found = run(SMALL, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1")
-    assert found == run(SMALL, DAMPER_COMPILE="1")
+    *found, warning = run(WARNED, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1").splitlines()
+    assert found == run(SMALL, DAMPER_COMPILE="1").splitlines()
+    assert f"{tmp_path / 'damper' / found[0]} cannot be written; compiling without it" in warning
+
+
+@needs_numba
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_a_damaged_cache_is_made_anew(tmp_path: Path, kind: str) -> None:
+    """The process that finds a file cut short says so in one line, and the next one makes it."""
+    settings = {"NUMBA_CACHE_DIR": str(tmp_path), "DAMPER_COMPILE": "1"}
+    first = run(SMALL, **settings)
+    (file,) = tmp_path.rglob(f"*.{kind}")
+    whole = file.stat().st_size
+    file.write_bytes(file.read_bytes()[:20])
+    *found, warning = run(WARNED, **settings).splitlines()
+    assert found == first.splitlines()
+    assert f"a file in {file.parent} cannot be used" in warning
+    assert run(SMALL, **settings) == first
+    assert file.stat().st_size == whole
 
 
 @needs_numba

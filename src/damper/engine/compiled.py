@@ -18,6 +18,7 @@ import shutil
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from functools import update_wrapper, wraps
@@ -65,6 +66,15 @@ def _cache_root() -> Path:
     else:
         base = os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")
     return Path(base) / "damper"
+
+
+def _warn(trouble: str) -> None:
+    """Say once in a process that it cannot keep what it compiles."""
+    global _warned
+    if not _warned:
+        _warned = True
+        text = f"the cache of compiled code: {trouble}; compiling without it"
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
 
 
 def _make_cache_folder() -> Path | None:
@@ -127,6 +137,7 @@ _NUMBERS = frozenset((float, int))
 _LAYOUT = 0x403
 _plain = threading.local()
 _spent = 0.0
+_warned = False
 _numba: Any = None
 _folder: Path | None = None
 _waiting: list[Callable[[], None]] = []
@@ -152,6 +163,8 @@ def _load_numba() -> Any:
             # To compiled code a `Compiled` is the function that it holds.
             typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
             _folder = _make_cache_folder()
+            if _folder is None:
+                _warn(f"{cache_folder()} cannot be written")
             _numba = numba
             for action in _waiting:
                 action()
@@ -216,11 +229,29 @@ class Compiled:
 
         numba's own way to it takes 15 us for a model, a tuple of tuples: more than a short run.
         """
-        result = self.outer(*arguments)
+        try:
+            result = self.outer(*arguments)
+        except Exception as error:
+            # Compiled code raises nothing: damaged files, or no room for new ones.
+            self._forget_cache(error)
+            result = self.outer(*arguments)
         types = tuple(self.outer.typeof_pyval(argument) for argument in arguments)
         if types in self.outer.overloads:
             self._entries[kinds] = self.outer.overloads[types].entry_point
         return result
+
+    def _forget_cache(self, error: Exception) -> None:
+        """Drop this function's part of the cache, for the next process, and do without for this."""
+        with _lock:
+            folder = self._outer.stats.cache_path
+            if folder is None:
+                raise error
+            code = self.py_func.__code__
+            for path in Path(folder).glob(f"*.{code.co_qualname}-{code.co_firstlineno}.*"):
+                with suppress(OSError):
+                    path.unlink()
+            _warn(f"a file in {folder} cannot be used ({error or type(error).__name__})")
+            self._outer = _load_numba().njit(**OPTIONS)(self.py_func)
 
     def _run_plain(self, *arguments: Any) -> Any:
         global _spent
