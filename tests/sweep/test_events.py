@@ -385,3 +385,17 @@ def test_parameters_may_be_any_numbers() -> None:
     assert len(events((np.float64(0.1), 0, 1, np.int32(2), 1), until=20)) > 0
     with mp.workdps(30):
         assert mp_reference.events(mpf("0.1"), 0, 1, 2, 1, until=20, dps=20)
+
+
+@pytest.mark.parametrize(
+    ("slip", "message"),
+    [
+        ({"parameters": {}}, "parameters = {}: must be damper.Parameters or SIParameters"),
+        ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
+        ({"until": "x"}, "until = 'x': must be a real number"),
+    ],
+)
+def test_slips_are_named(slip: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {"parameters": damper.Parameters(*CHATTER), "until": 1.0}
+    with pytest.raises(TypeError, match=message):
+        damper.events(**(given | slip))

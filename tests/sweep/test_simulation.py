@@ -232,6 +232,25 @@ def test_loaded_on_first_use_from_the_package() -> None:
         damper.simulat  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"observers": None}, "observers = None: must be names, or a mapping from names"),
+        ({"observers": {"impacts": [1]}}, r"impacts = \[1\]: must be a mapping of settings"),
+        ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
+        ({"clearance": [0.1, 0.2, 0.1]}, "clearance: 0.1 is given 2 times"),
+        ({"transient": "x"}, "transient = 'x': must be a real number"),
+        ({"periods": None}, "periods = None: must be a real number"),
+        ({"accuracy": "x"}, "accuracy = 'x': must be a real number"),
+        ({"max_events": 1.5}, "max_events = 1.5: must be a whole number >= 1"),
+        ({"workers": "x"}, "workers = 'x': must be a real number"),
+    ],
+)
+def test_slips_are_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        simulate(**{**POINT, **SHORT, **given})
+
+
 def test_one_observer_may_be_given_by_its_name() -> None:
     cube = simulate(**POINT, observers="impacts", **SHORT)
     assert cube.identical(simulate(**POINT, observers=["impacts"], **SHORT))

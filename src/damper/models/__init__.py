@@ -10,6 +10,7 @@ from damper.engine.impact import LAWS
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
+from damper.parameters.quantity import real, whole
 
 #: Name of each model, which is that of its folder here, and what makes a rigid damper one of it.
 MODELS: dict[str, dict[str, float]] = {
@@ -69,11 +70,10 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
 
 
 def check_settings(accuracy: float, max_events: int) -> None:
-    """Raise ValueError with name, value and range unless both engine settings are sensible."""
-    if not 1e-15 <= accuracy <= 1e-3:
+    """Raise ValueError or TypeError with name, value and range unless both are sensible."""
+    if not 1e-15 <= real("accuracy", accuracy) <= 1e-3:
         raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
-    if int(max_events) != max_events or max_events < 1:
-        raise ValueError(f"max_events = {max_events!r}: must be a whole number >= 1")
+    whole("max_events", max_events, 1)
 
 
 def law_of(parameters: Parameters) -> Any:

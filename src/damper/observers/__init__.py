@@ -61,13 +61,21 @@ def make_observers(
     ValueError
         For an unknown name or setting (with the known ones), a setting out of range, or two
         observers that write one variable.
+    TypeError
+        For what are not names or settings.
     """
     if isinstance(requested, str):
         requested = [requested]
+    if not isinstance(requested, Iterable):
+        raise TypeError(
+            f"observers = {requested!r}: must be names, or a mapping from names to settings"
+        )
     settings = requested if isinstance(requested, Mapping) else dict.fromkeys(requested)
     made: list[Any] = []
     owner: dict[str, str] = {}
     for name, given in settings.items():
+        if not isinstance(given or {}, Mapping):
+            raise TypeError(f"observers: {name} = {given!r}: must be a mapping of settings")
         observer = observer_class(name)(**(given or {}))
         for variable in observer.variables:
             if variable.name in owner:

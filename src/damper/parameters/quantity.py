@@ -122,6 +122,14 @@ def real(name: str, value: float) -> float:
         raise TypeError(f"{name} = {value!r}: must be a real number") from None
 
 
+def whole(name: str, value: float, least: int, what: str = "whole number") -> int:
+    """Return a whole number from `least` on as int; ValueError or TypeError as for `real`."""
+    number = real(name, value)
+    if not (number >= least and number % 1.0 == 0.0):
+        raise ValueError(f"{name} = {value!r}: must be a {what} >= {least}")
+    return int(number)
+
+
 def quantity(
     symbol: str, long_name: str, units: str = "1", *, default: Any = MISSING, **about: Any
 ) -> Any:

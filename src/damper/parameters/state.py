@@ -56,6 +56,12 @@ class State:
         )
 
 
+def need_state(given: State | None) -> None:
+    """Raise TypeError unless it is a State, or none at all."""
+    if given is not None and not isinstance(given, State):
+        raise TypeError(f"state = {given!r}: must be a damper.State(x, v, y, u)")
+
+
 #: The state at the start of a run; in an SI study lengths are in m and speeds in m/s.
 INITIAL_QUANTITIES = (
     Quantity(

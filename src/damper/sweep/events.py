@@ -1,5 +1,7 @@
 """`damper.events`: the exact event sequence of one run as a structured array."""
 
+import math
+
 import numpy as np
 
 from damper.engine.loop import FINISHED
@@ -18,6 +20,8 @@ from damper.engine.segment import (
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
+from damper.parameters.quantity import real
+from damper.parameters.state import need_state
 
 EVENT = np.dtype(
     [
@@ -85,6 +89,8 @@ def events(
     ValueError
         When the state is outside the box, `until` is before it or not finite, or `accuracy` or
         `max_events` is out of range.
+    TypeError
+        For what is not a number, or not of these classes.
 
     Examples
     --------
@@ -95,6 +101,10 @@ def events(
     >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
     0 -1 2.158603189
     """
+    end = real("until", until)
+    if not isinstance(parameters, Parameters | SIParameters):
+        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
+    need_state(state)
     if isinstance(parameters, SIParameters):
         units, parameters = parameters.units, parameters.dimensionless
         if state is not None:
@@ -104,12 +114,12 @@ def events(
         units = NO_UNITS
     trajectory = start_run(parameters, state, accuracy, max_events)
     start = 0.0 if state is None else state.time
-    if not (np.isfinite(until) and until / units.time >= start):
+    if not (math.isfinite(end) and end / units.time >= start):
         raise ValueError(
             f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
         )
     pieces = []
-    for log in trajectory.segments(*trajectory.whole_periods(until / units.time)):
+    for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
         rows = log[log[:, CAUSE] >= IMPACT]
         piece = np.empty(len(rows), dtype=EVENT)
         piece["time"] = rows[:, PERIODS] * trajectory.period + rows[:, TIME]

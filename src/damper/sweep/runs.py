@@ -21,6 +21,8 @@ from damper.models import check_settings, check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
+from damper.parameters.quantity import whole
+from damper.parameters.state import need_state
 from damper.sweep.points import Point, read_point
 
 #: Fewest points for which one more thread is worth its start, where their number is left open.
@@ -88,12 +90,16 @@ def run_points(
     read = [read_point(values, primary) for values in points]
     chains = _chains(after, len(read))
     threads = _threads(workers, len(read), len(chains))
-    record = _whole("transient", transient, 0), _whole("periods", periods, 1)
+    record = (
+        whole("transient", transient, 0, "whole number of periods"),
+        whole("periods", periods, 1, "whole number of periods"),
+    )
     check_settings(accuracy, max_events)
+    need_state(state)
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
-    asked = observers if isinstance(observers, str | Mapping) else list(observers)
+    asked = list(observers) if isinstance(observers, Iterator) else observers
     # Observers hold what they know of a run; only the arrays are shared.
     teams = [make_observers(asked) for _ in range(threads)]
     made = teams[0]
@@ -237,12 +243,5 @@ def _threads(workers: int | None, points: int, chains: int) -> int:
         affinity = getattr(os, "sched_getaffinity", None)
         cores = len(affinity(0)) if affinity else os.cpu_count() or 1
         workers = min(cores, points // _POINTS_A_THREAD) or 1
-    elif not (workers >= 1 and int(workers) == workers):
-        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
-    return min(int(workers), chains) or 1 if COMPILED else 1
-
-
-def _whole(name: str, value: float, least: int) -> int:
-    if value < least or int(value) != value:
-        raise ValueError(f"{name} = {value!r}: must be a whole number of periods >= {least}")
-    return int(value)
+    workers = whole("workers", workers, 1)
+    return min(workers, chains) or 1 if COMPILED else 1

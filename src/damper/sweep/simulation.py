@@ -1,6 +1,7 @@
 """`damper.simulate`: a parameter study in Python, without files."""
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -115,6 +116,9 @@ def simulate(
                 f"not an array of shape {column.shape}"
             )
         axes[name] = column.tolist()
+        most, times = Counter(axes[name]).most_common(1)[0]
+        if times > 1:
+            raise ValueError(f"{name}: {most!r} is given {times} times")
     settings = _checked_initial(initial, given, state)
     follow = _checked_follow(follow, axes)
     with _progress_bar() as progress:
