@@ -23,8 +23,10 @@ needs_numba = pytest.mark.skipif(
 #: Every model and law at ordinary and at extreme parameters; what observers make of them.
 RUNS = """
 import json, sys
+from dataclasses import asdict
 import damper
 from damper.engine.compiled import COMPILED, compile_at_once
+from damper.sweep.runs import run_points
 compile_at_once()
 P, S = damper.Parameters, damper.State
 GROUNDED = dict(support_stiffness_ratio=0.05, support_damping_ratio=0.02)
@@ -53,13 +55,17 @@ found = []
 for parameters, state, until in runs:
     rows = damper.events(parameters, state, until=until, max_events=60)
     found.append([[float(v).hex() for v in row] for row in rows.tolist()])
-observers = ["response", "bursts", "impacts", "stroboscopic_section"]
-for more in ({}, GROUNDED, CONTACT, VARYING):
-    cube = damper.simulate(
-        mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25, restitution=0.3,
-        **more, transient=1, periods=1, observers=observers,
-    )
-    found.append({str(name): cube[name].values.tobytes().hex() for name in cube})
+    together = [["response", "bursts", "impacts", "stroboscopic_section"]]
+    if parameters.model == "rigid":
+        together += [["impact_section", "accumulation", "trajectory"]]
+    for observers in together:
+        # One that its events do not last for, too.
+        for periods, max_events in ((1, 1000), (3, 20)):
+            arrays, _ = run_points(
+                [asdict(parameters)], observers, state=state, transient=0, periods=periods,
+                max_events=max_events,
+            )
+            found.append({name: array.tobytes().hex() for name, array in arrays.items()})
 print(json.dumps([COMPILED, "numba" in sys.modules, found]))
 """
 

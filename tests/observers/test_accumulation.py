@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from new_process import in_new_process
 from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
 
 from damper import Parameters, simulate
@@ -252,17 +251,3 @@ def test_another_model_is_refused() -> None:
     trajectory.model = tuple(trajectory.model)
     with pytest.raises(ValueError, match="accumulation: its formulas are those of the rigid"):
         observer.begin(0, trajectory, Window(0.0, 0.0, 1))
-
-
-CODE = f"""
-import json
-from damper.sweep.runs import run_points
-arrays, _ = run_points([{PAPER_A!r}, {SLOW!r}], ["accumulation"], transient=0, periods=2)
-print(json.dumps({{name: array.tolist() for name, array in arrays.items()}}))
-"""
-
-
-def test_plain_python_gives_the_same_bits() -> None:
-    compiled, plain = (in_new_process(CODE, DAMPER_COMPILE=flag) for flag in "10")
-    for name, values in compiled.items():
-        np.testing.assert_array_equal(np.array(plain[name]), np.array(values))

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from new_process import plain_lanes
 from plain_bursts import Scene
 from reference import two_impacts
 from scipy.integrate import IntegrationWarning, quad, solve_ivp
@@ -647,12 +646,3 @@ def test_an_early_stop_leaves_everything_missing() -> None:
     found = observed(parameters("generic"), transient=0, periods=50, max_events=20)
     assert found["status"] == 1
     assert all(math.isnan(found[name]) for name in VARIABLES)
-
-
-def test_plain_python_gives_the_same() -> None:
-    """To the last bit: a process runs it before it compiles."""
-    points = [parameters(name) for name in SCENES]
-    plain = plain_lanes(points, ["response"], transient=1, periods=4)
-    here, _ = run_points(points, ["response"], transient=1, periods=4)
-    for name in VARIABLES:
-        np.testing.assert_array_equal(plain[name], here[name], err_msg=name)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from new_process import plain_lanes
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
@@ -354,12 +353,3 @@ def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> 
         found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
         assert (np.diff(found["time"]) >= 0).all()
         assert (found["event"] == SAMPLE).sum() == 15
-
-
-def test_plain_python_gives_the_same() -> None:
-    """To the last bit: a process runs it before it compiles."""
-    points = [parameters(name) for name in SCENES]
-    plain = plain_lanes(points, ["trajectory"], transient=1, periods=2)
-    here, _ = run_points(points, ["trajectory"], transient=1, periods=2)
-    for name, array in here.items():
-        np.testing.assert_array_equal(plain[name], array, err_msg=name)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from mpmath import mp, mpf
-from new_process import in_new_process
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, simulate
@@ -479,26 +478,3 @@ def test_follow_that_is_no_mapping_is_told_in_words() -> None:
     for follow in ("clearance", {"clearance": ["up"]}):
         with pytest.raises((ValueError, TypeError), match=r"follow.*(mapping|must be one of)"):
             simulate(**axes, **RUN, follow=follow)
-
-
-# --- without numba
-
-
-PLAIN = """
-import json
-from damper import simulate
-from damper.engine.compiled import COMPILED
-cube = simulate(**{scene!r}, transient=1, periods=3, observers={seen!r}, follow={follow!r})
-print(json.dumps([COMPILED, {{name: cube[name].values.tolist() for name in cube.data_vars}}]))
-"""
-
-
-def test_plain_python_follows_alike() -> None:
-    scene, follow = {**SCENE, "clearance": [1.0, 0.3, 2.0]}, {"clearance": "both"}
-    code = PLAIN.format(scene=scene, seen=SEEN, follow=follow)
-    compiled, plain = in_new_process(code, DAMPER_COMPILE="0")
-    assert not compiled
-    here = simulate(**scene, transient=1, periods=3, observers=SEEN, follow=follow)
-    assert set(plain) == set(here.data_vars)
-    for name, values in plain.items():
-        np.testing.assert_allclose(values, here[name].values, rtol=1e-9, atol=1e-11)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from new_process import in_new_process, plain_lanes
+from new_process import in_new_process
 
 from damper import State
 from damper.engine.compiled import COMPILED
@@ -277,7 +277,7 @@ run_points([{point}] * 100_000, ["impacts"], transient=0, periods=5, progress=pr
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 def test_interrupt_stops_all_threads() -> None:
     code = INTERRUPTED.format(point=POINT)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == -signal.SIGINT
     assert done.stderr.count("Traceback") == 1
     assert "concurrent" not in done.stderr
@@ -368,14 +368,3 @@ def test_observer_not_asked_for_is_not_imported(name: str) -> None:
     built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"]}
     assert after == sorted([*built_on.get(name, []), name])
     assert heavy == []
-
-
-@pytest.mark.parametrize("section", SECTIONS)
-def test_plain_python_gives_the_same(section: str) -> None:
-    """Without numba, to the last bit: nothing raises where compiled code gives nan or inf."""
-    observers = {name: SETTINGS[name] for name in (section, "impacts", "bursts")}
-    plain = plain_lanes(POINTS, observers, transient=1, periods=3, max_events=LIMIT)
-    here, _ = run_points(POINTS, observers, transient=1, periods=3, max_events=LIMIT)
-    assert set(plain) == set(here)
-    for name, array in here.items():
-        np.testing.assert_array_equal(np.array(plain[name]), array)

@@ -13,7 +13,6 @@ import xarray as xr
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from new_process import in_new_process
 from scipy.integrate import solve_ivp
 
 from damper import SIParameters, State, events, simulate
@@ -739,7 +738,7 @@ def test_undamped_resonance_in_a_study_in_si(tmp_path: Path) -> None:
         load(tmp_path, text + "initial: steady\n")
 
 
-# --- lanes, and without numba
+# --- lanes
 
 
 def test_lanes_are_dimensionless_even_so() -> None:
@@ -758,23 +757,3 @@ def test_a_mixed_grid_is_refused_before_anything_is_run() -> None:
     with pytest.raises(ValueError, match="mixed"):
         run_points([SI, {**SI, "clearance": 1.0}], [], transient=1, periods=1, progress=done.append)
     assert done == []
-
-
-PLAIN = """
-import json
-from damper import simulate
-from damper.engine.compiled import COMPILED
-cube = simulate(**{scene!r}, transient=1, periods=3, observers={seen!r}, initial="steady")
-print(json.dumps([COMPILED, {{name: cube[name].values.tolist() for name in cube.data_vars}}]))
-"""
-
-
-def test_plain_python_gives_the_same() -> None:
-    scene = {**SI, "stiffness": [150.0, 200.0]}
-    compiled, plain = in_new_process(PLAIN.format(scene=scene, seen=EVERYTHING), DAMPER_COMPILE="0")
-    assert not compiled
-    here = simulate(**scene, transient=1, periods=3, observers=EVERYTHING, initial="steady")
-    assert set(plain) == set(here.data_vars)
-    for name, values in plain.items():
-        found = np.array(values, dtype=float)
-        np.testing.assert_allclose(found, here[name].values, rtol=1e-9, atol=1e-11)

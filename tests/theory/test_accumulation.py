@@ -9,7 +9,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from new_process import in_new_process
 from reference.accumulation import accumulation_time, kinematic_accumulation_time
 
 from damper import Parameters
@@ -281,27 +280,3 @@ def test_invalid_predictions_are_refused(arguments: dict[str, float], words: str
         predict(Parameters(0.5, 0.2, 0.3, 0.5, 0.6, support_stiffness_ratio=0.1), **good)
     with pytest.raises(TypeError, match="x = '2'"):
         predict(P, **good | {"x": "2"})
-
-
-CODE = """
-import json, random
-from damper import Parameters
-from damper.theory.accumulation import predict
-rng, found = random.Random(1), []
-while len(found) < 40:
-    p = Parameters(10 ** rng.uniform(-3, 2), rng.choice([0.0, 0.3, 10.0]), 10 ** rng.uniform(-2, 2),
-                   1.0, rng.uniform(0, 0.999))
-    try:
-        made = predict(p, 1, rng.uniform(0, 9), rng.uniform(-5, 5), rng.uniform(-5, 5),
-                       10 ** rng.uniform(-9, 3))
-    except ValueError:
-        continue
-    found.append([repr(float(value)) for value in made])
-print(json.dumps(found))
-"""
-
-
-def test_plain_python_gives_the_same() -> None:
-    """And raises nowhere, whatever the sizes."""
-    compiled, plain = (in_new_process(CODE, DAMPER_COMPILE=flag) for flag in "10")
-    assert plain == compiled
