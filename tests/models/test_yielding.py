@@ -1,4 +1,7 @@
-"""Restitution that falls with the approach speed: r (v_y / v)^(1/4) above the yield speed v_y."""
+"""Restitution that falls with the approach speed: r (v_y / v)^(1/4) above the yield speed v_y.
+
+Plain where each model would compile for one short run; the bytes are the same.
+"""
 
 from typing import Any
 
@@ -8,6 +11,7 @@ from mpmath import mpf
 from reference import closed_form
 
 from damper import Parameters, State, events, simulate
+from damper.engine.compiled import plain
 
 SCENE = {
     "mass_ratio": 0.1,
@@ -72,6 +76,7 @@ def test_events_against_a_second_implementation_in_many_digits(
 
 
 @pytest.mark.parametrize("model", MODELS)
+@plain
 def test_momentum_and_restitution_at_each_impact(model: str) -> None:
     """From the states before and after each impact that the trajectory lists."""
     scene = {**SCENE, **MODELS[model], "yield_speed": 0.3}
@@ -99,6 +104,7 @@ def test_momentum_and_restitution_at_each_impact(model: str) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
+@plain
 def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution(model: str) -> None:
     scene = {**SCENE, **MODELS[model], "clearance": 0.3}
     found = events(Parameters(**scene, yield_speed=0.3), until=60.0)
@@ -125,6 +131,7 @@ def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution(m
 
 
 @pytest.mark.parametrize("model", MODELS)
+@plain
 def test_high_yield_speed_changes_no_byte(model: str) -> None:
     plain = events(Parameters(**SCENE, **MODELS[model]), until=100.0)
     high = events(Parameters(**SCENE, **MODELS[model], yield_speed=1e300), until=100.0)
@@ -133,6 +140,7 @@ def test_high_yield_speed_changes_no_byte(model: str) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
+@plain
 def test_energy_balance(model: str) -> None:
     cube = simulate(
         **SCENE, **MODELS[model], yield_speed=0.3, transient=20, periods=30, observers=["response"]
@@ -141,6 +149,7 @@ def test_energy_balance(model: str) -> None:
     assert abs(float(cube.energy_residual)) < 1e-14 * float(cube.energy_input)
 
 
+@plain
 def test_yield_speed_is_an_axis_of_a_study_in_either_system_of_units() -> None:
     run: dict[str, Any] = {"transient": 2, "periods": 3, "observers": ["impacts"]}
     cube = simulate(**SCENE, yield_speed=[0.1, 0.3], **run)
