@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from mpmath import mp, mpf
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, simulate
@@ -17,7 +16,6 @@ from damper.sweep import runs
 from damper.sweep.cube import gather
 from damper.sweep.runs import run_points
 from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
-from damper.verification.comparison import reference_rigid as mp_reference
 
 #: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
 SCENE: dict[str, float] = {
@@ -131,51 +129,6 @@ def test_chain_is_worth_testing() -> None:
             assert apart == 0.0 or apart > 1e-4
 
 
-def reference_state(
-    point: dict[str, float], state: tuple[mpf, ...], length: mpf
-) -> tuple[mpf, ...]:
-    """State after some time from time 0, in 30 digits, by the reference's events."""
-    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
-    numbers = [mpf(point[name]) for name in names]
-    found = mp_reference.events(*numbers, state=state, until=length, dps=25)
-    assert {event.kind for event in found} <= {"impact"}
-    t, (x, v, y, u) = mpf(0), state
-    if found:
-        t, _, side, speed, x, v = found[-1]
-        y, u = x + side * numbers[3], v - side * numbers[4] * speed
-    y += u * (length - t)
-    free = mp_reference.Parameters(mpf(0), *numbers[1:], mpf(0))  # flight: nothing sticks to it
-    steps = 40
-    for k in range(steps):
-        at = t + (length - t) * k / steps
-        x, v = mp_reference.stick_flow(free, at, x, v, (length - t) / steps)
-    return x, v, y, u
-
-
-def test_chain_in_thirty_digits() -> None:
-    """Nothing of the package but the result: events and states of the independent reference."""
-    values = [3.0, 4.0, 5.0]
-    cube = simulate(
-        **{**SCENE, "clearance": values},
-        transient=2,
-        periods=1,
-        observers={"stroboscopic_section": {"free_mass": True}},
-        follow={"clearance": "up"},
-    )
-    with mp.workdps(30):
-        state = (mpf("0.0"),) * 4
-        for d in values:
-            point = {**SCENE, "clearance": d}
-            x, v, y, u = reference_state(point, state, 4 * mp.pi)
-            here = cube.sel(clearance=d, direction="up").isel(sample=0)
-            found = (here.displacement, here.velocity, here.free_displacement, here.free_velocity)
-            for number, exact in zip(found, (x, v, y, u), strict=True):
-                assert abs(float(number) - exact) < 1e-9
-            x, v, y, u = reference_state(point, state, 6 * mp.pi)
-            state = (x, v, x + (y - x) / mpf(d) * (mpf(d) + 1), u)
-    assert float(abs(cube.displacement).max()) > 0.5
-
-
 # --- which lane follows which
 
 
@@ -245,14 +198,6 @@ def test_each_draw_is_followed_on_its_own() -> None:
         alone = simulate(**SCENE | axes | drawn, **run)
         for name, array in alone.data_vars.items():
             np.testing.assert_array_equal(cube[name].isel(draw=number).values, array.values)
-
-
-def test_lanes_do_not_feel_what_comes_after_them() -> None:
-    """A longer axis goes on where the shorter one ended."""
-    run = {**RUN, "observers": SEEN, "follow": {"clearance": "up"}}
-    short = simulate(**{**SCENE, "clearance": [1.0, 2.0]}, **run)
-    long = simulate(**{**SCENE, "clearance": [3.0, 1.0, 5.0, 2.0]}, **run)
-    assert long.sel(clearance=[1.0, 2.0]).identical(short)
 
 
 def test_single_value_starts_as_usual() -> None:
@@ -431,11 +376,6 @@ def test_hysteresis_is_real(hysteresis: xr.Dataset) -> None:
         np.testing.assert_allclose(down.displacement, amplitude * np.sin(at), atol=1e-5)
     # The branches meet at the lower end, in the range where the linear response hits the walls.
     assert float(hysteresis.impacts_per_period.sel(direction="down").max()) > 0.0
-
-
-def test_hysteresis_is_the_same_each_time(hysteresis: xr.Dataset) -> None:
-    again = simulate(**HYSTERESIS, follow={"frequency_ratio": "both"})
-    assert again.identical(hysteresis)
 
 
 # --- misuse
