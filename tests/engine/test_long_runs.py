@@ -9,8 +9,7 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from reference.fine_step import flight_matrix
-from reference.two_impacts import two_impacts
+from reference.two_impacts import flight_matrix, two_impacts
 from scipy.linalg import expm
 
 import damper

@@ -161,15 +161,6 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
     assert max(bounces) > 0.03, "the bounces are large against what is allowed"
 
 
-def test_second_lane_does_not_depend_on_the_first() -> None:
-    lanes = [scene(name, 0, 1).parameters for name in SCENES]
-    arrays, _ = run_points(lanes, ["stroboscopic_section"], transient=4, periods=5)
-    for k, name in enumerate(SCENES):
-        alone = observed(scene(name, 4, 5))
-        np.testing.assert_array_equal(arrays["displacement"][k], alone["displacement"])
-        np.testing.assert_array_equal(arrays["velocity"][k], alone["velocity"])
-
-
 def test_free_mass_is_recorded_only_if_asked_for() -> None:
     assert set(observed(scene("study", 0, 2))) == {"status", "displacement", "velocity"}
 

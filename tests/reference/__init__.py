@@ -10,13 +10,9 @@ closed_form
     a second implementation beside `damper.verification.comparison.reference_rigid`, which some of
     these use.
 compliant
-    The damper with compliant contact, in arbitrary precision and by DOP853.
+    The damper with compliant contact, in arbitrary precision.
 accumulation
     Completion time of a chatter sequence, bounce by bounce, in arbitrary precision.
-fine_step
-    Brute force in double precision: tiny steps, bisection at the walls (no chatter).
-dop853
-    ``scipy.integrate.solve_ivp`` with events, restarted at each impact (no chatter).
 grounded, varying_mass
     The damper with a grounded and with a time-varying free mass, in arbitrary precision.
 two_impacts

@@ -1,9 +1,9 @@
-"""Events of the damper with walls that give, by two independent solvers in absolute coordinates.
+"""Events of the damper with walls that give, by an independent solver in absolute coordinates.
 
 `exact_events` steps the linear equations of each regime in arbitrary precision: Taylor series over
 steps that are short against the fastest rate, and, in contacts whose oscillation has died, the
-matrix exponential over longer ones. `integrated_events` is scipy's DOP853 with fine steps. Both
-look for changes of sign at the ends of steps and then bisect or interpolate; neither is certified.
+matrix exponential over longer ones. It looks for changes of sign at the ends of steps and then
+bisects or interpolates; it is not certified.
 """
 
 from __future__ import annotations
@@ -12,10 +12,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
 from mpmath import mp, mpf
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 
 class Scene(NamedTuple):
@@ -206,83 +203,3 @@ def _exact(p: Scene, z: list, until: mpf) -> tuple[list[Change], list[mpf]]:
         below = side if gap(w, side) < 0 and not p.tension else 0
         side, parted = 0, time
     return changes, w[:4]
-
-
-def integrated_events(
-    p: Scene, state: tuple, until: float, tolerance: float = 1e-12
-) -> list[tuple[float, str, int, float]]:
-    """Return time, kind, side and speed of all changes of regime, by numerical integration."""
-    c, frequency = contact_numbers(p, float)
-    z, time, side, below = np.array(state, dtype=float), 0.0, 0, 0
-    found = []
-
-    def gap(w: np.ndarray, wall: int) -> float:
-        return p.d - wall * (w[2] - w[0])
-
-    def force(w: np.ndarray, wall: int) -> float:
-        return -(p.k * gap(w, wall) - c * wall * (w[3] - w[1]))
-
-    while time < until:
-        wall_now = side
-
-        def slope(t: float, w: np.ndarray, wall: int = wall_now) -> list[float]:
-            n = force(w, wall) if wall else 0.0
-            push = math.sin(p.omega * t + p.phase) - 2.0 * p.zeta * w[1] - w[0]
-            return [w[1], push + wall * n, w[3], -wall * n / p.mu]
-
-        fast = 2.0 * p.zeta + p.omega + 1.0
-        if side or below:
-            fast += frequency * (1.0 + 2.0 * p.z)
-        span = min(0.1 / fast, until - time)
-        run = solve_ivp(
-            slope,
-            (time, time + span),
-            z,
-            method="DOP853",
-            rtol=tolerance,
-            atol=1e-15,
-            dense_output=True,
-        )
-        end = run.y[:, -1]
-        options = []
-
-        def root(
-            value: Callable, sol: Callable = run.sol, t: float = time, h: float = span
-        ) -> float:
-            return brentq(lambda s: value(sol(s)), t, t + h, xtol=1e-15, rtol=1e-15)
-
-        if side:
-            value = (lambda w, q=side: -gap(w, q)) if p.tension else (lambda w, q=side: force(w, q))
-            if value(end) < 0.0 < value(run.sol(time + 1e-9 * span)):
-                options.append(
-                    (root(value, t=time + 1e-9 * span, h=span * (1 - 1e-9)), side, "part")
-                )
-        elif below:
-            if gap(end, below) > 0.0:
-                options.append((root(lambda w, q=below: gap(w, q)), below, "open"))
-            if force(end, below) > 0.0 > force(z, below):
-                options.append((root(lambda w, q=below: force(w, q)), below, "again"))
-        else:
-            for wall in (1, -1):
-                if gap(end, wall) < 0.0 < gap(z, wall):
-                    options.append((root(lambda w, q=wall: gap(w, q)), wall, "touch"))
-        if not options:
-            time, z = time + span, end
-            continue
-        t, wall, kind = min(options)
-        z = run.sol(t)
-        time = t
-        if kind == "open":
-            below = 0
-            # Clear of the wall, so that the next step begins above it.
-            z[2] = z[0] + wall * (p.d - 1e-15)
-            continue
-        found.append((t, kind, wall, wall * (z[3] - z[1]) if kind == "touch" else 0.0))
-        if kind == "part":
-            below = wall if not p.tension else 0
-            side = 0
-            if p.tension:
-                z[2] = z[0] + wall * (p.d - 1e-15)
-        else:
-            side, below = wall, 0
-    return found

@@ -1,7 +1,7 @@
-"""The references of the tests: known numbers, rules of single cases, agreement with each other.
+"""The references of the tests: known numbers and rules of single cases.
 
 `tests/verification/comparison/test_reference_rigid.py` has the rigid reference against a second one
-in all digits. Here are the methods in doubles, the formulas of `accumulation` and the closed orbit.
+in all digits. Here are the formulas of `accumulation` and the closed orbit.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from mpmath import mp, mpf
 
 from damper.verification.comparison.reference_rigid import Event, Parameters, events, stick_flow
 
-from . import dop853, fine_step
 from .accumulation import (
     accumulation_time,
     kinematic_accumulation_time,
@@ -120,41 +119,6 @@ def test_two_impacts_slow_invariant_manifold() -> None:
     for orbit in two_impacts(0.0, 0.05, omega, d, r):
         theta = (orbit.x0 + d) / d
         assert xi**2 == pytest.approx((theta - 1) ** 2 + (rho * theta) ** 2, rel=1e-12)
-
-
-# --- agreement of independent methods, event by event
-
-SCENES = {
-    "plain": (0.1, 0.05, 0.8, 1.0, 0.6),
-    "resonance, undamped": (0.1, 0.0, 1.0, 3.0, 0.6),
-    "critical damping": (0.1, 1.0, 0.7, 0.4, 0.8),
-    "heavy free mass, elastic": (2.0, 0.1, 1.3, 0.5, 1.0),
-}
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_three_methods_agree(name: str) -> None:
-    scene = SCENES[name]
-    exact = events(*scene, until=50, dps=25, max_impacts=12)
-    end = float(exact[-1].time) + 0.01
-    for method in (fine_step, dop853):
-        found = method.impacts(*scene, until=end)
-        assert [hit.side for hit in found] == [event.side for event in exact]
-        errors = [
-            max(
-                abs(float(hit.time - event.time)),
-                abs(float(hit.approach_speed - event.approach_speed)),
-            )
-            for hit, event in zip(found, exact, strict=True)
-        ]
-        assert max(errors[:5]) < 1e-11
-        assert max(errors) < 1e-9
-
-
-def test_methods_refuse_chatter() -> None:
-    for method in (fine_step, dop853):
-        with pytest.raises(fine_step.ChatterError):
-            method.impacts(0.1, 0.05, 0.2, 0.25, 0.6, until=46)
 
 
 # --- the ordinary cases that have a rule each

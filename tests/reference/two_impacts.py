@@ -13,7 +13,15 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from .fine_step import flight_matrix
+
+def flight_matrix(damping_ratio: float, frequency_ratio: float) -> np.ndarray:
+    """Return the matrix of the flight in ``(x, x', y, y', sin, cos)``."""
+    m = np.zeros((6, 6))
+    m[0, 1] = 1.0
+    m[1, [0, 1, 4]] = -1.0, -2.0 * damping_ratio, 1.0
+    m[2, 3] = 1.0
+    m[4, 5], m[5, 4] = frequency_ratio, -frequency_ratio
+    return m
 
 
 class Coefficients(NamedTuple):

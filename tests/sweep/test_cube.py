@@ -233,37 +233,12 @@ def test_round_trip_in_plain_xarray(whole: xr.Dataset, tmp_path: Path) -> None:
     }
 
 
-def test_simulated_cube_can_be_written_too(tmp_path: Path) -> None:
-    cube = simulate(
-        mass_ratio=0.1,
-        frequency_ratio=1.3,
-        restitution=0.5,
-        **{**FIXED, "phase": 0.2},
-        transient=1,
-        periods=2,
-        observers=["bursts"],
-    )
-    write_cube(cube, tmp_path / "cube.nc")
-    with xr.open_dataset(tmp_path / "cube.nc") as back:
-        xr.testing.assert_identical(back.load(), cube)
-
-
 def test_same_bytes_each_time(tmp_path: Path) -> None:
     first, second = tmp_path / "a.nc", tmp_path / "b.nc"
     write_cube(gathered(("mass_ratio",)), first)
     time.sleep(1.2)
     write_cube(gathered(("mass_ratio",)), second)
     assert first.read_bytes() == second.read_bytes()
-
-
-def test_no_clock_time_in_the_file(tmp_path: Path) -> None:
-    write_cube(gathered(("mass_ratio",)), tmp_path / "cube.nc")
-    content = (tmp_path / "cube.nc").read_bytes()
-    for text in (time.strftime("%Y-%m-%d"), time.strftime("%Y%m%d"), time.strftime("%d %b %Y")):
-        assert text.encode() not in content
-    now = int(time.time())
-    for seconds in range(now - 5, now + 1):
-        assert seconds.to_bytes(4, "little") not in content
 
 
 def test_file_is_compressed_netcdf4_without_fill_values(tmp_path: Path) -> None:

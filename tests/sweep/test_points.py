@@ -287,41 +287,6 @@ def test_local_time_stays_in_the_period() -> None:
         assert periods + rest / trajectory.period == pytest.approx(1.0, abs=1e-15)
 
 
-# --- symmetry
-
-
-@pytest.mark.parametrize("place", [-1.0, -0.4, 0.7, 1.0])
-@pytest.mark.parametrize("primary", ["rest", "steady"])
-def test_mirrored_start_gives_the_mirrored_run(place: float, primary: str) -> None:
-    """Phase + pi and everything else negated: section, events and all."""
-    # Not chaotic: two impacts per cycle, so rounding of phase + pi stays rounding.
-    scene = {
-        **POINT,
-        "damping_ratio": 0.1,
-        "frequency_ratio": 1.0,
-        "clearance": 5.5,
-        "restitution": 0.5,
-    }
-    given = {"initial_position": place, "initial_relative_velocity": 0.8}
-    if primary == "rest":
-        given |= {"initial_displacement": 0.2, "initial_velocity": -1.1}
-    mirrored = {name: -value for name, value in given.items()} | {"phase": 0.4 + math.pi}
-    observers = {"stroboscopic_section": {"free_mass": True}, "impacts": {}}
-    arrays, _ = run_points(
-        [{**scene, **given}, {**scene, **mirrored}],
-        observers,
-        transient=0,
-        periods=12,
-        primary=primary,
-    )
-    for name in ("displacement", "velocity", "free_displacement", "free_velocity"):
-        one, other = arrays[name]
-        np.testing.assert_allclose(other, -one, atol=1e-9)
-        assert np.ptp(one) > 0.1
-    one, other = arrays["max_approach_speed"]
-    assert other == pytest.approx(one, rel=1e-10)
-
-
 # --- names
 
 

@@ -40,9 +40,10 @@ POINTS = [
 ]
 LIMIT = 1000
 SECTIONS = ("stroboscopic_section", "impact_section")
+#: Each alone, and all that go together: every pair is among those.
 SUBSETS = [
     subset
-    for n in (0, 1, 2, len(OBSERVERS) - 1)
+    for n in (1, len(OBSERVERS) - 1)
     for subset in itertools.combinations(OBSERVERS, n)
     if not set(SECTIONS) <= set(subset)
 ]
@@ -102,7 +103,7 @@ def recorded(
 
 
 @pytest.mark.parametrize("transient", [0, 4])
-@pytest.mark.parametrize("subset", [s for s in SUBSETS if s], ids="+".join)
+@pytest.mark.parametrize("subset", SUBSETS, ids="+".join)
 def test_event_rows_are_identical_under_every_set_of_observers(
     monkeypatch: pytest.MonkeyPatch, subset: tuple[str, ...], transient: int
 ) -> None:

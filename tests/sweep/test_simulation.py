@@ -258,15 +258,6 @@ def test_one_observer_may_be_given_by_its_name() -> None:
         simulate(**POINT, observers="impact", **SHORT)
 
 
-def test_any_number_of_threads_gives_the_same() -> None:
-    axes = {"clearance": np.geomspace(0.01, 1.0, 9), "restitution": [0.4, 0.8]}
-    cubes = [simulate(**{**POINT, **axes}, **SHORT, workers=n) for n in (1, 3, None)]
-    assert cubes[0].identical(cubes[1])
-    assert cubes[0].identical(cubes[2])
-    with pytest.raises(ValueError, match="workers = 0"):
-        simulate(**POINT, **SHORT, workers=0)
-
-
 class Bar:
     """Stands for `tqdm.auto.tqdm`, which need not be installed."""
 

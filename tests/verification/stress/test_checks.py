@@ -41,6 +41,7 @@ REDUCED = {
 RESONANT = REDUCED | {"damping_ratio": [0.0], "frequency_ratio": [1.0 - 1e-9, 1.0 + 1e-9]}
 
 
+@pytest.mark.exhaustive
 def test_every_law_holds_on_a_reduced_grid():
     lanes = [*corners(REDUCED, ("approaching", "grazing")), *corners(RESONANT, ("centre",))]
     found = run_checks(lanes, 2, max_events=2000)

@@ -72,6 +72,7 @@ def test_a_chaotic_lane_passes_by_its_backward_error():
     assert found["backward_error"][0] < 60.0
 
 
+@pytest.mark.exhaustive
 def test_random_lanes_of_the_whole_box_pass():
     lanes = random_lanes(100, 1, BOX)
     found = run_identities(lanes)
