@@ -200,28 +200,6 @@ def test_late_bursts_are_as_sharp_as_early_ones() -> None:
 # --- units, ends, refusals
 
 
-def test_in_si_units() -> None:
-    """F0/K = 0.05 m, sqrt(M/K) = 0.1 s."""
-    si = {
-        "primary_mass": 2.0,
-        "stiffness": 200.0,
-        "force_amplitude": 10.0,
-        "damping": 4.0 * 0.5,
-        "forcing_frequency": 2.0,
-        "free_mass": 0.2,
-        "gap": 0.025,
-        "restitution": 0.6,
-    }
-    observers = {"accumulation": {"bursts": 2}}
-    cube = simulate(**si, transient=0, periods=2, observers=observers)
-    plain = simulate(**SLOW, transient=0, periods=2, observers=observers)
-    sizes = {"sqrt(M/K)": (0.1, "s"), "F0/K": (0.05, "m"), "F0/sqrt(K M)": (0.5, "m/s")}
-    for name, variable in plain.data_vars.items():
-        size, units = sizes.get(variable.units, (1.0, "1"))
-        assert cube[name].units == units
-        np.testing.assert_allclose(cube[name], size * variable, rtol=1e-9, atol=1e-12)
-
-
 def test_cube_counts_bursts_and_impacts_from_one() -> None:
     observers = {"accumulation": {"bursts": 2, "impacts": 3}}
     cube = simulate(**SLOW, transient=0, periods=2, observers=observers)
