@@ -9,11 +9,12 @@ import pytest
 import xarray as xr
 
 from damper import simulate
-from damper.papers.claims import FAILS, HOLDS, ONLY_IF, STUDIES, UNTESTED, claims, judge
-from damper.papers.claims.page import sentence, to_csv, to_markdown
-from damper.papers.claims.ranges import chatter_ranges, range_of, section_points
+from damper.papers.base import FAILS, HOLDS, ONLY_IF, UNTESTED
+from damper.papers.ranges import chatter_ranges, range_of, section_points
+from damper.papers.statements import STATEMENTS
+from damper.papers.verdicts import judge, sentence, to_csv, to_markdown
 
-CLAIMS = {claim.name: claim for claim in claims()}
+CLAIMS = {statement.name: statement for statement in STATEMENTS}
 MASSES = (0.25, 0.1, 0.05, 0.001)
 R = np.round(np.arange(0.0, 1.001, 0.01), 2)
 THRESHOLDS = (0.01, 0.03, 0.1)
@@ -373,12 +374,12 @@ def test_damping_by_the_rules_of_the_performance_table() -> None:
 def test_every_statement_has_its_claim_and_its_studies() -> None:
     names = [*(f"A{k}" for k in range(1, 12)), *(f"B{k}" for k in range(1, 7))]
     assert list(CLAIMS) == names
-    assert list(STUDIES) == names
+    assert all(statement.studies and statement.where for statement in STATEMENTS)
 
 
 def test_claims_without_their_studies_say_so() -> None:
     found = judge(paper_b(intervals(narrowing)))
-    told = {item.claim.name: item for item in found}
+    told = {item.statement.name: item for item in found}
     assert told["B1"].verdict.verdict == HOLDS
     assert told["A3"].verdict.verdict == UNTESTED
     assert "paper_a_histories" in told["A3"].verdict.condition
@@ -401,5 +402,5 @@ def test_pages() -> None:
     assert text.count(f"({figure}.png)") == sum(figure in c.figures for c in CLAIMS.values())
     assert f"({CLAIMS['A3'].figures[0]}.png)" not in text
     for item in found:
-        assert f"## {item.claim.name}: {item.claim.statement}" in text
+        assert f"## {item.statement.name}: {item.statement.text}" in text
         assert f"| {sentence(item)} |" in text

@@ -1,8 +1,8 @@
 """Verdicts on the papers' statements, from the cubes of the studies that bear on them."""
 
-from damper.papers.claims import STUDIES as CLAIM_STUDIES
+from damper.papers.statements import STATEMENTS
 
-JUDGED_BY = sorted({name for names in CLAIM_STUDIES.values() for name in names})
+JUDGED_BY = sorted({name for statement in STATEMENTS for name in statement.studies})
 
 
 # Verdicts, and the page, belong to everything if all studies that verdicts need do. A run of one
@@ -33,10 +33,7 @@ rule claims:
             if study.name in DEFAULT
             for name in study.figure_files()
         ],
-        code=code_digest(
-            SCRIPTS / "claims.py",
-            ["damper.papers.claims.paper_a", "damper.papers.claims.paper_b"],
-        ),
+        code=code_digest(SCRIPTS / "claims.py"),
     message:
         "Judge the papers' statements"
     script:

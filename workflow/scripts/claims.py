@@ -5,8 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from damper.papers.claims import judge
-from damper.papers.claims.page import to_csv, to_markdown
+from damper.papers.verdicts import judge, to_csv, to_markdown
 
 with ExitStack() as stack:
     cubes = {

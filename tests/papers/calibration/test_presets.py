@@ -13,8 +13,9 @@ import pytest
 import xarray as xr
 
 import damper
+from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, Ranking, rank
-from damper.papers.calibration.scores import Tolerances, score
+from damper.papers.statements import SCORES
 from damper.study.config import Study, load_study
 
 STUDIES = Path(__file__).parents[3] / "config/studies"
@@ -148,7 +149,7 @@ def test_clearance_diagram_of_paper_a_holds(path: Path) -> None:
     """At one of the mass ratios it shows, chatter reaches 1.35 and goes no further."""
     axes = {"clearance": {"start": 0.05, "stop": 2, "step": 0.05}}
     cube = simulated(load_study(path, {"axes": axes, "transient": 60, "periods": 30}))
-    assert float(score("A1", cube, Tolerances()).score.max()) >= 0.5
+    assert float(SCORES["A1"].measure(cube, Tolerances()).score.max()) >= 0.5
 
 
 def test_preset_of_paper_b_is_among_the_best() -> None:

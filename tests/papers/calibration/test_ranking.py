@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 
 import damper
+from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, rank
-from damper.papers.calibration.scores import Tolerances, score
+from damper.papers.statements import SCORES
 from damper.tables import About, make
 
 SETTINGS: dict[str, Any] = {
@@ -167,7 +168,7 @@ def test_pinned_values_are_those_of_the_scores(cube: xr.Dataset) -> None:
     (line,) = [line for line in markdown.splitlines() if line.startswith("| restitution |")]
     cells = [cell.strip() for cell in line.strip("|").split("|")][1:]
     for name, cell in zip(("A3", "A4", "A5"), cells, strict=False):
-        scores = score(name, cube, Tolerances()).score
+        scores = SCORES[name].measure(cube, Tolerances()).score
         best = {r: float(scores.sel(restitution=r).max()) for r in (0.7, 0.8)}
         left = [f"{r:g}" for r, top in best.items() if top >= 0.5]
         assert cell == ("any" if len(left) == 2 else ", ".join(left) or "none"), name
@@ -179,7 +180,7 @@ def test_counts_of_sets_that_hold(cube: xr.Dataset) -> None:
     assert "doubled" not in table(cube, statements=["A5"])[1]
     for scale, words in ((1.0, "all hold in {} "), (2.0, "doubled in {} ")):
         tolerances = Tolerances(3.0 * scale, 3.0 * scale, 0.5 * scale)
-        each = [score(name, cube, tolerances).score for name in ("A3", "A4", "A5")]
+        each = [SCORES[name].measure(cube, tolerances).score for name in ("A3", "A4", "A5")]
         each = [array.transpose(*each[0].dims).values for array in each]
         number = int(np.all([values >= 0.5 for values in each], axis=0).sum())
         assert number > 0

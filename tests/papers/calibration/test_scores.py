@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damper.papers.calibration.scores import Tolerances, score
-from damper.papers.calibration.statements import STATEMENTS
+from damper.papers.base import Tolerances
+from damper.papers.statements import SCORES
 
 EXACT = Tolerances(onset=2.0, duration=0.5, ratio=0.1)
 FREQUENCIES = [0.2, 0.25, 0.3]
@@ -16,7 +16,7 @@ FREQUENCIES = [0.2, 0.25, 0.3]
 
 def value(name: str, cube: xr.Dataset) -> list[float]:
     """Scores of the sets, which lie along one axis."""
-    found = score(name, cube, EXACT).score
+    found = SCORES[name].measure(cube, EXACT).score
     assert ((found >= 0.0) & (found <= 1.0)).all()
     return found.values.ravel().tolist()
 
@@ -209,7 +209,7 @@ def over_restitution(ends: dict[tuple[float, float], tuple[float, float]]) -> xr
 
 
 def complete(name: str, cube: xr.Dataset, resonance: str = "above") -> float:
-    found = score(name, cube, EXACT).score
+    found = SCORES[name].measure(cube, EXACT).score
     return float(found.sel(counted="complete", resonance=resonance).item())
 
 
@@ -227,7 +227,7 @@ def test_b_as_stated() -> None:
     assert complete("B2", cube) == complete("B3", cube) == 1.0
     # .5 to .8 of the values .5 to .9.
     assert complete("B1", cube) == pytest.approx(4 / 5)
-    measured = score("B1", cube, EXACT).measured
+    measured = SCORES["B1"].measure(cube, EXACT).measured
     ends = [float(array.sel(counted="complete").squeeze()) for array in measured.values()]
     assert ends == [0.5, 0.8]
 
@@ -275,13 +275,13 @@ def test_b_looks_at_one_side_of_the_resonance_at_a_time() -> None:
     assert complete("B3", cube, "above") == 1.0
     assert complete("B3", cube, "below") == 0.0
     assert complete("B2", cube, "below") == complete("B2", cube, "above") == 1.0
-    assert score("B3", cube, EXACT).score.resonance.values.tolist() == ["below", "above"]
+    assert SCORES["B3"].measure(cube, EXACT).score.resonance.values.tolist() == ["below", "above"]
 
 
 def test_b_counts_incomplete_chatter_as_well() -> None:
     cube = over_restitution(AS_STATED)
     everywhere = cube.assign(chatter=cube.chatter.clip(min=1))
-    found = score("B1", everywhere, EXACT).score.squeeze()
+    found = SCORES["B1"].measure(everywhere, EXACT).score.squeeze()
     assert float(found.sel(counted="any")) == pytest.approx(5 / 7)
     assert float(found.sel(counted="complete")) == pytest.approx(4 / 5)
 
@@ -289,14 +289,14 @@ def test_b_counts_incomplete_chatter_as_well() -> None:
 def test_b_needs_two_frequencies_on_a_side() -> None:
     cube = over_restitution({(0.1, 0.8): (0.5, 0.8), (0.2, 1.2): (0.5, 0.8)})
     with pytest.raises(ValueError, match="two values or more on one side of 1"):
-        score("B2", cube, EXACT)
+        SCORES["B2"].measure(cube, EXACT)
 
 
 def test_every_statement_has_a_score() -> None:
     cubes = {"A1": over_clearance([0, 2, 1, 1, 0, 0]), "A3": bursts_at(332.0, 11.0, 1)}
-    for name in STATEMENTS:
+    for name in SCORES:
         cube = cubes.get(name.removesuffix("_contact")) or (
             over_restitution(AS_STATED) if name[0] == "B" else counted(**STEADY)
         )
-        found = score(name, cube, EXACT)
-        assert not set(found.score.dims) & set(STATEMENTS[name].axes), name
+        found = SCORES[name].measure(cube, EXACT)
+        assert not set(found.score.dims) & set(SCORES[name].axes), name

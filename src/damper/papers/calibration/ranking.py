@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.papers.calibration.scores import Scored, Tolerances, score
+from damper.papers.base import Scored, Tolerances
+from damper.papers.statements import SCORES
 
 #: Name of the joined score.
 JOINED = "joined"
@@ -96,14 +97,14 @@ def rank(
         When two studies share no value of a parameter that both vary.
     """
     tolerances = tolerances or Tolerances()
-    found: dict[str, Scored] = {name: score(name, cube, tolerances) for name in statements}
+    found: dict[str, Scored] = {name: SCORES[name].measure(cube, tolerances) for name in statements}
     own = {name: each.score for name, each in found.items()}
     measured = {text: array for each in found.values() for text, array in each.measured.items()}
     sets = list(dict.fromkeys(dim for array in own.values() for dim in array.dims))
     fitted = dict(own)
     freed: dict[str, dict[str, xr.DataArray]] = {}
     for name, other in (also or {}).items():
-        own[name] = score(name, other, tolerances).score
+        own[name] = SCORES[name].measure(other, tolerances).score
         fitted[name], freed[name] = _at_its_best(own[name], sets)
     arrays = xr.align(*(array.reset_coords(drop=True) for array in fitted.values()), join="inner")
     for dim in sets:

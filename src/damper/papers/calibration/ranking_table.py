@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, Ranking, rank
-from damper.papers.calibration.scores import Tolerances
-from damper.papers.calibration.statements import STATEMENTS
+from damper.papers.statements import SCORES
 from damper.tables import About, markdown_table, remarks
 
 #: A statement holds from this score on: a deviation by its tolerance.
@@ -24,7 +24,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[s
     """Rank the sets of parameters; see `damper.tables.make`."""
     found = ranked(cube, settings)
     doubled = None
-    if any(STATEMENTS[name].tolerant for name in found.own):
+    if any(SCORES[name].tolerant for name in found.own):
         tolerances = {key: 2.0 * settings[key] for key in settings if key.endswith("_tolerance")}
         doubled = ranked(cube, {**settings, **tolerances})
     rows = list(_rows(found, settings["rows"]))
@@ -135,7 +135,7 @@ def _each_statement(found: Ranking, preset: Mapping[str, float] | None) -> list[
     rows = []
     for name, array in found.own.items():
         sets = f"{int((array >= HOLDS).sum())} of {array.size}"
-        row = [name, STATEMENTS[name].text, sets, _short(float(array.max()))]
+        row = [name, SCORES[name].text, sets, _short(float(array.max()))]
         if preset:
             here = {axis: value for axis, value in preset.items() if axis in array.dims}
             row.append(_short(float(array.sel(here).max())))

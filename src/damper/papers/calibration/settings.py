@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.papers.calibration.statements import STATEMENTS
+from damper.papers.statements import SCORES
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
 from damper.study.fields import (
@@ -42,8 +42,8 @@ class OtherStudies(Kind):
         faults = Faults()
         kept: dict[str, str] = {}
         for name, data in as_mapping(value, self.words).items():
-            if name not in STATEMENTS:
-                faults.unknown((as_part(name),), "statement", name, STATEMENTS, data)
+            if name not in SCORES:
+                faults.unknown((as_part(name),), "statement", name, SCORES, data)
                 continue
             with faults.of(name):
                 kept[name] = Text().check(data, None)
@@ -51,7 +51,7 @@ class OtherStudies(Kind):
         return kept
 
     def schema(self, draft: Draft, name: str | None) -> Schema:
-        values = dict.fromkeys(STATEMENTS, Text().schema(draft, None))
+        values = dict.fromkeys(SCORES, Text().schema(draft, None))
         return {"type": "object", "properties": values, "additionalProperties": False}
 
 
@@ -60,7 +60,7 @@ class Scores(Product):
 
     statements: Annotated[
         tuple[str, ...],
-        ListOf(Choice(*STATEMENTS), least=1),
+        ListOf(Choice(*SCORES), least=1),
         Field(description="Statements of the papers that this study tests; they are joined."),
     ]
     also: Annotated[
@@ -112,10 +112,10 @@ class Scores(Product):
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need_one_run(offer, faults)
         names = settings.get("statements")
-        named = [n for n in names if n in STATEMENTS] if isinstance(names, list | tuple) else []
+        named = [n for n in names if n in SCORES] if isinstance(names, list | tuple) else []
         for name in named:
             cls.fit_beside(name, offer, faults)
-        about = {axis for name in named for axis in STATEMENTS[name].axes}
+        about = {axis for name in named for axis in SCORES[name].axes}
         if named and not faults.lines and not set(offer.axes) - about:
             message = "no axis is left whose values could be ranked"
             faults.add((), message, "an axis that no statement is about")
@@ -129,7 +129,7 @@ class Scores(Product):
     @classmethod
     def fit_beside(cls, what: str, offer: Offer, faults: Faults) -> None:
         """Note what a study lacks to test the statement `what`."""
-        statement = STATEMENTS[what]
+        statement = SCORES[what]
         for observer in statement.observers:
             if observer not in offer.observers:
                 message = f"{what} needs {observer} among the observers"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,14 @@ def chatter_ranges(
         for mass in cube.mass_ratio.values
         for frequency in cube.frequency_ratio.values
     }
+
+
+def hull(ranges: Mapping[tuple[float, float], Range]) -> Range:
+    """Return the outermost ends of all ranges; NaN where there is none."""
+    found = [one for one in ranges.values() if not np.isnan(one.low)]
+    if not found:
+        return Range(np.nan, np.nan)
+    return Range(min(one.low for one in found), max(one.high for one in found))
 
 
 def section_points(cube: xr.Dataset) -> xr.DataArray:

@@ -1,0 +1,112 @@
+"""What a statement of a paper is made of: words and numbers, a rule that judges it, scores.
+
+Statements are kept light, for studies are checked without NumPy: functions import it themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HOLDS, ONLY_IF, FAILS, UNTESTED = "holds", "holds only if", "does not hold", "not tested"
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement of a paper.
+
+    `text` is the statement in our words, `where` its place in the paper's text, `stated` its
+    number or words as they stand there. `judge` computes the verdict from the cubes of `studies`,
+    by name; `figures` are the files that show it (below the folder of results, without suffix).
+    `scores` are those of the calibration, by name.
+    """
+
+    name: str
+    text: str
+    where: str
+    stated: str
+    studies: tuple[str, ...]
+    figures: tuple[str, ...]
+    judge: Callable[[Mapping[str, xr.Dataset]], Verdict]
+    scores: Mapping[str, Score] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found, and what that makes of the statement.
+
+    `condition` completes the sentence where the verdict is `ONLY_IF`, and says what is missing
+    where it is `UNTESTED`.
+    """
+
+    ours: str
+    verdict: str
+    condition: str = ""
+
+
+@dataclass(frozen=True)
+class Score:
+    """How far each set of parameters of a calibration meets a statement.
+
+    `text` says what is scored, `measure` computes it from a cube with the variables of the
+    `observers` and the axes that it `needs`. `tolerant` tells whether it depends on tolerances.
+    """
+
+    text: str
+    observers: tuple[str, ...]
+    needs: Mapping[str, Values]
+    measure: Callable[[xr.Dataset, Tolerances], Scored]
+    tolerant: bool = False
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes that the statement is about; the others span the sets of parameters."""
+        return tuple(self.needs)
+
+
+@dataclass(frozen=True)
+class Values:
+    """What an axis must have: some values, values on both sides of one, or just several."""
+
+    these: tuple[float, ...] = ()
+    around: float | None = None
+    least: int = 0
+
+    @property
+    def words(self) -> str:
+        """What is needed, in words."""
+        if self.these:
+            return f"the values {', '.join(map(str, self.these))}"
+        if self.around is not None:
+            return f"values up to {self.around} and beyond"
+        return f"at least {self.least} values"
+
+    def met(self, values: Sequence[float]) -> bool:
+        """Whether an axis with these values will do."""
+        if self.around is not None and not (
+            any(0.0 < value <= self.around for value in values)
+            and any(value > self.around for value in values)
+        ):
+            return False
+        return set(self.these) <= set(values) and len(values) >= self.least
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Deviations that halve a score: in time, in the same unit, and as a part of a duration."""
+
+    onset: float = 1.0
+    duration: float = 1.0
+    ratio: float = 0.1
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Scores in [0, 1] of all sets, and what was measured to get them, over their dimensions."""
+
+    score: xr.DataArray
+    measured: dict[str, xr.DataArray]

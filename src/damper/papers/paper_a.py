@@ -1,0 +1,524 @@
+"""Paper A's statements: chatter over clearance and frequency, single bursts, damping.
+
+Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from damper.papers.base import (
+    FAILS,
+    HOLDS,
+    ONLY_IF,
+    UNTESTED,
+    Score,
+    Scored,
+    Statement,
+    Tolerances,
+    Values,
+    Verdict,
+)
+from damper.parameters.variables import CHATTER_IMPACTS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Cubes = Mapping[str, "xr.Dataset"]
+
+#: The text's numbers: the clearances of its first diagram and those up to which it has chatter,
+#: the frequency ratios of its time histories, and the chatter at the lowest one.
+WIDEST, CHATTER_UP_TO = 2.0, 1.35
+LOW, MIDDLE, HIGH = 0.20, 0.25, 0.30
+ONSET, DURATION = 332.0, 11.0
+#: What "about" and "nearly" may mean, relative.
+_ABOUT = 0.1
+#: Part of the steady bursts that must complete for chatter to be complete.
+_MOSTLY = 0.9
+#: How far the onset may be from the stated one: within one half period every burst has a chance.
+_NEAR_ONSET = 5.0
+#: More points on the section than this part of its samples are neither a short period nor a gap.
+_MANY = 0.2
+
+
+def _judge_a1(cubes: Cubes) -> Verdict:
+    """The range of chatter, and how regular motions are above it."""
+    from damper.papers.ranges import range_of, section_points
+
+    cube = cubes["paper_a_clearance"].sortby("clearance")
+    others = [dim for dim in cube.chatter.dims if dim != "clearance"]
+    stacked = cube.stack(place=others) if others else cube.expand_dims("place", -1)
+    told = []
+    held = []
+    for k in range(stacked.sizes["place"]):
+        line = stacked.isel(place=k)
+        label = ", ".join(f"{name.replace('_', ' ')} is {float(line[name]):g}" for name in others)
+        chatter = line.chatter.values > 0
+        d = line.clearance.values
+        found = range_of(d, chatter)
+        share = float(chatter[d <= CHATTER_UP_TO].mean())
+        several = section_points(line).values[d > CHATTER_UP_TO]
+        regular = float((several <= max(1.0, _MANY * line.sizes["sample"])).mean())
+        contact = line.impacts_per_period.values[d > CHATTER_UP_TO] > 0.0
+        told.append(
+            (f"where {label}: " if label else "")
+            + f"chatter at clearances {found.low:.3g} to {found.high:.3g}, at {share:.0%} of those "
+            f"up to {CHATTER_UP_TO:g}; above that {contact.mean():.0%} have impacts and "
+            f"{regular:.0%} a short period"
+        )
+        if abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO and share >= 0.9:
+            held.append(label or "all")
+    ours = "; ".join(told)
+    if not held:
+        return Verdict(ours, FAILS)
+    return Verdict(ours, HOLDS) if len(held) == len(told) else Verdict(ours, ONLY_IF, held[0])
+
+
+def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
+    chatters = cube.chatter >= 1
+    # Without clearance the masses are one.
+    below = chatters.sel(clearance=(cube.clearance > 0.0) & (cube.clearance <= CHATTER_UP_TO))
+    quiet = ~chatters
+    if contact:
+        quiet &= cube.impacts_per_period > 0.0
+    share = below.mean("clearance")
+    rest = quiet.sel(clearance=cube.clearance > CHATTER_UP_TO).mean("clearance")
+    kind = "with impacts only" if contact else "without chatter"
+    return Scored(share * rest, {"part that chatters below": share, f"part {kind} above": rest})
+
+
+def _judge_a2(cubes: Cubes) -> Verdict:
+    """Whether the diagram shows bifurcations at all."""
+    import numpy as np
+
+    from damper.papers.ranges import section_points
+
+    cube = cubes["paper_a_frequency"].sortby("frequency_ratio")
+    points = section_points(cube).values.reshape(-1, cube.sizes["frequency_ratio"])[0]
+    changes = int((np.diff((points > 1).astype(int)) != 0).sum())
+    chatter = float((cube.chatter > 0).mean())
+    omega = cube.frequency_ratio.values
+    ours = (
+        f"{omega.size} frequency ratios from {omega.min():g} to {omega.max():g}: motions change "
+        f"{changes} times between one point on the section and several; {chatter:.0%} chatter"
+    )
+    return Verdict(ours, HOLDS if changes else FAILS)
+
+
+def _bursts(cube: xr.Dataset, frequency: float) -> xr.Dataset:
+    """Chatter bursts at one frequency ratio, in order."""
+    names = ("onset", "duration", "complete", "visible_impacts", "sticking_time")
+    line = cube.sel(frequency_ratio=frequency, method="nearest", tolerance=1e-9)
+    bursts = line[[f"burst_{name}" for name in names]]
+    return bursts.isel(burst=(line.burst_visible_impacts >= CHATTER_IMPACTS).values)
+
+
+def _judge_a3(cubes: Cubes) -> Verdict:
+    """The chatter burst whose onset is nearest to the stated one, and the first one."""
+    bursts = _bursts(cubes["paper_a_histories"], LOW)
+    if not bursts.sizes["burst"]:
+        return Verdict("no chatter", FAILS)
+    near = bursts.isel(burst=int(abs(bursts.burst_onset - ONSET).argmin("burst")))
+    onset, duration = float(near.burst_onset), float(near.burst_duration)
+    complete = bool(near.burst_complete == 1)
+    first = float(bursts.burst_onset[0])
+    ours = (
+        f"the chatter burst nearest to {ONSET:g} begins at {onset:.4g} and lasts {duration:.4g}, "
+        + ("complete" if complete else "incomplete")
+        + f", followed by {float(near.burst_sticking_time):.3g} of sticking; "
+        f"the first chatter burst begins at {first:.4g}"
+    )
+    if not (
+        complete
+        and abs(onset - ONSET) <= _NEAR_ONSET
+        and abs(duration - DURATION) <= _ABOUT * DURATION
+    ):
+        return Verdict(ours, FAILS)
+    if first >= onset:
+        return Verdict(ours, HOLDS)
+    return Verdict(ours, ONLY_IF, "the burst is one of many, not the first")
+
+
+def _score_a3(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
+    low = cube.sel(frequency_ratio=LOW)
+    onset, duration = low.burst_at_onset, low.burst_at_duration
+    far = ((onset - ONSET) / tolerances.onset) ** 2
+    far = far + ((duration - DURATION) / tolerances.duration) ** 2
+    value = _half_to_the(far).where(low.burst_at_complete == 1, 0.0)
+    return Scored(value, {"onset": onset, "duration": duration})
+
+
+def _judge_a4(cubes: Cubes) -> Verdict:
+    """Steady durations of complete chatter at the two lower frequencies."""
+    cube = cubes["paper_a_histories"]
+    slow, middle = (_steady(_bursts(cube, frequency)) for frequency in (LOW, MIDDLE))
+    durations = [
+        float(b.burst_duration.where(b.burst_complete == 1).median()) for b in (slow, middle)
+    ]
+    ratio = durations[1] / durations[0]
+    shares = [
+        float((b.burst_complete == 1).mean()) if b.sizes["burst"] else 0.0 for b in (slow, middle)
+    ]
+    ours = (
+        f"in the last half of the record {shares[0]:.0%} and {shares[1]:.0%} of the chatter bursts "
+        f"are complete and last {durations[0]:.4g} and {durations[1]:.4g}, a ratio of {ratio:.3g} "
+        f"(in forcing periods {ratio * MIDDLE / LOW:.3g})"
+    )
+    if min(shares) < _MOSTLY:
+        return Verdict(ours, FAILS)
+    if abs(ratio - 1.0) <= _ABOUT:
+        return Verdict(ours, HOLDS)
+    if abs(ratio * MIDDLE / LOW - 1.0) <= _ABOUT:
+        return Verdict(ours, ONLY_IF, "durations are compared in forcing periods")
+    return Verdict(ours, FAILS)
+
+
+def _score_a4(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
+    late = cube.isel(since=-1)
+    low, middle = (late.sel(frequency_ratio=omega) for omega in (LOW, MIDDLE))
+    complete = _part(low.chatter_complete, low.chatter_bursts) * _part(
+        middle.chatter_complete, middle.chatter_bursts
+    )
+    ratio = middle.chatter_duration / low.chatter_duration
+    value = complete * _half_to_the(((ratio - 1.0) / tolerances.ratio) ** 2)
+    return Scored(value.fillna(0.0), {"duration at 0.25 over that at 0.20": ratio})
+
+
+def _half_to_the(exponent: xr.DataArray) -> xr.DataArray:
+    import numpy as np
+
+    return np.exp2(-exponent)
+
+
+def _part(some: xr.DataArray, of_all: xr.DataArray) -> xr.DataArray:
+    """Return a part of a whole; 0 where there is none of the whole."""
+    return (some / of_all.where(of_all > 0, 1)).where(of_all > 0, 0.0)
+
+
+def _steady(bursts: xr.Dataset) -> xr.Dataset:
+    """Bursts that begin in the second half of the record."""
+    if not bursts.sizes["burst"]:
+        return bursts
+    last = float(bursts.burst_onset.max())
+    return bursts.isel(burst=(bursts.burst_onset > 0.5 * last).values)
+
+
+def _judge_a5(cubes: Cubes) -> Verdict:
+    """Complete bursts at the highest frequency, early and late."""
+    bursts = _bursts(cubes["paper_a_histories"], HIGH)
+    if not bursts.sizes["burst"]:
+        return Verdict("no chatter", FAILS)
+    late = _steady(bursts)
+    complete = bursts.burst_onset.values[bursts.burst_complete.values == 1]
+    in_late = int((late.burst_complete == 1).sum())
+    ours = (
+        f"{bursts.sizes['burst']} chatter bursts, {complete.size} of them complete"
+        + (f" (the last one begins at {complete.max():.4g})" if complete.size else "")
+        + f"; of the {late.sizes['burst']} in the last half {in_late} are"
+    )
+    if not complete.size:
+        return Verdict(ours, HOLDS)
+    if in_late or not late.sizes["burst"]:
+        return Verdict(ours, FAILS)
+    return Verdict(ours, ONLY_IF, "the transient is left out")
+
+
+def _score_a5(cube: xr.Dataset, late: bool = True) -> Scored:
+    here = cube.isel(since=-1 if late else 0).sel(frequency_ratio=HIGH)
+    incomplete = here.chatter_bursts - here.chatter_complete
+    value = _part(incomplete, incomplete + here.sticking_bursts)
+    when = "late" if late else "since the start"
+    return Scored(value, {f"stickings {when} at 0.30": here.sticking_bursts})
+
+
+def _judge_a6(cubes: Cubes) -> Verdict:
+    """Completion time and point predicted from the first impact of each burst."""
+    from damper.analysis.accumulation_errors import ORDERS, QUANTITIES, agreements
+
+    told = []
+    good = {}
+    for order in ORDERS:
+        found = [one for one in agreements(cubes["accumulation"], _ABOUT) if one.order == order]
+        parts = {
+            quantity: [
+                one.first.worst_part
+                for one in found
+                if one.quantity == quantity and one.first.predicted
+            ]
+            for quantity in QUANTITIES
+        }
+        if not all(parts.values()):
+            return Verdict("no complete burst with a prediction at its first impact", FAILS)
+        shares = {
+            quantity: sum(part <= _ABOUT for part in values) / len(values)
+            for quantity, values in parts.items()
+        }
+        later = max(one.within.worst for one in found)
+        told.append(
+            f"{order} order: at {shares['time']:.0%} of {len(parts['time'])} places every "
+            f"completion time, at {shares['displacement']:.0%} every completion point is predicted "
+            f"within {_ABOUT:.0%} from the burst's first impact (worst {max(parts['time']):.0%} "
+            f"and {max(parts['displacement']):.0%}); "
+            + (
+                f"from impact {later:.0f} on all are"
+                if later < math.inf
+                else "no impact is listed from which all are"
+            )
+        )
+        good[order] = min(shares.values()) == 1.0, later
+    ours = "; ".join(told)
+    if all(first for first, _ in good.values()):
+        return Verdict(ours, HOLDS)
+    if good["second"][0]:
+        return Verdict(ours, ONLY_IF, "the second-order formula is used")
+    later = good["second"][1]
+    if later < math.inf:
+        condition = f"the prediction is made from impact {later:.0f} of the burst or a later one"
+        return Verdict(ours, ONLY_IF, condition)
+    return Verdict(ours, FAILS)
+
+
+def _judge_a7(cubes: Cubes) -> Verdict:
+    """How long it takes from rest to the first chatter, and to the first that completes."""
+    cube = cubes["paper_a_histories"]
+    told = []
+    first, complete = [], []
+    for frequency in (LOW, MIDDLE, HIGH):
+        bursts = _bursts(cube, frequency)
+        period = 2.0 * math.pi / frequency
+        if not bursts.sizes["burst"]:
+            told.append(f"none at {frequency:g}")
+            continue
+        onsets = bursts.burst_onset.values / period
+        first.append(float(onsets[0]))
+        told.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
+        completing = onsets[bursts.burst_complete.values == 1]
+        if completing.size:
+            complete.append(float(completing[0]))
+            told[-1] += f", the first that completes after {complete[-1]:.3g}"
+    ours = "first chatter burst from rest " + "; ".join(told)
+    # Less than a period from rest is no transient worth the name.
+    if first and min(first) > 1.0:
+        return Verdict(ours, HOLDS)
+    if complete and min(complete) > 1.0:
+        return Verdict(ours, ONLY_IF, "chatter that completes is meant")
+    return Verdict(ours, FAILS)
+
+
+def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
+    first = cube.isel(since=0).sel(frequency_ratio=LOW).chatter_onset
+    return Scored((first / ONSET).clip(max=1.0).fillna(0.0), {"first complete chatter": first})
+
+
+def _judge_performance(number: int) -> Callable[[Cubes], Verdict]:
+    """Judge A8 to A10 as the performance table judges them."""
+
+    def judge(cubes: Cubes) -> Verdict:
+        from damper.tables import DAMPED, GOOD
+        from damper.tables.performance import best_clearances, statements
+
+        cube = cubes["performance"]
+        found = best_clearances(cube, "frequency_ratio", "clearance", DAMPED)
+        statement = statements(cube, found, "frequency_ratio", GOOD)[number]
+        if statement.verdict == "not tested":
+            return Verdict("", UNTESTED, statement.measured)
+        if statement.verdict == "holds only in part":
+            return Verdict(statement.measured, ONLY_IF, statement.condition)
+        return Verdict(statement.measured, statement.verdict)
+
+    return judge
+
+
+def _judge_a11(cubes: Cubes) -> Verdict:
+    """Elasticities of the duration of complete bursts, by least squares in logarithms."""
+    import numpy as np
+
+    cube = cubes["burst_duration"]
+    names = ("clearance", "frequency_ratio", "damping_ratio")
+    complete = cube.burst_at_duration.where(cube.burst_at_complete == 1)
+    points = complete.stack(point=complete.dims).dropna("point")
+    columns = [np.log(points[name].values) for name in names]
+    columns.append(np.ones(points.size))
+    logs = np.log(points.values)
+    powers = np.linalg.lstsq(np.stack(columns, axis=1), logs, rcond=None)[0]
+    # A larger force is a smaller clearance, since lengths are scaled by F0/K.
+    amplitude, frequency, damping = -powers[0], powers[1], powers[2]
+    ours = (
+        f"over {points.size} points with complete bursts their duration goes as the power "
+        f"{amplitude:.2f} of the force amplitude, {frequency:.2f} of the frequency and "
+        f"{damping:.2f} of the damping ratio; in forcing periods the power of the frequency is "
+        f"{frequency + 1.0:.2f}"
+    )
+    if abs(amplitude) > max(abs(frequency), abs(damping)):
+        return Verdict(ours, HOLDS)
+    if abs(amplitude) > max(abs(frequency + 1.0), abs(damping)):
+        return Verdict(ours, ONLY_IF, "duration is measured in forcing periods")
+    return Verdict(ours, FAILS)
+
+
+def _at(*frequencies: float) -> dict[str, Values]:
+    return {"frequency_ratio": Values(these=frequencies)}
+
+
+_CLEARANCES = {"clearance": Values(around=CHATTER_UP_TO)}
+
+PAPER_A = (
+    Statement(
+        "A1",
+        text="over the clearance there is chatter up to a limit, else periodic or quasi-periodic",
+        where="text on Fig. 3",
+        stated=f"chatter at d = 0 to {CHATTER_UP_TO:g} of 0 to {WIDEST:g}",
+        studies=("paper_a_clearance",),
+        figures=("paper_a_clearance/figures/paper_a_fig_3",),
+        judge=_judge_a1,
+        scores={
+            "A1": Score(
+                f"over the clearance, chatter up to {CHATTER_UP_TO:g} and none from there to "
+                f"{WIDEST:g}",
+                ("bursts",),
+                _CLEARANCES,
+                lambda cube, tolerances: _score_a1(cube),
+            ),
+            "A1_contact": Score(
+                f"as A1, and beyond {CHATTER_UP_TO:g} there are impacts still",
+                ("bursts", "impacts"),
+                _CLEARANCES,
+                lambda cube, tolerances: _score_a1(cube, contact=True),
+            ),
+        },
+    ),
+    Statement(
+        "A2",
+        text="a bifurcation diagram over the frequency ratio",
+        where="caption of Fig. 4",
+        stated="no number",
+        studies=("paper_a_frequency",),
+        figures=("paper_a_frequency/figures/paper_a_fig_4",),
+        judge=_judge_a2,
+    ),
+    Statement(
+        "A3",
+        text=f"at frequency ratio {LOW:.2f} a complete burst of chatter",
+        where="text on Fig. 5(a), and on the completion of chatter below Fig. 7",
+        stated=f"starts at about t = {ONSET:g}, lasts about {DURATION:g}",
+        studies=("paper_a_histories",),
+        figures=("paper_a_histories/figures/paper_a_fig_5",),
+        judge=_judge_a3,
+        scores={
+            "A3": Score(
+                f"at frequency ratio {LOW:.2f} a complete chatter starts at about {ONSET:g} and "
+                f"lasts about {DURATION:g}",
+                ("burst_at",),
+                _at(LOW),
+                _score_a3,
+                tolerant=True,
+            )
+        },
+    ),
+    Statement(
+        "A4",
+        text=f"at {MIDDLE:.2f} chatter is complete as well and lasts nearly as long",
+        where="text below Fig. 7",
+        stated="nearly the same duration",
+        studies=("paper_a_histories",),
+        figures=("paper_a_histories/figures/paper_a_fig_6",),
+        judge=_judge_a4,
+        scores={
+            "A4": Score(
+                f"at {MIDDLE:.2f} chatter is complete too, and lasts nearly as long as at "
+                f"{LOW:.2f}",
+                ("chatter_bursts",),
+                _at(LOW, MIDDLE),
+                _score_a4,
+                tolerant=True,
+            )
+        },
+    ),
+    Statement(
+        "A5",
+        text=f"at {HIGH:.2f} chatter is incomplete, without sticking",
+        where="not in words: the text below Fig. 7 has complete chatter at the other two only",
+        stated="no number",
+        studies=("paper_a_histories",),
+        figures=("paper_a_histories/figures/paper_a_fig_7",),
+        judge=_judge_a5,
+        scores={
+            "A5": Score(
+                f"at {HIGH:.2f}, after the transient, chatter is incomplete and nothing sticks",
+                ("chatter_bursts",),
+                _at(HIGH),
+                lambda cube, tolerances: _score_a5(cube),
+            ),
+            "A5_record": Score(
+                f"at {HIGH:.2f}, from the start on, chatter is incomplete and nothing sticks",
+                ("chatter_bursts",),
+                _at(HIGH),
+                lambda cube, tolerances: _score_a5(cube, late=False),
+            ),
+        },
+    ),
+    Statement(
+        "A6",
+        text="predicted completion point and duration agree with the simulation",
+        where="conclusion",
+        stated="no number",
+        studies=("accumulation",),
+        figures=("accumulation/figures/error_frequency_ratio~0.2",),
+        judge=_judge_a6,
+    ),
+    Statement(
+        "A7",
+        text="chatter appears only after a complicated transient",
+        where="conclusion",
+        stated="no number",
+        studies=("paper_a_histories",),
+        figures=("paper_a_histories/figures/paper_a_fig_5",),
+        judge=_judge_a7,
+        scores={
+            "A7": Score(
+                f"at {LOW:.2f} a long transient passes before the first complete chatter",
+                ("chatter_bursts",),
+                _at(LOW),
+                _score_a7,
+            )
+        },
+    ),
+    Statement(
+        "A8",
+        text="good damping goes together with chatter and sticking",
+        where="introduction",
+        stated="no number",
+        studies=("performance",),
+        figures=("performance/figures/rms_ratio",),
+        judge=_judge_performance(0),
+    ),
+    Statement(
+        "A9",
+        text="restitution 0 sticks at once, without chatter",
+        where="introduction",
+        stated="r = 0",
+        studies=("performance",),
+        figures=("performance/figures/rms_ratio",),
+        judge=_judge_performance(1),
+    ),
+    Statement(
+        "A10",
+        text="low restitution damps over a wide band; two impacts per cycle only near resonance",
+        where="introduction",
+        stated="no number",
+        studies=("performance",),
+        figures=("performance/figures/best_clearance",),
+        judge=_judge_performance(2),
+    ),
+    Statement(
+        "A11",
+        text="the duration of chatter follows the amplitude more than frequency or damping ratio",
+        where="introduction, of work by others",
+        stated="cited from work on a pendulum",
+        studies=("burst_duration",),
+        figures=("burst_duration/figures/burst_duration",),
+        judge=_judge_a11,
+    ),
+)

@@ -1,0 +1,364 @@
+"""Paper B's statements: restitution and chatter.
+
+J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+from damper.papers.base import (
+    FAILS,
+    HOLDS,
+    ONLY_IF,
+    Score,
+    Scored,
+    Statement,
+    Tolerances,
+    Values,
+    Verdict,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from damper.papers.ranges import Range
+
+    Cubes = Mapping[str, xr.Dataset]
+    Ranges = Mapping[tuple[float, float], Range]
+
+#: The text's numbers: restitutions between which all chatter lies, and the mass ratios.
+CHATTER_FROM, CHATTER_UP_TO = 0.5, 0.9
+MASS_RATIOS = (0.25, 0.1, 0.05, 0.001)
+ABOVE, BELOW = "restitution", "restitution_below_resonance"
+#: From this restitution on it counts as large.
+_LARGE = 0.7
+#: Relative change from the first to the last value below which nothing widens or narrows.
+_LEAST_CHANGE = 0.05
+
+
+class _Reading(NamedTuple):
+    """One way to read a statement on the interval of chatter."""
+
+    words: str
+    ranges: Ranges
+    cube: xr.Dataset
+    least: int
+
+
+def _readings(cubes: Cubes) -> Iterator[_Reading]:
+    """Complete chatter or any, above the resonance or below it."""
+    from damper.papers.ranges import chatter_ranges
+
+    for least, bursts in ((2, "complete bursts alone"), (1, "incomplete bursts as well")):
+        for name, side in ((ABOVE, "above"), (BELOW, "below")):
+            words = f"{bursts} are counted, {side} resonance"
+            yield _Reading(words, chatter_ranges(cubes[name], least), cubes[name], least)
+
+
+def _falls(values: Sequence[float], step: float) -> bool:
+    """Whether values fall clearly from the first to the last, and nowhere rise by over a step."""
+    rises = any(after - before > 1.5 * step for before, after in pairwise(values))
+    return not rises and values[0] - values[-1] > _LEAST_CHANGE * values[0]
+
+
+def _judge_b1(cubes: Cubes) -> Verdict:
+    """The range itself, and how it moves with the visibility threshold."""
+    from damper.papers.ranges import chatter_ranges, hull
+
+    cube = cubes[ABOVE]
+    fitting = []
+    told = []
+    for threshold in sorted(cube.threshold.values.tolist()):
+        low, high = hull(chatter_ranges(cube, 2, threshold))
+        told.append(f"{low:.3g} to {high:.3g} at a threshold of {threshold:.0%}")
+        if low >= CHATTER_FROM and high <= CHATTER_UP_TO:
+            fitting.append(f"{threshold:.0%}")
+    low, high = hull(chatter_ranges(cube, 2))
+    _, reach = hull(chatter_ranges(cube, 1))
+    ours = (
+        f"complete chatter above resonance for restitution {', '.join(told)}; "
+        f"with incomplete bursts counted up to {reach:.3g}"
+    )
+    if low >= CHATTER_FROM and max(high, reach) <= CHATTER_UP_TO:
+        return Verdict(ours, HOLDS)
+    if fitting:
+        return Verdict(
+            ours,
+            ONLY_IF,
+            "complete bursts alone are counted and an impact is visible from "
+            f"{' or '.join(fitting)} of the burst's first approach speed",
+        )
+    return Verdict(ours, FAILS)
+
+
+def _judge_b2(cubes: Cubes) -> Verdict:
+    """Width of the range over the mass ratio, at each frequency."""
+
+    def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+        masses = sorted(cube.mass_ratio.values.tolist())
+        for frequency in cube.frequency_ratio.values.tolist():
+            yield f"{frequency:g}", [(mass, frequency) for mass in masses]
+
+    return _falling(cubes, groups, lambda one: one.width, "frequency ratio")
+
+
+def _judge_b3(cubes: Cubes) -> Verdict:
+    """Width of the range over the frequency ratio, at each mass ratio."""
+
+    def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+        frequencies = sorted(cube.frequency_ratio.values.tolist())
+        for mass in cube.mass_ratio.values.tolist():
+            yield f"{mass:g}", [(mass, frequency) for frequency in frequencies]
+
+    return _falling(cubes, groups, lambda one: one.width, "mass ratio")
+
+
+def _judge_b4(cubes: Cubes) -> Verdict:
+    """How much of the large restitutions chatters, over the mass ratio."""
+    told = []
+    held = []
+    for reading in _readings(cubes):
+        chatter = reading.cube.chatter >= reading.least
+        large = chatter.sel(restitution=chatter.restitution >= _LARGE)
+        share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
+        shares = share.values.tolist()
+        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} if {reading.words}")
+        if _falls(shares, 1.0 / large.restitution.size):
+            held.append(reading.words)
+    masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
+    ours = (
+        f"part of the restitutions from {_LARGE:g} on that chatter, at mass ratios {masses}: "
+        + "; ".join(told)
+    )
+    return _summed(ours, held, len(told))
+
+
+def _falling(
+    cubes: Cubes,
+    groups: Callable[[xr.Dataset], Iterator[tuple[str, list[tuple[float, float]]]]],
+    size: Callable[[Range], float],
+    name: str,
+) -> Verdict:
+    """Judge whether sizes fall along each group of (mass ratio, frequency ratio), both rising."""
+    told = []
+    held = []
+    for reading in _readings(cubes):
+        step = float(abs(reading.cube.restitution.diff("restitution")).min())
+        lines = []
+        good = 0
+        for label, places in groups(reading.cube):
+            sizes = [size(reading.ranges[place]) for place in places]
+            lines.append(f"{label}: {' '.join(f'{value:.3f}' for value in sizes)}")
+            good += _falls(sizes, step)
+        told.append(f"if {reading.words}, at {good} of {len(lines)} {name}s ({', '.join(lines)})")
+        if good == len(lines):
+            held.append(reading.words)
+    other = "mass" if name == "frequency ratio" else "frequency"
+    ours = f"width of the interval, from the smallest {other} ratio to the largest: "
+    ours += "; ".join(told)
+    return _summed(ours, held, len(told))
+
+
+def _summed(ours: str, held: Sequence[str], count: int) -> Verdict:
+    if len(held) == count:
+        return Verdict(ours, HOLDS)
+    return Verdict(ours, ONLY_IF, " or ".join(held)) if held else Verdict(ours, FAILS)
+
+
+def _judge_b5(cubes: Cubes) -> Verdict:
+    """What the figures show, not whether they are the paper's."""
+    from damper.papers.ranges import section_points
+
+    portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
+    points = section_points(portraits)
+    restitutions = points.restitution.values
+    told = []
+    held = []
+    for place in points.transpose(..., "restitution").values.reshape(-1, restitutions.size):
+        told.append(
+            ", ".join(
+                f"{r:g} ({n} point{'s' if n > 1 else ''} on the section)"
+                for r, n in zip(restitutions, place, strict=True)
+            )
+        )
+        # Before and after a bifurcation the section differs in kind.
+        held.append(place[-1] > place[0] > 0)
+    ours = (
+        f"diagrams for {cubes[ABOVE].sizes['mass_ratio']} mass ratios; portraits at restitution "
+        f"{'; '.join(told)}; time histories for {histories.sizes['mass_ratio']} mass ratios, "
+        f"{histories.sizes['frequency_ratio']} frequency ratios and "
+        f"{histories.sizes['restitution']} restitutions"
+    )
+    return Verdict(ours, HOLDS if all(held) else FAILS)
+
+
+def _judge_b6(cubes: Cubes) -> Verdict:
+    """Where motions have more than one point on the section, over the restitution."""
+    from damper.papers.ranges import section_points
+
+    edges = [CHATTER_FROM + tenths / 10.0 for tenths in range(6)]
+    told = []
+    held = []
+    for name, side in ((ABOVE, "above"), (BELOW, "below")):
+        several = section_points(cubes[name]) > 1
+        r = several.restitution
+        beneath = float(several.sel(restitution=r <= CHATTER_FROM).mean())
+        shares = [
+            float(several.sel(restitution=(r > low + 1e-9) & (r <= high + 1e-9)).mean())
+            for low, high in pairwise(edges)
+        ]
+        first = several.any([dim for dim in several.dims if dim != "restitution"])
+        lowest = float(r.where(first).min())
+        told.append(
+            f"{side} resonance the first motion with more than one point on the section is at "
+            f"restitution {lowest:.3g}; part of such motions {beneath:.0%} up to "
+            f"{CHATTER_FROM:g}, then by tenths {', '.join(f'{share:.0%}' for share in shares)}"
+        )
+        if beneath < shares[0] and shares == sorted(shares):
+            held.append(f"one looks {side} resonance")
+    return _summed("; ".join(told), held, len(told))
+
+
+def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
+    """Return whether each point chatters, with `counted` and `resonance` for the choices left.
+
+    Frequencies on the other side of the resonance are missing: NaN.
+    """
+    import xarray as xr
+
+    both = xr.concat([cube.chatter == 2, cube.chatter >= 1], "counted")
+    both = both.assign_coords(counted=["complete", "any"]).astype(float)
+    sides = {"below": cube.frequency_ratio < 1.0, "above": cube.frequency_ratio > 1.0}
+    kept = [both.where(side) for side in sides.values() if side.sum() > 1]
+    names = [name for name, side in sides.items() if side.sum() > 1]
+    if not kept:
+        raise ValueError("frequency_ratio: needs two values or more on one side of 1")
+    return xr.concat(kept, "resonance").assign_coords(resonance=names)
+
+
+def _score_b1(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
+    somewhere = _chatter_in_r(cube).max(("mass_ratio", "frequency_ratio")) > 0.0
+    r = cube.restitution
+    stated = (r >= CHATTER_FROM) & (r <= CHATTER_UP_TO)
+    common = (somewhere & stated).sum("restitution")
+    value = common / (somewhere | stated).sum("restitution")
+    ends = {
+        "least restitution": r.where(somewhere).min("restitution"),
+        "greatest restitution": r.where(somewhere).max("restitution"),
+    }
+    return Scored(value, ends)
+
+
+def _score_trend(cube: xr.Dataset, axis: str) -> Scored:
+    """Score that the part of all restitutions that chatters falls along an axis.
+
+    Of the steps between neighbouring values, at each value of the other axis, those that fall less
+    those that rise, over all of them: 0 where there is no trend.
+    """
+    import numpy as np
+
+    chatters = _chatter_in_r(cube).sortby(axis)
+    width = chatters.sum("restitution", skipna=False)
+    before, after = (width.isel({axis: part}) for part in (slice(None, -1), slice(1, None)))
+    after = after.assign_coords({axis: before[axis]})
+    # Steps that say nothing: nothing chatters on either side, or the frequency is elsewhere.
+    known = (before + after) > 0.0
+    votes = np.sign(before - after).where(known)
+    value = votes.mean(("mass_ratio", "frequency_ratio")).fillna(0.0)
+    return Scored(value.clip(min=0.0), {})
+
+
+_AXES = {
+    "mass_ratio": Values(least=2),
+    "frequency_ratio": Values(least=2),
+    "restitution": Values(least=3),
+}
+_DIAGRAMS = ("restitution/figures/paper_b_fig_3",)
+
+PAPER_B = (
+    Statement(
+        "B1",
+        text="there is chatter only above a restitution of a half, up to nine tenths",
+        where="abstract, and conclusion 2",
+        stated=f"r > {CHATTER_FROM:g}; {CHATTER_FROM:g} to {CHATTER_UP_TO:g}",
+        studies=(ABOVE, BELOW),
+        figures=_DIAGRAMS,
+        judge=_judge_b1,
+        scores={
+            "B1": Score(
+                f"chatter lies in restitutions {CHATTER_FROM:g} to {CHATTER_UP_TO:g}",
+                ("bursts",),
+                _AXES,
+                _score_b1,
+            )
+        },
+    ),
+    Statement(
+        "B2",
+        text="the smaller the mass ratio, the wider the interval of chatter",
+        where="abstract, and conclusion 2",
+        stated=f"mass ratios {', '.join(map(str, MASS_RATIOS))}",
+        studies=(ABOVE, BELOW),
+        figures=_DIAGRAMS,
+        judge=_judge_b2,
+        scores={
+            "B2": Score(
+                "the interval of restitution that chatters widens as the mass ratio falls",
+                ("bursts",),
+                _AXES,
+                lambda cube, tolerances: _score_trend(cube, "mass_ratio"),
+            )
+        },
+    ),
+    Statement(
+        "B3",
+        text="the higher the frequency ratio, the narrower the interval of chatter",
+        where="abstract, and conclusion 2",
+        stated="no number",
+        studies=(ABOVE, BELOW),
+        figures=_DIAGRAMS,
+        judge=_judge_b3,
+        scores={
+            "B3": Score(
+                "it narrows as the frequency ratio rises",
+                ("bursts",),
+                _AXES,
+                lambda cube, tolerances: _score_trend(cube, "frequency_ratio"),
+            )
+        },
+    ),
+    Statement(
+        "B4",
+        text="at small mass ratio even a large restitution chatters easily",
+        where="conclusion 3",
+        stated="no number",
+        studies=(ABOVE, BELOW),
+        figures=_DIAGRAMS,
+        judge=_judge_b4,
+    ),
+    Statement(
+        "B5",
+        text="the figures: bifurcation over the restitution, portraits before and after one, "
+        "histories",
+        where="Figs 2 to 17",
+        stated=f"two mass ratios; {len(MASS_RATIOS)} mass ratios x 3 frequency ratios",
+        studies=(ABOVE, "paper_b_portraits", "paper_b_histories"),
+        figures=(
+            "paper_b_portraits/figures/paper_b_fig_4",
+            "paper_b_histories/figures/paper_b_fig_6",
+        ),
+        judge=_judge_b5,
+    ),
+    Statement(
+        "B6",
+        text="above a restitution of a half motions bifurcate, and ever more of them",
+        where="conclusion 1, on Figs 2 and 3",
+        stated=f"r > {CHATTER_FROM:g}",
+        studies=(ABOVE, BELOW),
+        figures=("restitution/figures/paper_b_fig_2", *_DIAGRAMS),
+        judge=_judge_b6,
+    ),
+)
