@@ -48,7 +48,8 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def test_one_entry_stands_on_the_page(printed: str) -> None:
     assert "## B7: without losses at impacts no chatter completes" in printed
-    assert "- Found: complete chatter at restitution 1\n- Verdict: **does not hold**" in printed
+    assert "\n- Found: complete chatter at restitution 1\n" in printed
+    assert "\n- Verdict: **does not hold**: chatter counts as complete" in printed
     assert "\nB7,without losses" in printed
     assert "['B7', 'B6']" in printed
 

@@ -36,6 +36,7 @@ def test_documents_show_tables_that_the_default_run_makes(path):
     made = {
         f"{about}.md" for study in config.studies.values() for about, _ in study.about()["tables"]
     }
+    made.add("claims.md")
     for table, text in shown.items():
         assert table in made
         assert text.startswith("|"), f"renew {path.name}"

@@ -19,8 +19,8 @@ VERDICT = {
     "statement": "1 < 2",
     "stated": "no number",
     "found": "one & two",
-    "verdict": "holds only if",
-    "condition": "it rains",
+    "verdict": "holds under a named reading",
+    "why": "if it rains",
     "assumptions": "d 0.05",
     "figures": "",
 }
@@ -99,7 +99,7 @@ def test_page_shows_everything(tmp_path: Path) -> None:
         assert f"restitution/tables/{name}.md" in found.links
     for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):
         assert text in found.text
-    assert "holds only if it rains" in found.text
+    assert "holds under a named reading: if it rains" in found.text
     for reason in study.assumed.values():
         assert reason in found.text
     assert "0.03 of the burst's first approach speed" in found.text

@@ -12,7 +12,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-HOLDS, ONLY_IF, FAILS, UNTESTED = "holds", "holds only if", "does not hold", "not tested"
+HOLDS, FAILS = "holds", "does not hold"
+#: Where it holds if one of several readings, or one of the assumed values, is taken.
+READING = "holds under a named reading"
+#: Where the text says nothing that could be false, and where studies are missing.
+UNTESTABLE, UNTESTED = "not testable", "not tested"
 
 
 @dataclass(frozen=True)
@@ -37,15 +41,14 @@ class Statement:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was found, and what that makes of the statement.
+    """What was found, what that makes of the statement, and why, in one line.
 
-    `condition` completes the sentence where the verdict is `ONLY_IF`, and says what is missing
-    where it is `UNTESTED`.
+    `why` names the reading where the verdict is `READING`.
     """
 
-    ours: str
+    found: str
     verdict: str
-    condition: str = ""
+    why: str
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from damper.papers.base import (
     FAILS,
     HOLDS,
-    ONLY_IF,
+    READING,
+    UNTESTABLE,
     UNTESTED,
     Score,
     Scored,
@@ -70,10 +71,13 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         )
         if abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO and share >= 0.9:
             held.append(label or "all")
-    ours = "; ".join(told)
+    measured = "; ".join(told)
+    near = f"chatter ends near {CHATTER_UP_TO:g} and leaves hardly a gap below it"
     if not held:
-        return Verdict(ours, FAILS)
-    return Verdict(ours, HOLDS) if len(held) == len(told) else Verdict(ours, ONLY_IF, held[0])
+        return Verdict(measured, FAILS, f"nowhere {near}")
+    if len(held) == len(told):
+        return Verdict(measured, HOLDS, near)
+    return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise")
 
 
 def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
@@ -90,7 +94,7 @@ def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
 
 
 def _judge_a2(cubes: Cubes) -> Verdict:
-    """Whether the diagram shows bifurcations at all."""
+    """What our diagram shows: the text names one, and no more."""
     import numpy as np
 
     from damper.papers.ranges import section_points
@@ -100,11 +104,11 @@ def _judge_a2(cubes: Cubes) -> Verdict:
     changes = int((np.diff((points > 1).astype(int)) != 0).sum())
     chatter = float((cube.chatter > 0).mean())
     omega = cube.frequency_ratio.values
-    ours = (
+    measured = (
         f"{omega.size} frequency ratios from {omega.min():g} to {omega.max():g}: motions change "
         f"{changes} times between one point on the section and several; {chatter:.0%} chatter"
     )
-    return Verdict(ours, HOLDS if changes else FAILS)
+    return Verdict(measured, UNTESTABLE, "the text has lost what its diagram shows")
 
 
 def _bursts(cube: xr.Dataset, frequency: float) -> xr.Dataset:
@@ -119,12 +123,12 @@ def _judge_a3(cubes: Cubes) -> Verdict:
     """The chatter burst whose onset is nearest to the stated one, and the first one."""
     bursts = _bursts(cubes["paper_a_histories"], LOW)
     if not bursts.sizes["burst"]:
-        return Verdict("no chatter", FAILS)
+        return Verdict("no chatter", FAILS, "nothing chatters")
     near = bursts.isel(burst=int(abs(bursts.burst_onset - ONSET).argmin("burst")))
     onset, duration = float(near.burst_onset), float(near.burst_duration)
     complete = bool(near.burst_complete == 1)
     first = float(bursts.burst_onset[0])
-    ours = (
+    measured = (
         f"the chatter burst nearest to {ONSET:g} begins at {onset:.4g} and lasts {duration:.4g}, "
         + ("complete" if complete else "incomplete")
         + f", followed by {float(near.burst_sticking_time):.3g} of sticking; "
@@ -135,10 +139,11 @@ def _judge_a3(cubes: Cubes) -> Verdict:
         and abs(onset - ONSET) <= _NEAR_ONSET
         and abs(duration - DURATION) <= _ABOUT * DURATION
     ):
-        return Verdict(ours, FAILS)
+        why = f"no complete burst that lasts about {DURATION:g} begins near {ONSET:g}"
+        return Verdict(measured, FAILS, why)
     if first >= onset:
-        return Verdict(ours, HOLDS)
-    return Verdict(ours, ONLY_IF, "the burst is one of many, not the first")
+        return Verdict(measured, HOLDS, "the first burst has that onset and duration")
+    return Verdict(measured, READING, "the burst is one of many, not the first")
 
 
 def _score_a3(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -161,18 +166,19 @@ def _judge_a4(cubes: Cubes) -> Verdict:
     shares = [
         float((b.burst_complete == 1).mean()) if b.sizes["burst"] else 0.0 for b in (slow, middle)
     ]
-    ours = (
+    measured = (
         f"in the last half of the record {shares[0]:.0%} and {shares[1]:.0%} of the chatter bursts "
         f"are complete and last {durations[0]:.4g} and {durations[1]:.4g}, a ratio of {ratio:.3g} "
         f"(in forcing periods {ratio * MIDDLE / LOW:.3g})"
     )
     if min(shares) < _MOSTLY:
-        return Verdict(ours, FAILS)
+        return Verdict(measured, FAILS, "at one of the frequencies chatter stays incomplete")
     if abs(ratio - 1.0) <= _ABOUT:
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, f"durations differ by at most {_ABOUT:.0%}")
+    differ = f"durations differ by more than {_ABOUT:.0%}"
     if abs(ratio * MIDDLE / LOW - 1.0) <= _ABOUT:
-        return Verdict(ours, ONLY_IF, "durations are compared in forcing periods")
-    return Verdict(ours, FAILS)
+        return Verdict(measured, READING, f"in forcing periods; in time {differ}")
+    return Verdict(measured, FAILS, f"{differ}, in time as in forcing periods")
 
 
 def _score_a4(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -209,20 +215,20 @@ def _judge_a5(cubes: Cubes) -> Verdict:
     """Complete bursts at the highest frequency, early and late."""
     bursts = _bursts(cubes["paper_a_histories"], HIGH)
     if not bursts.sizes["burst"]:
-        return Verdict("no chatter", FAILS)
+        return Verdict("no chatter", FAILS, "nothing chatters")
     late = _steady(bursts)
     complete = bursts.burst_onset.values[bursts.burst_complete.values == 1]
     in_late = int((late.burst_complete == 1).sum())
-    ours = (
+    measured = (
         f"{bursts.sizes['burst']} chatter bursts, {complete.size} of them complete"
         + (f" (the last one begins at {complete.max():.4g})" if complete.size else "")
         + f"; of the {late.sizes['burst']} in the last half {in_late} are"
     )
     if not complete.size:
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, "no burst of chatter completes")
     if in_late or not late.sizes["burst"]:
-        return Verdict(ours, FAILS)
-    return Verdict(ours, ONLY_IF, "the transient is left out")
+        return Verdict(measured, FAILS, "chatter completes after the transient as well")
+    return Verdict(measured, READING, "after the transient; some bursts before do complete")
 
 
 def _score_a5(cube: xr.Dataset, late: bool = True) -> Scored:
@@ -250,7 +256,7 @@ def _judge_a6(cubes: Cubes) -> Verdict:
             for quantity in QUANTITIES
         }
         if not all(parts.values()):
-            return Verdict("no complete burst with a prediction at its first impact", FAILS)
+            return Verdict("", FAILS, "no burst has a prediction at its first impact")
         shares = {
             quantity: sum(part <= _ABOUT for part in values) / len(values)
             for quantity, values in parts.items()
@@ -268,16 +274,16 @@ def _judge_a6(cubes: Cubes) -> Verdict:
             )
         )
         good[order] = min(shares.values()) == 1.0, later
-    ours = "; ".join(told)
+    measured = "; ".join(told)
     if all(first for first, _ in good.values()):
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, f"it is good to {_ABOUT:.0%} from the first impact on")
     if good["second"][0]:
-        return Verdict(ours, ONLY_IF, "the second-order formula is used")
+        return Verdict(measured, READING, "the second-order formula is used")
     later = good["second"][1]
     if later < math.inf:
-        condition = f"the prediction is made from impact {later:.0f} of the burst or a later one"
-        return Verdict(ours, ONLY_IF, condition)
-    return Verdict(ours, FAILS)
+        why = f"the prediction is made from impact {later:.0f} of the burst or a later one"
+        return Verdict(measured, READING, why)
+    return Verdict(measured, FAILS, f"no impact is listed from which it is good to {_ABOUT:.0%}")
 
 
 def _judge_a7(cubes: Cubes) -> Verdict:
@@ -298,13 +304,13 @@ def _judge_a7(cubes: Cubes) -> Verdict:
         if completing.size:
             complete.append(float(completing[0]))
             told[-1] += f", the first that completes after {complete[-1]:.3g}"
-    ours = "first chatter burst from rest " + "; ".join(told)
+    measured = "first chatter burst from rest " + "; ".join(told)
     # Less than a period from rest is no transient worth the name.
     if first and min(first) > 1.0:
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, "no chatter in the first forcing period")
     if complete and min(complete) > 1.0:
-        return Verdict(ours, ONLY_IF, "chatter that completes is meant")
-    return Verdict(ours, FAILS)
+        return Verdict(measured, READING, "chatter that completes is meant; other comes at once")
+    return Verdict(measured, FAILS, "chatter comes within a forcing period from rest")
 
 
 def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -312,8 +318,8 @@ def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
     return Scored((first / ONSET).clip(max=1.0).fillna(0.0), {"first complete chatter": first})
 
 
-def _judge_performance(number: int) -> Callable[[Cubes], Verdict]:
-    """Judge A8 to A10 as the performance table judges them."""
+def _judge_performance(number: int, holds: str, fails: str) -> Callable[[Cubes], Verdict]:
+    """Judge A8 to A10 as the performance table judges them; say why, either way."""
 
     def judge(cubes: Cubes) -> Verdict:
         from damper.tables import DAMPED, GOOD
@@ -325,8 +331,10 @@ def _judge_performance(number: int) -> Callable[[Cubes], Verdict]:
         if statement.verdict == "not tested":
             return Verdict("", UNTESTED, statement.measured)
         if statement.verdict == "holds only in part":
-            return Verdict(statement.measured, ONLY_IF, statement.condition)
-        return Verdict(statement.measured, statement.verdict)
+            return Verdict(statement.measured, READING, statement.condition)
+        return Verdict(
+            statement.measured, statement.verdict, holds if statement.verdict == HOLDS else fails
+        )
 
     return judge
 
@@ -345,17 +353,17 @@ def _judge_a11(cubes: Cubes) -> Verdict:
     powers = np.linalg.lstsq(np.stack(columns, axis=1), logs, rcond=None)[0]
     # A larger force is a smaller clearance, since lengths are scaled by F0/K.
     amplitude, frequency, damping = -powers[0], powers[1], powers[2]
-    ours = (
+    measured = (
         f"over {points.size} points with complete bursts their duration goes as the power "
         f"{amplitude:.2f} of the force amplitude, {frequency:.2f} of the frequency and "
         f"{damping:.2f} of the damping ratio; in forcing periods the power of the frequency is "
         f"{frequency + 1.0:.2f}"
     )
     if abs(amplitude) > max(abs(frequency), abs(damping)):
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, "the power of the amplitude is the largest")
     if abs(amplitude) > max(abs(frequency + 1.0), abs(damping)):
-        return Verdict(ours, ONLY_IF, "duration is measured in forcing periods")
-    return Verdict(ours, FAILS)
+        return Verdict(measured, READING, "in forcing periods; in time it goes with the period")
+    return Verdict(measured, FAILS, "another power is larger, in time as in forcing periods")
 
 
 def _at(*frequencies: float) -> dict[str, Values]:
@@ -492,7 +500,11 @@ PAPER_A = (
         stated="no number",
         studies=("performance",),
         figures=("performance/figures/rms_ratio",),
-        judge=_judge_performance(0),
+        judge=_judge_performance(
+            0,
+            "chatter and sticking are more frequent among well damped points than among all",
+            "chatter and sticking are rarer among well damped points than among all",
+        ),
     ),
     Statement(
         "A9",
@@ -501,7 +513,7 @@ PAPER_A = (
         stated="r = 0",
         studies=("performance",),
         figures=("performance/figures/rms_ratio",),
-        judge=_judge_performance(1),
+        judge=_judge_performance(1, "every burst sticks", "there is chatter at restitution 0"),
     ),
     Statement(
         "A10",
@@ -510,7 +522,11 @@ PAPER_A = (
         stated="no number",
         studies=("performance",),
         figures=("performance/figures/best_clearance",),
-        judge=_judge_performance(2),
+        judge=_judge_performance(
+            2,
+            "low restitution has the wider band, and two impacts damp well near resonance only",
+            "neither is low restitution's band wider nor do two impacts need the resonance",
+        ),
     ),
     Statement(
         "A11",

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from damper.papers.base import (
     FAILS,
     HOLDS,
-    ONLY_IF,
+    READING,
+    UNTESTABLE,
     Score,
     Scored,
     Statement,
@@ -78,20 +79,20 @@ def _judge_b1(cubes: Cubes) -> Verdict:
             fitting.append(f"{threshold:.0%}")
     low, high = hull(chatter_ranges(cube, 2))
     _, reach = hull(chatter_ranges(cube, 1))
-    ours = (
+    measured = (
         f"complete chatter above resonance for restitution {', '.join(told)}; "
         f"with incomplete bursts counted up to {reach:.3g}"
     )
     if low >= CHATTER_FROM and max(high, reach) <= CHATTER_UP_TO:
-        return Verdict(ours, HOLDS)
+        return Verdict(measured, HOLDS, "all chatter lies there")
     if fitting:
         return Verdict(
-            ours,
-            ONLY_IF,
+            measured,
+            READING,
             "complete bursts alone are counted and an impact is visible from "
             f"{' or '.join(fitting)} of the burst's first approach speed",
         )
-    return Verdict(ours, FAILS)
+    return Verdict(measured, FAILS, "chatter reaches beyond, whatever counts as visible")
 
 
 def _judge_b2(cubes: Cubes) -> Verdict:
@@ -129,11 +130,11 @@ def _judge_b4(cubes: Cubes) -> Verdict:
         if _falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
     masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
-    ours = (
+    measured = (
         f"part of the restitutions from {_LARGE:g} on that chatter, at mass ratios {masses}: "
         + "; ".join(told)
     )
-    return _summed(ours, held, len(told))
+    return _summed(measured, held, len(told))
 
 
 def _falling(
@@ -157,26 +158,27 @@ def _falling(
         if good == len(lines):
             held.append(reading.words)
     other = "mass" if name == "frequency ratio" else "frequency"
-    ours = f"width of the interval, from the smallest {other} ratio to the largest: "
-    ours += "; ".join(told)
-    return _summed(ours, held, len(told))
+    measured = f"width of the interval, from the smallest {other} ratio to the largest: "
+    measured += "; ".join(told)
+    return _summed(measured, held, len(told))
 
 
-def _summed(ours: str, held: Sequence[str], count: int) -> Verdict:
+def _summed(measured: str, held: Sequence[str], count: int) -> Verdict:
     if len(held) == count:
-        return Verdict(ours, HOLDS)
-    return Verdict(ours, ONLY_IF, " or ".join(held)) if held else Verdict(ours, FAILS)
+        return Verdict(measured, HOLDS, "under each reading")
+    if not held:
+        return Verdict(measured, FAILS, "under none of the readings")
+    return Verdict(measured, READING, f"{' or '.join(held)}; not under the others")
 
 
 def _judge_b5(cubes: Cubes) -> Verdict:
-    """What the figures show, not whether they are the paper's."""
+    """What our figures show: the text has lost what its own show."""
     from damper.papers.ranges import section_points
 
     portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
     points = section_points(portraits)
     restitutions = points.restitution.values
     told = []
-    held = []
     for place in points.transpose(..., "restitution").values.reshape(-1, restitutions.size):
         told.append(
             ", ".join(
@@ -184,15 +186,13 @@ def _judge_b5(cubes: Cubes) -> Verdict:
                 for r, n in zip(restitutions, place, strict=True)
             )
         )
-        # Before and after a bifurcation the section differs in kind.
-        held.append(place[-1] > place[0] > 0)
-    ours = (
+    measured = (
         f"diagrams for {cubes[ABOVE].sizes['mass_ratio']} mass ratios; portraits at restitution "
         f"{'; '.join(told)}; time histories for {histories.sizes['mass_ratio']} mass ratios, "
         f"{histories.sizes['frequency_ratio']} frequency ratios and "
         f"{histories.sizes['restitution']} restitutions"
     )
-    return Verdict(ours, HOLDS if all(held) else FAILS)
+    return Verdict(measured, UNTESTABLE, "the text has lost what its figures show")
 
 
 def _judge_b6(cubes: Cubes) -> Verdict:
@@ -218,7 +218,7 @@ def _judge_b6(cubes: Cubes) -> Verdict:
             f"{CHATTER_FROM:g}, then by tenths {', '.join(f'{share:.0%}' for share in shares)}"
         )
         if beneath < shares[0] and shares == sorted(shares):
-            held.append(f"one looks {side} resonance")
+            held.append(f"{side} resonance")
     return _summed("; ".join(told), held, len(told))
 
 

@@ -13,11 +13,21 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from damper.papers.base import ONLY_IF, UNTESTED, Statement, Verdict
+from damper.papers.base import UNTESTED, Statement, Verdict
 from damper.papers.statements import STATEMENTS
 from damper.tables import markdown_table
 
-_HEADS = ("claim", "statement", "stated", "found", "verdict", "condition", "assumptions", "figures")
+_HEADS = (
+    "claim",
+    "statement",
+    "where",
+    "stated",
+    "found",
+    "verdict",
+    "why",
+    "assumptions",
+    "figures",
+)
 
 
 @dataclass(frozen=True)
@@ -73,10 +83,11 @@ def to_csv(found: Sequence[Judged]) -> str:
             [
                 statement.name,
                 statement.text,
+                statement.where,
                 statement.stated,
-                verdict.ours,
+                verdict.found,
                 verdict.verdict,
-                verdict.condition,
+                verdict.why,
                 item.assumptions,
                 " ".join(statement.figures),
             ]
@@ -97,7 +108,8 @@ def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
     lines = [
         "# What the two papers state, and whether it holds",
         "",
-        "The statements are in our words; numbers under *stated* stand in the papers' texts. "
+        "The statements are in our words; what follows *stated* stands in the papers' texts, at "
+        "the place in brackets. "
         "Both texts lost their formulas and parameter values, so a verdict is for the assumed "
         "values below it, and changes with them. It is computed from the cubes of the studies.",
         "",
@@ -108,10 +120,15 @@ def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
     ]
     for item in found:
         statement, verdict = item.statement, item.verdict
-        lines += ["", f"## {statement.name}: {statement.text}", "", f"- Stated: {statement.stated}"]
-        if verdict.ours:
-            lines.append(f"- Found: {verdict.ours}")
-        lines.append(f"- Verdict: **{sentence(item)}**")
+        lines += [
+            "",
+            f"## {statement.name}: {statement.text}",
+            "",
+            f"- Stated: {statement.stated} ({statement.where})",
+        ]
+        if verdict.found:
+            lines.append(f"- Found: {verdict.found}")
+        lines.append(f"- Verdict: **{verdict.verdict}**: {verdict.why}")
         if item.assumptions:
             lines.append(f"- Assumed: {item.assumptions}")
         links = [
@@ -123,13 +140,8 @@ def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
 
 
 def sentence(item: Judged) -> str:
-    """Verdict with its condition."""
-    verdict = item.verdict
-    if verdict.verdict == ONLY_IF:
-        return f"{ONLY_IF} {verdict.condition}"
-    if verdict.verdict == UNTESTED:
-        return f"{UNTESTED}: {verdict.condition}"
-    return verdict.verdict
+    """Verdict, and why."""
+    return f"{item.verdict.verdict}: {item.verdict.why}"
 
 
 def _values(coordinate: xr.DataArray) -> str:
