@@ -40,6 +40,8 @@ _ABOUT = 0.1
 _MOSTLY = 0.9
 #: How far the onset may be from the stated one: within one half period every burst has a chance.
 _NEAR_ONSET = 5.0
+#: Part of a burst that must be to come for a prediction of its end to be one.
+_TO_COME = 0.5
 #: More points on the section than this part of its samples are neither a short period nor a gap.
 _MANY = 0.2
 
@@ -273,17 +275,24 @@ def _judge_a6(cubes: Cubes) -> Verdict:
                 else "no impact is listed from which all are"
             )
         )
-        good[order] = min(shares.values()) == 1.0, later
+        left = min(one.within.left for one in found)
+        good[order] = min(shares.values()) == 1.0, later, left
     measured = "; ".join(told)
-    if all(first for first, _ in good.values()):
+    if all(first for first, *_ in good.values()):
         return Verdict(measured, HOLDS, f"it is good to {_ABOUT:.0%} from the first impact on")
     if good["second"][0]:
         return Verdict(measured, READING, "the second-order formula is used")
-    later = good["second"][1]
-    if later < math.inf:
-        why = f"the prediction is made from impact {later:.0f} of the burst or a later one"
-        return Verdict(measured, READING, why)
-    return Verdict(measured, FAILS, f"no impact is listed from which it is good to {_ABOUT:.0%}")
+    _, later, left = good["second"]
+    if later == math.inf:
+        why = f"no impact is listed from which it is good to {_ABOUT:.0%}"
+        return Verdict(measured, FAILS, why)
+    if left < _TO_COME:
+        why = (
+            f"good to {_ABOUT:.0%} only with {left:.0%} of a burst to come (the median at the worst "
+            f"place), or from impact {later:.0f} on (in the worst burst)"
+        )
+        return Verdict(measured, FAILS, why)
+    return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on")
 
 
 def _judge_a7(cubes: Cubes) -> Verdict:
