@@ -1,5 +1,7 @@
 """Solvers compared on scenes: references, errors, and run times in files of their own."""
 
+from damper.verification.comparison.solvers import module_of
+
 COMPARISONS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "comparison"}
 SCENES = {scene for study in COMPARISONS.values() for scene in study.scenes}
 
@@ -23,7 +25,7 @@ def _solvers(wildcards):
 def _solver_modules(wildcards):
     names = COMPARISONS[wildcards.study].solvers
     return [
-        *(f"damper.verification.comparison.solvers.{name}" for name in names),
+        *sorted({module_of(name) for name in names}),
         "damper.models.rigid",
         "damper.models.compliant",
     ]

@@ -2,12 +2,12 @@
 
 import os
 
-from damper.verification.comparison.solvers import SOLVERS
+from damper.verification.comparison.solvers import SOLVERS, module_of
 from damper.observers import OBSERVERS
 
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
-EVERY_SOLVER = [f"damper.verification.comparison.solvers.{name}" for name in SOLVERS]
+EVERY_SOLVER = sorted({module_of(name) for name in SOLVERS})
 SCRIPT = "workflow/scripts/{}.py".format
 # Kind of job -> its script, and the modules that it loads by name.
 STARTS = {

@@ -29,9 +29,9 @@ SETTINGS = {
 compile_at_once()
 for name in snakemake.wildcards.solvers.split("+"):
     solver = load(name)
-    for model in solver.MODELS:
+    for model in solver.models:
         scene = SCENES[model]
         for more in ({}, {"times": [scene.until], "balance": True}):
-            solver.solve(scene, SETTINGS[solver.SETTING], max_evaluations=10_000, **more)
+            solver.solve(scene, SETTINGS[solver.setting], max_evaluations=10_000, **more)
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

@@ -81,11 +81,11 @@ def fake(
         )
 
     return SimpleNamespace(
-        LABEL="a fake",
-        SETTING="step",
-        FINER=finer,
-        MODELS=models,
-        EVALUATIONS_PER_SECOND=per_second,
+        label="a fake",
+        setting="step",
+        finer=finer,
+        models=models,
+        evaluations_per_second=per_second,
         solve=solve,
     )
 

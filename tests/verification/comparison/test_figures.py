@@ -67,7 +67,7 @@ def lines_of(ax, solver: str) -> list:
 
 
 def test_each_solver_and_failure_has_its_look() -> None:
-    assert tuple(SOLVER_MARKS) == tuple(SHORT_LABELS) == SOLVERS
+    assert tuple(SOLVER_MARKS) == tuple(SHORT_LABELS) == tuple(SOLVERS)
     assert len({look["marker"] for look in SOLVER_MARKS.values()}) == len(SOLVERS)
     assert set(FAILURES) == set(VERDICTS) - {"good"}
     assert len({letter for _, letter in FAILURES.values()}) == len(FAILURES)

@@ -203,10 +203,10 @@ def _coordinates(
     levels = max(map(len, settings.values()))
     solvers = [load(name) for name in names]
     of_solvers = {
-        "label": ([solver.LABEL for solver in solvers], "name of the solver in print"),
-        "setting_name": ([solver.SETTING for solver in solvers], "what is varied"),
+        "label": ([solver.label for solver in solvers], "name of the solver in print"),
+        "setting_name": ([solver.setting for solver in solvers], "what is varied"),
         "finer": (
-            np.array([solver.FINER for solver in solvers], dtype="i1"),
+            np.array([solver.finer for solver in solvers], dtype="i1"),
             "1 where a larger setting is the finer one, else -1",
         ),
     }

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from math import nan
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +17,7 @@ from damper.verification.comparison.errors import (
     verdict,
 )
 from damper.verification.comparison.solution import OUTCOMES
-from damper.verification.comparison.solvers import SOLVERS, load
+from damper.verification.comparison.solvers import SOLVERS, Solver, load
 
 if TYPE_CHECKING:  # these bring mpmath and the engine along
     from damper.verification.comparison.reference import Reference
@@ -41,7 +40,7 @@ def run_scene(
     reference : Reference
     cap : float
         What a run may cost, in seconds of a nominal machine: a solver may make ``cap`` times its
-        ``EVALUATIONS_PER_SECOND`` evaluations, so that what is capped is the same on every machine.
+        ``evaluations_per_second`` evaluations, so that what is capped is the same on every machine.
 
     Returns
     -------
@@ -66,7 +65,7 @@ def run_scene(
     for row, name in enumerate(names):
         solver = load(name)
         arrays["setting"][row, : len(settings[name])] = settings[name]
-        if scene.model not in solver.MODELS:
+        if scene.model not in solver.models:
             continue
         for level, setting in enumerate(settings[name]):
             solution = solver.solve(
@@ -120,6 +119,6 @@ def solver_names(settings: Mapping[str, Sequence[float]]) -> list[str]:
     return [name for name in SOLVERS if name in settings]
 
 
-def most_evaluations(solver: ModuleType, cap: float) -> int:
+def most_evaluations(solver: Solver, cap: float) -> int:
     """Evaluations that a cap in seconds stands for."""
-    return max(int(cap * solver.EVALUATIONS_PER_SECOND), 1)
+    return max(int(cap * solver.evaluations_per_second), 1)

@@ -165,7 +165,7 @@ class Comparison(Verification):
     ]
     solvers: Annotated[
         dict[str, tuple[float, ...]],
-        Section(_levels, "solver", SOLVERS, of=_LEVELS, dropped=True),
+        Section(_levels, "solver", tuple(SOLVERS), of=_LEVELS, dropped=True),
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
             "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "

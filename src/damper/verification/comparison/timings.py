@@ -16,7 +16,6 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from math import nan
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -37,8 +36,8 @@ PACKAGES = ("numpy", "numba", "scipy")
 _FIRST_USE = """
 import sys, time
 started = time.perf_counter()
-from importlib import import_module
-solver = import_module("damper.verification.comparison.solvers." + sys.argv[1])
+from damper.verification.comparison.solvers import load
+solver = load(sys.argv[1])
 imported = time.perf_counter()
 from damper.engine.compiled import compile_at_once
 compile_at_once()
@@ -98,7 +97,7 @@ def time_solvers(
     arrays["import_time"] = np.full(len(names), nan)
     arrays["warm_up_time"] = np.full(len(names), nan)
     for row, name in enumerate(names):
-        models = load(name).MODELS
+        models = load(name).models
         first = next((scene for scene in scenes.values() if scene.model in models), None)
         if first is not None:
             costs = first_use(name, first, settings[name][0], cap)
@@ -108,7 +107,7 @@ def time_solvers(
     for number, scene in enumerate(scenes.values()):
         points = {}
         for row, name in enumerate(names):
-            if scene.model in load(name).MODELS:
+            if scene.model in load(name).models:
                 runs = [_bare(name, scene, setting, cap) for setting in settings[name]]
                 points |= {(row, level): _Point(run) for level, run in enumerate(runs)}
                 if (name, scene.model) not in warm:
@@ -199,6 +198,6 @@ def _take_turns(points: Sequence[_Point], repeats: int, spend: float) -> None:
 
 
 def _bare(name: str, scene: Scene, setting: float, cap: float) -> Callable[[], Solution]:
-    solver: Any = load(name)
+    solver = load(name)
     most = most_evaluations(solver, cap)
     return lambda: solver.solve(scene, setting, max_evaluations=most)

@@ -52,31 +52,30 @@ STALLS = [("dop853_free", "bursts"), ("dop853_free", "at once")]
 CASES = [
     pytest.param(name, SCENES[model][scene], id=f"{name}-{model}-{scene}")
     for name in SOLVERS
-    for model in load(name).MODELS
+    for model in load(name).models
     for scene in SCENES[model]
     if (name, scene) not in STALLS
 ]
 
 
 def run(name, scene, settings=FINE, **options):
-    module = load(name)
-    return module.solve(scene, settings[module.SETTING], **options)
+    solver = load(name)
+    return solver.solve(scene, settings[solver.setting], **options)
 
 
 def test_every_solver_is_in_the_list():
-    assert {path.stem for path in HERE.glob("*.py")} == {*SOLVERS, "__init__"}
+    assert {path.stem for path in HERE.glob("*.py")} == {*SOLVERS.values(), "__init__"}
 
 
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_solver_describes_itself(name):
-    module = load(name)
-    assert module.__doc__
-    assert isinstance(module.LABEL, str)
-    assert module.SETTING in FINE, "give the setting a fine and a coarse value at the top"
-    assert np.sign(FINE[module.SETTING] - COARSE[module.SETTING]) == module.FINER
-    assert module.MODELS
-    assert set(module.MODELS) <= {"rigid", "compliant"}
-    assert module.EVALUATIONS_PER_SECOND > 0
+    solver = load(name)
+    assert isinstance(solver.label, str)
+    assert solver.setting in FINE, "give the setting a fine and a coarse value at the top"
+    assert np.sign(FINE[solver.setting] - COARSE[solver.setting]) == solver.finer
+    assert solver.models
+    assert set(solver.models) <= {"rigid", "compliant"}
+    assert solver.evaluations_per_second > 0
 
 
 @pytest.mark.parametrize(("name", "scene"), STALLS)
@@ -189,7 +188,7 @@ def test_the_mirror_image_is_solved_alike(name, scene):
     np.testing.assert_allclose(one.states, -other.states, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", [name for name in SOLVERS if "rigid" in load(name).MODELS])
+@pytest.mark.parametrize("name", [name for name in SOLVERS if "rigid" in load(name).models])
 def test_a_finer_setting_is_nearer_to_the_periodic_motion(name):
     p = damper.Parameters(0.1, 0.1, 1.0, clearance=5.5, restitution=0.5)
     orbit = next(orbit for orbit in orbits(p) if orbit.admissible)

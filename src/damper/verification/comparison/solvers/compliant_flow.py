@@ -10,31 +10,25 @@ from collections.abc import Sequence
 from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import Solution
-from damper.verification.comparison.solvers import exact
+from damper.verification.comparison.solvers import Solver, exact
 from damper.verification.comparison.springs import with_springs
-
-LABEL = "stiff springs, exact flow"
-SETTING = "contact_stiffness"
-FINER = +1
-MODELS = ("rigid",)
-EVALUATIONS_PER_SECOND = 4e6
 
 
 def solve(
-    scene: Scene,
-    setting: float,
-    *,
-    times: Sequence[float] = (),
-    balance: bool = False,
-    max_evaluations: int = int(2 * EVALUATIONS_PER_SECOND),
+    scene: Scene, setting: float, times: Sequence[float], balance: bool, max_evaluations: int
 ) -> Solution:
     """Run a scene with walls of stiffness `setting` in units of the primary's."""
     springs = with_springs(scene, setting)
-    found = exact.solve(
-        springs, DEFAULT_ACCURACY, times=times, balance=balance, max_evaluations=max_evaluations
-    )
+    found = exact.solve(springs, DEFAULT_ACCURACY, times, balance, max_evaluations)
     # The engine says that a contact sticks once it has lasted for one period.
     p = springs.parameters
     reduced = p.mass_ratio / (1.0 + p.mass_ratio)
     found.stick_times -= 2.0 * math.pi * math.sqrt(reduced / p.contact_stiffness_ratio)
     return found
+
+
+SOLVERS = {
+    "compliant_flow": Solver(
+        "stiff springs, exact flow", "contact_stiffness", +1, ("rigid",), 4e6, solve
+    )
+}

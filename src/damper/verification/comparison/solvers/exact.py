@@ -29,24 +29,18 @@ from damper.models import start_run
 from damper.verification.comparison.energy import energy_residual
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, Solution
+from damper.verification.comparison.solvers import Solver
 from damper.verification.comparison.springs import deepest
-
-LABEL = "exact engine"
-SETTING = "accuracy"
-FINER = -1
-MODELS = ("rigid", "compliant")
-EVALUATIONS_PER_SECOND = 5e6
 
 
 def solve(
     scene: Scene,
     setting: float,
-    *,
     times: Sequence[float] = (),
     balance: bool = False,
     max_evaluations: int = 10**9,
 ) -> Solution:
-    """Run a scene to the accuracy `setting`; see `damper.verification.comparison.solvers`.
+    """Run a scene to the accuracy `setting`; see `damper.verification.comparison.solvers.Solver`.
 
     The evaluations are held against their limit after each piece of the log, which is shorter
     where the limit is low.
@@ -142,3 +136,6 @@ def _residual(run, scene, observer):
         (end.x, end.v, end.y, end.u),
         *totals,
     )
+
+
+SOLVERS = {"exact": Solver("exact engine", "accuracy", -1, ("rigid", "compliant"), 5e6, solve)}

@@ -45,12 +45,7 @@ from damper.verification.comparison.fixed_step import (
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import Solution
-
-LABEL = "Moreau-Jean"
-SETTING = "steps_per_period"
-FINER = +1
-MODELS = ("rigid",)
-EVALUATIONS_PER_SECOND = 2e7
+from damper.verification.comparison.solvers import Solver
 
 THETA = 0.5
 #: Steps without an impulse after which sticking has ended.
@@ -60,12 +55,11 @@ _APART = 3
 def solve(
     scene: Scene,
     setting: float,
-    *,
-    times: Sequence[float] = (),
-    balance: bool = False,
-    max_evaluations: int = 10**9,
+    times: Sequence[float],
+    balance: bool,
+    max_evaluations: int,
 ) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `verification.comparison.solvers`.
+    """Run a scene with `setting` steps per forcing period; see `Solver`.
 
     Raises
     ------
@@ -196,3 +190,6 @@ def _run(
         fill(states, taken, times, time, x, v, y, u)
     totals = (work, dissipated, lost)
     return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+
+
+SOLVERS = {"moreau_jean": Solver("Moreau-Jean", "steps_per_period", +1, ("rigid",), 2e7, solve)}

@@ -42,12 +42,7 @@ from damper.verification.comparison.fixed_step import (
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import Solution
-
-LABEL = "RK4, impacts located"
-SETTING = "steps_per_period"
-FINER = +1
-MODELS = ("rigid",)
-EVALUATIONS_PER_SECOND = 3e7
+from damper.verification.comparison.solvers import Solver
 
 #: Events in a row at one and the same time that make a stall.
 _IDLE = 100
@@ -58,12 +53,11 @@ _ROUNDOFF = 2.220446049250313e-16
 def solve(
     scene: Scene,
     setting: float,
-    *,
-    times: Sequence[float] = (),
-    balance: bool = False,
-    max_evaluations: int = 10**9,
+    times: Sequence[float],
+    balance: bool,
+    max_evaluations: int,
 ) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `verification.comparison.solvers`.
+    """Run a scene with `setting` steps per forcing period; see `Solver`.
 
     Raises
     ------
@@ -293,3 +287,8 @@ def _find_release(mass, zeta, omega, phase, side, x, v, time, left):
             break
         tau = following
     return tau, evaluations
+
+
+SOLVERS = {
+    "rk4_located": Solver("RK4, impacts located", "steps_per_period", +1, ("rigid",), 3e7, solve)
+}

@@ -45,23 +45,17 @@ from damper.verification.comparison.fixed_step import (
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import Solution
-
-LABEL = "RK4, impacts at step ends"
-SETTING = "steps_per_period"
-FINER = +1
-MODELS = ("rigid", "compliant")
-EVALUATIONS_PER_SECOND = 3e7
+from damper.verification.comparison.solvers import Solver
 
 
 def solve(
     scene: Scene,
     setting: float,
-    *,
-    times: Sequence[float] = (),
-    balance: bool = False,
-    max_evaluations: int = 10**9,
+    times: Sequence[float],
+    balance: bool,
+    max_evaluations: int,
 ) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `verification.comparison.solvers`.
+    """Run a scene with `setting` steps per forcing period; see `Solver`.
 
     Raises
     ------
@@ -342,3 +336,10 @@ def _compliant(
         fill(states, taken, times, time, x, v, y, u)
     totals = (work, dissipated, lost)
     return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+
+
+SOLVERS = {
+    "rk4_step_end": Solver(
+        "RK4, impacts at step ends", "steps_per_period", +1, ("rigid", "compliant"), 3e7, solve
+    )
+}
