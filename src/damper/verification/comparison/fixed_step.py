@@ -1,14 +1,19 @@
-"""What solvers with a fixed step share: a Runge-Kutta step, the law of impact, notes of events.
+"""One driver for the solvers with a fixed step, and what their steps are made of.
 
-Their loops are compiled like the engine's, so that methods are compared and not languages.
+A method is a NamedTuple of constants with four functions, `begin`, `settle`, `advance` and
+`inside`, each implemented for its class; `masses` reads off what is absolute. The driver cuts the
+run into steps, keeps notes of events and states, and sees to caps. All of it is compiled as the
+engine is, so that methods are compared and not languages.
 """
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_model
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.verification.comparison.energy import energy_residual
 from damper.verification.comparison.scene import Scene
@@ -21,91 +26,282 @@ from damper.verification.comparison.solution import (
     Solution,
 )
 
-#: Outcomes as numbers, for compiled loops: places in `OUTCOMES`.
-DONE = OUTCOMES.index(FINISHED)
-STALL = OUTCOMES.index(STALLED)
-CAP = OUTCOMES.index(CAPPED)
-FAILURE = OUTCOMES.index(FAILED)
+#: Outcomes as numbers, for compiled code: places in `OUTCOMES`.
+DONE, STALL, CAP, FAILURE = (OUTCOMES.index(k) for k in (FINISHED, STALLED, CAPPED, FAILED))
+#: There are more events than rows for them.
+FULL = len(OUTCOMES)
 
-#: Columns of the notes that a loop takes: one row for each event.
-WHEN, KIND, WALL, APPROACH = range(4)
 #: A displacement this many times what the force could have made of the start has blown up.
 _BLOWN_UP = 1e6
 #: A last step shorter than this part of a step belongs to the one before.
 _SLIVER = 1e-9
+#: Steps' ends and impacts in a row with events and without progress that make a stall.
+_IDLE = 100
+#: Rows for events at first, and events that one piece of a run can have at most.
+_ROWS, _ROOM = 1024, 4
 
 
-def solve_by(
-    loop: Callable,
-    scene: Scene,
-    setting: float,
-    times: Sequence[float],
-    balance: bool,
-    max_evaluations: int,
-    wall: tuple = (),
-) -> Solution:
-    """Run a method's compiled loop with `setting` steps per forcing period.
+class Damper(NamedTuple):
+    """Constants of the rigid damper."""
+
+    mu: float
+    zeta: float
+    omega: float
+    d: float
+    r: float
+    phase: float
+
+
+class Masses(NamedTuple):
+    """Displacement and velocity of the primary and of the free mass."""
+
+    x: float
+    v: float
+    y: float
+    u: float
+
+
+class Span(NamedTuple):
+    """Start and end of a run, and the length of its steps."""
+
+    start: float
+    until: float
+    step: float
+
+
+class Piece(NamedTuple):
+    """A step, or what events have left of one."""
+
+    index: int
+    """Number of the step, from 1."""
+    time: float
+    left: float
+    end: float
+    """Where it begins, how long it is, and where the step ends."""
+
+
+class Record(NamedTuple):
+    """What a run leaves; the arrays are written to."""
+
+    notes: np.ndarray
+    """A row for each event: time, kind (as in `damper.engine.segment`), side, approach speed."""
+    counts: np.ndarray
+    """Number of events and of evaluations."""
+    sums: np.ndarray
+    """Work, loss in the dashpot, loss in impacts; largest penetration."""
+    balance: bool
+    """Whether to add up work and losses."""
+
+
+EVENTS, EVALUATIONS = range(2)
+WORK, DISSIPATED, LOST, PENETRATION = range(4)
+_WHEN, _KIND, _WALL, _SPEED = range(4)
+
+
+@by_model
+def begin(method: Any, start: Masses, time: float, record: Record) -> Any:
+    """State of a method at the start of a run: what it keeps from piece to piece."""
+
+
+@by_model
+def settle(method: Any, state: Any, time: float, index: int, record: Record) -> Any:
+    """State after the events at the end of a piece, here the one of step `index` (0: the start)."""
+    return state
+
+
+@by_model
+def advance(method: Any, state: Any, piece: Piece, record: Record) -> Any:
+    """Go to the end of a piece, or up to an event before that.
+
+    Returns
+    -------
+    state, duration, cut : NamedTuple, float, bool
+        The state then, how long that took, and whether an event has cut it short.
+    """
+
+
+@by_model
+def inside(
+    method: Any, state: Any, after: Any, piece: Piece, part: float, record: Record
+) -> Masses:
+    """State a time `part` after the start of a piece that leads from `state` to `after`."""
+
+
+@by_model
+def masses(method: Any, state: Any) -> Masses:
+    """Absolute displacements and velocities of a state."""
+    return Masses(state.x, state.v, state.y, state.u)
+
+
+@compiled
+def run(
+    method: Any,
+    start: Masses,
+    span: Span,
+    limit: float,
+    most: int,
+    times: np.ndarray,
+    states: np.ndarray,
+    record: Record,
+) -> tuple[int, float]:
+    """Run a method.
 
     Parameters
     ----------
-    loop : callable
-        Takes the constants of the scene and of compliant contact, the start, the step, the limit of
-        `limit_of`, times, whether to add up energies, and a number of evaluations; returns what
-        `solution_of` takes.
-    scene : Scene
-    setting : float
-    times : sequence of float
-    balance : bool
-    max_evaluations : int
-        As given to the solver.
-    wall : tuple, optional
-        Constants of compliant contact.
+    method : NamedTuple
+    start : Masses
+    span : Span
+    limit : float
+        Size of x and v beyond which a run has blown up.
+    most : int
+        Evaluations after which to give up.
+    times : ndarray
+        Where states are wanted, ascending.
+    states : ndarray (times + 1, 4)
+        For those states, and for the one at the end.
+    record : Record
 
-    Raises
-    ------
-    ValueError
-        For a setting that is not a positive number.
+    Returns
+    -------
+    code, time : int, float
+        Place of the outcome in `OUTCOMES`, or `FULL`, and how far it came.
     """
-    step = step_of(scene, setting)
-    wanted = np.asarray(times, dtype=float)
-    rest = (step, limit_of(scene), wanted, bool(balance), int(max_evaluations))
-    result = loop(*constants(scene), *wall, *start_of(scene), *rest)
-    return solution_of(scene, times, balance, *result)
+    counts = record.counts
+    state = begin(method, start, span.start, record)
+    steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
+    time = opened = end = last = span.start
+    done = 0.0
+    index = taken = idle = 0
+    code = DONE
+    while True:
+        before = counts[EVENTS]
+        if before + _ROOM > len(record.notes):
+            code = FULL
+            break
+        state = settle(method, state, time, index, record)
+        if counts[EVENTS] > before:
+            idle = 0 if time > last else idle + 1
+            last = time
+            if idle >= _IDLE:
+                code = STALL
+                break
+        left = (end - opened) - done
+        if left <= 0.0:
+            if index >= steps:
+                break
+            index += 1
+            opened = time = end
+            done = 0.0
+            end = span.until if index == steps else span.start + index * span.step
+            left = end - opened
+        if counts[EVALUATIONS] >= most:
+            code = CAP
+            break
+        piece = Piece(index, time, left, end)
+        after, duration, cut = advance(method, state, piece, record)
+        reached = time + duration if cut else end
+        while taken < len(times) and times[taken] < reached:
+            part = max(float(times[taken]) - time, 0.0)
+            _write(states[taken], inside(method, state, after, piece, part, record))
+            taken += 1
+        state = after
+        done = done + duration if cut else end - opened
+        time = opened + done if cut else end
+        if not (abs(state.x) <= limit and abs(state.v) <= limit):
+            code = FAILURE
+            break
+    here = masses(method, state)
+    _write(states[len(times)], here)
+    while code == DONE and taken < len(times) and times[taken] <= time:
+        _write(states[taken], here)
+        taken += 1
+    return code, time
 
 
-def step_of(scene: Scene, steps_per_period: float) -> float:
-    """Length of a step, at most the whole run.
+@compiled
+def _write(row, state):
+    row[0] = state.x
+    row[1] = state.v
+    row[2] = state.y
+    row[3] = state.u
 
-    Raises
-    ------
-    ValueError
-        Unless the number of steps is finite and positive.
+
+@compiled
+def note(record: Record, time: float, kind: float, side: float, speed: float) -> None:
+    """Write down an event."""
+    row = record.notes[record.counts[EVENTS]]
+    row[_WHEN] = time
+    row[_KIND] = kind
+    row[_WALL] = side
+    row[_SPEED] = speed
+    record.counts[EVENTS] += 1
+
+
+def fixed_step(
+    method_of: Callable[[Scene, float], Any],
+) -> Callable[[Scene, float, Sequence[float], bool, int], Solution]:
+    """Make what runs a scene with a number of steps per forcing period.
+
+    Parameters
+    ----------
+    method_of : callable
+        Takes the scene and the length of a step and returns the method.
+
+    Returns
+    -------
+    callable
+        As `damper.verification.comparison.solvers.Solver.method`. It raises ValueError for a number
+        of steps that is not finite and positive.
     """
-    if not 0.0 < steps_per_period < math.inf:
-        raise ValueError(f"steps_per_period = {steps_per_period!r}: must be a finite number > 0")
-    return scene.parameters.period / float(steps_per_period)
+
+    def solve(
+        scene: Scene, setting: float, times: Sequence[float], balance: bool, most: int
+    ) -> Solution:
+        if not 0.0 < setting < math.inf:
+            raise ValueError(f"steps_per_period = {setting!r}: must be a finite number > 0")
+        p, state = scene.parameters, scene.state
+        step = p.period / float(setting)
+        start = Masses(state.x, state.v, state.y, state.u)
+        span = Span(state.time, scene.until, step)
+        rest = method_of(scene, step), start, span, _limit(scene), int(most), np.array(times, float)
+        code, rows = FULL, _ROWS
+        while code == FULL:
+            states = np.full((len(times) + 1, 4), np.nan)
+            counts, sums = np.zeros(2, np.int64), np.zeros(4)
+            record = Record(np.empty((rows, 4)), counts, sums, bool(balance))
+            code, reached = run(*rest, states, record)
+            rows *= 16
+        notes = record.notes[: counts[EVENTS]]
+        impacts = notes[notes[:, _KIND] == IMPACT]
+        residual = math.nan
+        if balance and code == DONE:
+            residual = energy_residual(p, start, states[-1].tolist(), *sums[:PENETRATION].tolist())
+        return Solution(
+            impact_times=impacts[:, _WHEN].copy(),
+            impact_sides=impacts[:, _WALL].copy(),
+            approach_speeds=impacts[:, _SPEED].copy(),
+            stick_times=notes[notes[:, _KIND] == STICK, _WHEN],
+            release_times=notes[notes[:, _KIND] == RELEASE, _WHEN],
+            states=states[:-1],
+            penetration=float(sums[PENETRATION]),
+            energy_residual=residual,
+            evaluations=int(counts[EVALUATIONS]),
+            outcome=OUTCOMES[code],
+            reached=float(reached),
+        )
+
+    return solve
 
 
-def constants(scene: Scene) -> tuple[float, ...]:
-    """Constants of the rigid damper: mu, zeta, omega, d, r and the phase."""
+def damper_of(scene: Scene) -> Damper:
+    """Constants of the rigid damper of a scene."""
     p = scene.parameters
-    return (
-        p.mass_ratio,
-        p.damping_ratio,
-        p.frequency_ratio,
-        p.clearance,
-        p.restitution,
-        p.phase,
+    return Damper(
+        p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
     )
 
 
-def start_of(scene: Scene) -> tuple[float, ...]:
-    """State at the start, x, v, y, u, its time, and the end."""
-    state = scene.state
-    return state.x, state.v, state.y, state.u, state.time, scene.until
-
-
-def limit_of(scene: Scene) -> float:
+def _limit(scene: Scene) -> float:
     """Size of x and v beyond which a run has blown up.
 
     Neither the force, at most 1, nor the energy at the start can take them there: x and v grow by
@@ -116,124 +312,23 @@ def limit_of(scene: Scene) -> float:
     return _BLOWN_UP * (1.0 + p.mass_ratio) * (1.0 + size + (scene.until - state.time))
 
 
-def solution_of(
-    scene: Scene,
-    times: Sequence[float],
-    balance: bool,
-    notes: np.ndarray,
-    states: np.ndarray,
-    end: tuple[float, ...],
-    totals: tuple[float, ...],
-    penetration: float,
-    evaluations: int,
-    code: int,
-    reached: float,
-) -> Solution:
-    """Put what a loop returns into a solution.
-
-    Parameters
-    ----------
-    scene : Scene
-    times : sequence of float
-    balance : bool
-        As given to the solver.
-    notes : ndarray (events, 4)
-        Time, kind (as in `damper.engine.segment`), side and approach speed.
-    states : ndarray (times, 4)
-    end, totals : tuple of float
-        State at the end; work, what the dashpot took, and what impacts took.
-    penetration : float
-    evaluations, code : int
-        Evaluations, and the outcome's place in `OUTCOMES`.
-    reached : float
-    """
-    impacts = notes[notes[:, KIND] == IMPACT]
-    state = scene.state
-    start = (state.x, state.v, state.y, state.u)
-    return Solution(
-        impact_times=impacts[:, WHEN].copy(),
-        impact_sides=impacts[:, WALL].copy(),
-        approach_speeds=impacts[:, APPROACH].copy(),
-        stick_times=notes[notes[:, KIND] == STICK, WHEN],
-        release_times=notes[notes[:, KIND] == RELEASE, WHEN],
-        states=states,
-        penetration=float(penetration),
-        energy_residual=energy_residual(scene.parameters, start, end, *totals)
-        if balance and code == DONE
-        else math.nan,
-        evaluations=int(evaluations),
-        outcome=OUTCOMES[code],
-        reached=float(reached),
-    )
-
-
 @compiled
-def records(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Room for notes of events, and for the states at `count` times."""
-    return np.empty((64, 4)), np.full((count, 4), math.nan)
-
-
-@compiled
-def fill(
-    states: np.ndarray,
-    taken: int,
-    times: np.ndarray,
-    time: float,
-    x: float,
-    v: float,
-    y: float,
-    u: float,
-) -> None:
-    """Write the state at the end to the times that are left up to it; `taken` are done."""
-    while taken < len(times) and times[taken] <= time:
-        states[taken, 0] = x
-        states[taken, 1] = v
-        states[taken, 2] = y
-        states[taken, 3] = u
-        taken += 1
-
-
-@compiled
-def count_of(start: float, until: float, step: float) -> int:
-    """Steps of a run; the last one may be shorter."""
-    return max(math.ceil((until - start) / step - _SLIVER), 0)
-
-
-@compiled
-def note(
-    notes: np.ndarray, count: int, time: float, kind: float, side: float, speed: float
-) -> tuple[np.ndarray, int]:
-    """Add an event; returns the notes, in a longer array where they were full, and their count."""
-    if count == len(notes):
-        longer = np.empty((2 * count + 64, 4))
-        for row in range(count):
-            for column in range(4):
-                longer[row, column] = notes[row, column]
-        notes = longer
-    notes[count, WHEN] = time
-    notes[count, KIND] = kind
-    notes[count, WALL] = side
-    notes[count, APPROACH] = speed
-    return notes, count + 1
+def force_at(damper: Damper, time: float) -> float:
+    """Return the forcing, of amplitude 1."""
+    return math.sin(damper.omega * time + damper.phase)
 
 
 @compiled
 def rk4(
-    mass: float,
-    zeta: float,
-    omega: float,
-    phase: float,
-    x: float,
-    v: float,
-    time: float,
-    step: float,
+    damper: Damper, mass: float, x: float, v: float, time: float, step: float
 ) -> tuple[float, ...]:
     """One classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
     Parameters
     ----------
-    mass, zeta, omega, phase : float
-        1 in flight, 1 + mu in sticking; damping ratio, forcing frequency and phase.
+    damper : Damper
+    mass : float
+        1 in flight, 1 + mu in sticking.
     x, v, time, step : float
 
     Returns
@@ -243,10 +338,10 @@ def rk4(
         and loss in the dashpot, as if they were further components of the state.
     """
     half = 0.5 * step
-    force1 = math.sin(omega * time + phase)
-    force2 = math.sin(omega * (time + half) + phase)
-    force3 = math.sin(omega * (time + step) + phase)
-    twice = 2.0 * zeta
+    force1 = force_at(damper, time)
+    force2 = force_at(damper, time + half)
+    force3 = force_at(damper, time + step)
+    twice = 2.0 * damper.zeta
     a1 = (force1 - twice * v - x) / mass
     v2 = v + half * a1
     a2 = (force2 - twice * v2 - (x + half * v)) / mass
@@ -265,22 +360,15 @@ def rk4(
 
 @compiled
 def contact_force(
-    mass: float,
-    zeta: float,
-    omega: float,
-    phase: float,
-    x: float,
-    v: float,
-    time: float,
-    side: float,
+    damper: Damper, mass: float, x: float, v: float, time: float, side: float
 ) -> tuple[float, ...]:
     """How a wall accelerates towards the free mass, and how that changes: -side x'', -side x'''.
 
     Positive where the masses, once together, stay so.
     """
-    angle = omega * time + phase
-    a = (math.sin(angle) - 2.0 * zeta * v - x) / mass
-    j = (omega * math.cos(angle) - 2.0 * zeta * a - v) / mass
+    angle = damper.omega * time + damper.phase
+    a = (math.sin(angle) - 2.0 * damper.zeta * v - x) / mass
+    j = (damper.omega * math.cos(angle) - 2.0 * damper.zeta * a - v) / mass
     return -side * a, -side * j
 
 
@@ -288,3 +376,15 @@ def contact_force(
 def impact_loss(mu: float, before: float, after: float) -> float:
     """Energy lost as a relative speed changes; 1/2 mu / (1 + mu) times the squares' difference."""
     return 0.5 * mu / (1.0 + mu) * (before - after) * (before + after)
+
+
+@compiled
+def common_velocity(mu: float, v: float, u: float) -> float:
+    """Velocity of both masses once they move as one."""
+    return (v + mu * u) / (1.0 + mu)
+
+
+@compiled
+def nearer_wall(x: float, y: float) -> float:
+    """Side of the wall that the free mass is nearer to."""
+    return 1.0 if y >= x else -1.0

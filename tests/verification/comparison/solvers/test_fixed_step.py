@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 import damper
-import damper.engine.compiled
+from damper.engine.compiled import plain
+from damper.engine.segment import IMPACT
 from damper.models import start_run
 from damper.sweep.events import events
 from damper.theory.two_impacts import orbits
-from damper.verification.comparison.fixed_step import rk4
+from damper.verification.comparison.fixed_step import Damper, rk4
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.verification.comparison.solvers import load, rk4_step_end
-from damper.verification.comparison.solvers.rk4_located import _find_impact
+from damper.verification.comparison.solvers.rk4_located import State, _find_impact
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
 ALL = (STEP_END, LOCATED, MOREAU)
@@ -142,9 +143,9 @@ def test_walls_that_give_are_approached_at_first_order(tension):
 def test_a_runge_kutta_step_is_the_taylor_series_up_to_the_fourth_power():
     # Without force and damping a step is the polynomial of exp(i h): 1 - h^2/2 + h^4/24.
     h = 0.3
-    curve, dv, work, loss = rk4(1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    curve, dv, work, loss = rk4(Damper(0.1, 0.0, 1.0, 1.0, 0.6, 0.0), 1.0, 1.0, 0.0, 0.0, 0.0)
     assert curve == dv == work == loss == 0.0
-    forced = rk4(1.0, 0.0, 1e-30, 0.0, 1.0, 0.0, 0.0, h)
+    forced = rk4(Damper(0.1, 0.0, 1e-30, 1.0, 0.6, 0.0), 1.0, 1.0, 0.0, 0.0, h)
     assert forced[0] == pytest.approx(-h * h / 2 + h**4 / 24, rel=1e-14)
     assert forced[1] == pytest.approx(-h + h**3 / 6, rel=1e-14)
 
@@ -229,10 +230,11 @@ def test_states_inside_steps(name):
 
 def test_located_impacts_lie_on_the_wall_to_rounding():
     # From a wall with speed 0.1 into one that pushes with 5: 40 steps, or a part of one.
-    state = (1.0, -1.0, -5.0, 0.0, 0.0, 0.1, 0.0)
+    damper = Damper(0.1, 0.0, 1e-3, 1.0, 0.6, 0.0)
+    state = State(x=-5.0, v=0.0, gap=0.0, rate=0.1, side=-1.0, stuck=False, due=IMPACT)
     for left in (0.05, 0.1, 0.5):
-        tau, evaluations = _find_impact(0.0, 1e-3, 0.0, *state[1:], left)
-        curve, _, _, _ = rk4(1.0, 0.0, 1e-3, 0.0, -5.0, 0.0, 0.0, tau)
+        tau, evaluations = _find_impact(damper, state, 0.0, left)
+        curve, _, _, _ = rk4(damper, 1.0, -5.0, 0.0, 0.0, tau)
         assert abs(0.1 * tau - curve) < 1e-16 * 0.1
         assert abs(tau - 0.04) < 1e-4
         assert evaluations <= 60
@@ -375,18 +377,16 @@ def test_without_sticking_the_free_mass_would_sink_through_the_wall(monkeypatch)
     r = 0.3
     p = damper.Parameters(1e-6, 0.0, 1e-3, clearance=0.5, restitution=r)
     scene = Scene(p, damper.State(-1.0, 0.0, -1.5, 0.0), 1.5)
-    module = rk4_step_end
-    if damper.engine.compiled.COMPILED:
-        monkeypatch.setattr(module, "_rigid", module._rigid.py_func)
+    solve_plain = plain(solve)
     steps = 20 * p.period, 40 * p.period
     for setting in steps:
-        kept = solve(STEP_END, scene, setting)
+        kept = solve_plain(STEP_END, scene, setting)
         assert len(kept.stick_times) == 1
         assert kept.penetration < 1e-12
-    monkeypatch.setattr(module, "contact_force", lambda *state: (-1.0, -1.0))
+    monkeypatch.setattr(rk4_step_end, "contact_force", lambda *state: (-1.0, -1.0))
     for setting in steps:
         step = p.period / setting
-        sunk = solve(STEP_END, scene, setting)
+        sunk = solve_plain(STEP_END, scene, setting)
         assert len(sunk.stick_times) == 0
         # The speed a h (1 - r) / (2 (1 + r)), on average over this time sin(1.5) / 1.5 for a = 1.
         sinking = math.sin(1.5) * step * (1.0 - r) / (2.0 * (1.0 + r))

@@ -26,25 +26,31 @@ P times the mean of g0' and g1', as what impacts take; with theta = 1/2 it then 
 a property of the midpoint rule that says nothing about the errors of the motion.
 """
 
-import math
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    CAP,
-    DONE,
-    FAILURE,
-    count_of,
-    fill,
+    DISSIPATED,
+    EVALUATIONS,
+    LOST,
+    PENETRATION,
+    WORK,
+    Damper,
+    Masses,
+    advance,
+    begin,
+    common_velocity,
+    damper_of,
+    fixed_step,
+    force_at,
     impact_loss,
+    inside,
+    nearer_wall,
     note,
-    records,
-    solve_by,
+    settle,
 )
-from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import Solution
 from damper.verification.comparison.solvers import Solver
 
 THETA = 0.5
@@ -52,144 +58,150 @@ THETA = 0.5
 _APART = 3
 
 
-def solve(
-    scene: Scene,
-    setting: float,
-    times: Sequence[float],
-    balance: bool,
-    max_evaluations: int,
-) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `Solver`.
+class MoreauJean(NamedTuple):
+    """The method."""
 
-    Raises
-    ------
-    ValueError
-        For a setting that is not a positive number.
-    """
-    return solve_by(_run, scene, setting, times, balance, max_evaluations)
+    damper: Damper
+    until: float
+
+
+class Contact(NamedTuple):
+    """What is remembered of the impulses, from which events are read off."""
+
+    side: float
+    since: float
+    """Wall and beginning of the contact under way."""
+    acted: bool
+    """Whether the step before had an impulse."""
+    stuck: bool
+    free: int
+    """Steps since the last impulse."""
+    parted: float
+    """End of the last step with one."""
+    last: float
+    """No event is read off before another."""
+
+
+class State(NamedTuple):
+    """State at the end of a step, with the force there."""
+
+    x: float
+    v: float
+    y: float
+    u: float
+    force: float
+    contact: Contact
+
+
+@begin.of(MoreauJean)
+def _begin(method, start, time, record):
+    p = method.damper
+    x, v, y, u = start
+    if p.d == 0.0:
+        # Between two walls at once, for good.
+        record.sums[LOST] += impact_loss(p.mu, u - v, 0.0)
+        v = common_velocity(p.mu, v, u)
+        u = v
+    contact = Contact(0.0, time, False, False, 0, time, time)
+    return State(x, v, y, u, force_at(p, time), contact)
+
+
+@settle.of(MoreauJean)
+def _settle(method, state, time, index, record):
+    if index > 0:
+        depth = abs(state.y - state.x) - method.damper.d
+        record.sums[PENETRATION] = max(record.sums[PENETRATION], depth)
+    return state
+
+
+@advance.of(MoreauJean)
+def _advance(method, state, piece, record):
+    p = method.damper
+    x, v, y, u, force0, contact = state
+    h = piece.left
+    force1 = force_at(p, piece.end)
+    record.counts[EVALUATIONS] += 1
+    force = _mean(force0, force1)
+
+    # The step without walls.
+    together = p.d == 0.0
+    heavy = 1.0 + THETA * h * (2.0 * p.zeta + THETA * h)
+    inert = p.mu if together else 0.0
+    v1 = v + h * (force - x - v * (2.0 * p.zeta + THETA * h)) / (heavy + inert)
+    u1 = v1 if together else u
+    side = nearer_wall(x, y)
+    gap = p.d - side * (y - x)
+    if piece.index == 1 and abs(gap) <= slack(p.d, x, y):
+        gap = 0.0
+    rate0 = -side * (u - v)
+    impulse = 0.0
+    if not together and gap + 0.5 * h * rate0 <= 0.0:
+        rate1 = -side * (u1 - v1)
+        ease = 1.0 / p.mu + 1.0 / heavy
+        impulse = max(-(rate1 + p.r * rate0) / ease, 0.0)
+        v1 += side * impulse / heavy
+        u1 -= side * impulse / p.mu
+        if record.balance:
+            rate1 = -side * (u1 - v1)
+            record.sums[LOST] -= impulse * (_mean(rate0, rate1))
+    contact = _read(method, contact, impulse > 0.0, side, gap, rate0, piece, record)
+    v_mean, u_mean = _mean(v, v1), _mean(u, u1)
+    if record.balance:
+        record.sums[WORK] += h * force * v_mean
+        record.sums[DISSIPATED] += h * 2.0 * p.zeta * v_mean * v_mean
+    after = State(x + h * v_mean, v1, y + h * u_mean, u1, force1, contact)
+    return after, h, False
 
 
 @compiled
-def _run(
-    mu,
-    zeta,
-    omega,
-    d,
-    r,
-    phase,
-    x,
-    v,
-    y,
-    u,
-    start,
-    until,
-    step,
-    limit,
-    times,
-    balance,
-    max_evaluations,
-):
-    notes, states = records(len(times))
-    events = taken = evaluations = 0
-    work = dissipated = lost = penetration = 0.0
-    code = DONE
-    together = d == 0.0
-    if together:
-        # Between two walls at once, for good.
-        lost += impact_loss(mu, u - v, 0.0)
-        v = (v + mu * u) / (1.0 + mu)
-        u = v
-    wall = 0.0  # of the contact under way
-    since = start  # when it began
-    acted = False  # whether the step before had an impulse
-    stuck = False
-    free = 0  # steps since the last impulse
-    parted = start  # end of the last step with one
-    last = start  # no event is read off before another
-    force0 = math.sin(omega * start + phase)
-    steps = count_of(start, until, step)
-    index = 0
-    time = start
-    while index < steps:
-        if evaluations >= max_evaluations:
-            code = CAP
-            break
-        index += 1
-        end = until if index == steps else start + index * step
-        h = end - time
-        force1 = math.sin(omega * end + phase)
-        evaluations += 1
-        force = THETA * force1 + (1.0 - THETA) * force0
-        force0 = force1
-
-        # The step without walls.
-        heavy = 1.0 + THETA * h * (2.0 * zeta + THETA * h)
-        weight = 1.0 - THETA
-        inert = mu if together else 0.0
-        v1 = v + h * (force - x - v * (2.0 * zeta + THETA * h)) / (heavy + inert)
-        u1 = v1 if together else u
-        side = 1.0 if y >= x else -1.0
-        gap = d - side * (y - x)
-        if index == 1 and abs(gap) <= slack(d, x, y):
-            gap = 0.0
-        rate0 = -side * (u - v)
-        impulse = 0.0
-        if not together and gap + 0.5 * h * rate0 <= 0.0:
-            rate1 = -side * (u1 - v1)
-            ease = 1.0 / mu + 1.0 / heavy
-            impulse = max(-(rate1 + r * rate0) / ease, 0.0)
-            v1 += side * impulse / heavy
-            u1 -= side * impulse / mu
-            if balance:
-                lost -= impulse * (THETA * -side * (u1 - v1) + weight * rate0)
-
-        # What the impulses mean.
-        if impulse > 0.0:
-            if not acted and not stuck:
-                wall = side
-                since = time
-                if rate0 < 0.0:
-                    since = min(max(time - gap / rate0, last), until)
-                    notes, events = note(notes, events, since, IMPACT, side, -rate0)
-                last = since
-            elif acted and not stuck and side == wall:
-                stuck = True
-                notes, events = note(notes, events, since, STICK, side, 0.0)
-            free = 0
-            parted = end
-        elif stuck:
-            free += 1
-            if free >= _APART:
-                stuck = False
-                last = parted
-                notes, events = note(notes, events, parted, RELEASE, wall, 0.0)
-        acted = impulse > 0.0
-
-        v_mean = THETA * v1 + weight * v
-        u_mean = THETA * u1 + weight * u
-        if balance:
-            work += h * force * v_mean
-            dissipated += h * 2.0 * zeta * v_mean * v_mean
-        while taken < len(times) and times[taken] < end:
-            part = (float(times[taken]) - time) / h
-            states[taken, 0] = x + part * h * v_mean
-            states[taken, 1] = v + part * (v1 - v)
-            states[taken, 2] = y + part * h * u_mean
-            states[taken, 3] = u + part * (u1 - u)
-            taken += 1
-        x += h * v_mean
-        y += h * u_mean
-        v = v1
-        u = u1
-        time = end
-        if not (abs(x) <= limit and abs(v) <= limit):
-            code = FAILURE
-            break
-        penetration = max(penetration, abs(y - x) - d)
-    if code == DONE:
-        fill(states, taken, times, time, x, v, y, u)
-    totals = (work, dissipated, lost)
-    return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+def _read(method, contact, acts, side, gap, rate, piece, record):
+    """What the impulse of a step means, or that there is none."""
+    wall, since, acted, stuck, free, parted, last = contact
+    if acts:
+        if not acted and not stuck:
+            wall = side
+            since = piece.time
+            if rate < 0.0:
+                since = min(max(since - gap / rate, last), method.until)
+                note(record, since, IMPACT, side, -rate)
+            last = since
+        elif acted and not stuck and side == wall:
+            stuck = True
+            note(record, since, STICK, side, 0.0)
+        free = 0
+        parted = piece.end
+    elif stuck:
+        free += 1
+        if free >= _APART:
+            stuck = False
+            last = parted
+            note(record, parted, RELEASE, wall, 0.0)
+    return Contact(wall, since, acts, stuck, free, parted, last)
 
 
-SOLVERS = {"moreau_jean": Solver("Moreau-Jean", "steps_per_period", +1, ("rigid",), 2e7, solve)}
+@compiled
+def _mean(before, after):
+    return THETA * after + (1.0 - THETA) * before
+
+
+@inside.of(MoreauJean)
+def _inside(method, state, after, piece, part, record):
+    share = part / piece.left
+    return Masses(
+        state.x + share * piece.left * _mean(state.v, after.v),
+        state.v + share * (after.v - state.v),
+        state.y + share * piece.left * _mean(state.u, after.u),
+        state.u + share * (after.u - state.u),
+    )
+
+
+SOLVERS = {
+    "moreau_jean": Solver(
+        "Moreau-Jean",
+        "steps_per_period",
+        +1,
+        ("rigid",),
+        2e7,
+        fixed_step(lambda scene, step: MoreauJean(damper_of(scene), scene.until)),
+    )
+}

@@ -15,236 +15,190 @@ all that comes after a burst keeps the fourth order of the rest. Sticking itself
 by 2 w / (a (1 - r)), O(h^2) / (1 - r): second order.
 
 With a step so short that a bounce no longer moves the time, before sticking sets in, the run has
-stalled; `_IDLE` events in a row without progress say so.
+stalled.
 
 States inside a step come from a shorter Runge-Kutta step, of local order five.
 """
 
-import math
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import IMPACT, RELEASE, STICK
+from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    CAP,
-    DONE,
-    FAILURE,
-    STALL,
+    DISSIPATED,
+    EVALUATIONS,
+    LOST,
+    PENETRATION,
+    WORK,
+    Damper,
+    Masses,
+    advance,
+    begin,
+    common_velocity,
     contact_force,
-    count_of,
-    fill,
+    damper_of,
+    fixed_step,
     impact_loss,
+    inside,
+    masses,
+    nearer_wall,
     note,
-    records,
     rk4,
-    solve_by,
+    settle,
 )
 from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import Solution
 from damper.verification.comparison.solvers import Solver
 
-#: Events in a row at one and the same time that make a stall.
-_IDLE = 100
 _ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
 
 
-def solve(
-    scene: Scene,
-    setting: float,
-    times: Sequence[float],
-    balance: bool,
-    max_evaluations: int,
-) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `Solver`.
+class Located(NamedTuple):
+    """The method."""
 
-    Raises
-    ------
-    ValueError
-        For a setting that is not a positive number.
-    """
-    return solve_by(_run, scene, setting, times, balance, max_evaluations)
+    damper: Damper
+    shortest: float
+    """Duration of the flight back up to which masses stay together after an impact."""
 
 
-@compiled
-def _run(
-    mu,
-    zeta,
-    omega,
-    d,
-    r,
-    phase,
-    x,
-    v,
-    y,
-    u,
-    start,
-    until,
-    step,
-    limit,
-    times,
-    balance,
-    max_evaluations,
-):
-    notes, states = records(len(times))
-    events = taken = evaluations = 0
-    work = dissipated = lost = penetration = 0.0
-    code = DONE
-    shortest = step * step * max(1.0, omega)
+class State(NamedTuple):
+    """State relative to a wall, as far as the masses are not stuck."""
 
-    # Relative to the wall, as far as the masses are not stuck.
-    side = 1.0 if y >= x else -1.0
-    gap = d - side * (y - x)
+    x: float
+    v: float
+    gap: float
+    rate: float
+    side: float
+    stuck: bool
+    due: float
+    """What is about to happen: NOTHING, IMPACT, RELEASE, or STICK for a start in touch."""
+
+
+@begin.of(Located)
+def _begin(method, start, time, record):
+    p = method.damper
+    x, v, y, u = start
+    side = nearer_wall(x, y)
+    gap = p.d - side * (y - x)
     rate = -side * (u - v)
-    if gap <= slack(d, x, y):
+    if gap <= slack(p.d, x, y):
         gap = 0.0
-    stuck = False
-    arrived = -1.0  # approach speed of masses that have just met
-    if d == 0.0:
+    if p.d == 0.0:
         # Together for good, with no wall to leave.
-        stuck = True
-        lost += impact_loss(mu, rate, 0.0)
-        v = (v + mu * u) / (1.0 + mu)
-        rate = 0.0
-    elif gap == 0.0 and rate <= 0.0:
-        arrived = -rate
-    met = arrived > 0.0  # whether it counts as an impact
+        record.sums[LOST] += impact_loss(p.mu, rate, 0.0)
+        return State(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
+    due = NOTHING
+    if gap == 0.0 and rate <= 0.0:
+        due = IMPACT if rate < 0.0 else STICK
+    return State(x, v, gap, rate, side, False, due)
 
-    steps = count_of(start, until, step)
-    index = 0
-    done = 0.0
-    begin = start
-    end = until if steps <= 1 else start + step
-    time = start
-    last = -math.inf
-    idle = 0
-    while True:
-        if arrived >= 0.0:
-            # On the wall, and no longer or not yet apart.
-            rate = r * arrived
-            if met:
-                notes, events = note(notes, events, time, IMPACT, side, arrived)
-                lost += impact_loss(mu, arrived, rate)
-                v += side * mu * (1.0 + r) / (1.0 + mu) * arrived
-            common = v - side * mu / (1.0 + mu) * rate
+
+@settle.of(Located)
+def _settle(method, state, time, index, record):
+    if state.due == NOTHING:
+        return state
+    p = method.damper
+    x, v, gap, rate, side, _, due = state
+    if due == RELEASE:
+        note(record, time, RELEASE, side, 0.0)
+        return State(x, v, gap, rate, side, False, NOTHING)
+    arrived = max(-rate, 0.0)
+    rate = p.r * arrived
+    if due == IMPACT:
+        note(record, time, IMPACT, side, arrived)
+        record.sums[LOST] += impact_loss(p.mu, arrived, rate)
+        v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
+    common = v - side * p.mu / (1.0 + p.mu) * rate
+    record.counts[EVALUATIONS] += 1
+    a, j = contact_force(p, 1.0, x, common, time, side)
+    rests = a > 0.0 and 2.0 * rate <= a * method.shortest
+    if not (rests or (rate == 0.0 and a == 0.0 and j > 0.0)):
+        return State(x, v, gap, rate, side, False, NOTHING)
+    record.sums[LOST] += impact_loss(p.mu, rate, 0.0)
+    note(record, time, STICK, side, 0.0)
+    return State(x, common, gap, 0.0, side, True, NOTHING)
+
+
+@advance.of(Located)
+def _advance(method, state, piece, record):
+    p = method.damper
+    x, v, gap, rate, side, stuck, _ = state
+    time, left = piece.time, piece.left
+    mass = 1.0 + p.mu if stuck else 1.0
+    curve, dv, work, loss = rk4(p, mass, x, v, time, left)
+    evaluations = 4
+    tau = left
+    due = NOTHING
+    if stuck:
+        if p.d > 0.0:
             evaluations += 1
-            a, j = contact_force(1.0, zeta, omega, phase, x, common, time, side)
-            rests = a > 0.0 and 2.0 * rate <= a * shortest
-            if rests or (rate == 0.0 and a == 0.0 and j > 0.0):
-                stuck = True
-                lost += impact_loss(mu, rate, 0.0)
-                v = common
-                rate = 0.0
-                notes, events = note(notes, events, time, STICK, side, 0.0)
-            arrived = -1.0
-            idle = 0 if time > last else idle + 1
-            last = time
-            if idle >= _IDLE:
-                code = STALL
-                break
-        left = (end - begin) - done
-        if left <= 0.0:
-            if index + 1 >= steps:
-                break
-            index += 1
-            begin = end
-            time = begin
-            done = 0.0
-            end = until if index + 1 == steps else start + (index + 1) * step
-            left = end - begin
-        if evaluations >= max_evaluations:
-            code = CAP
-            break
-
-        mass = 1.0 + mu if stuck else 1.0
-        curve, dv, in_work, in_dashpot = rk4(mass, zeta, omega, phase, x, v, time, left)
-        evaluations += 4
-        tau = left
-        ends = False
-        if stuck:
-            if side != 0.0 and d > 0.0:
-                evaluations += 1
-                a, j = contact_force(
-                    mass, zeta, omega, phase, x + (v * left + curve), v + dv, time + left, side
-                )
-                if a < 0.0:
-                    ends = True
-                    tau, more = _find_release(mass, zeta, omega, phase, side, x, v, time, left)
-                    evaluations += more
-        else:
-            near = gap + (rate * left + side * curve)
-            if near < 0.0 or near > 2.0 * d:
-                ends = True
-                if near > 2.0 * d:
-                    side = -side
-                    gap = 2.0 * d - gap
-                    rate = -rate
-                tau, more = _find_impact(zeta, omega, phase, side, x, v, gap, rate, time, left)
+            a, _ = contact_force(p, mass, x + (v * left + curve), v + dv, time + left, side)
+            if a < 0.0:
+                due = RELEASE
+                tau, more = _find_release(p, state, time, left)
                 evaluations += more
-        if ends:
-            curve, dv, in_work, in_dashpot = rk4(mass, zeta, omega, phase, x, v, time, tau)
-            evaluations += 4
-        while taken < len(times) and times[taken] < time + tau:
-            part = max(float(times[taken]) - time, 0.0)
-            bend, turn, _, _ = rk4(mass, zeta, omega, phase, x, v, time, part)
-            evaluations += 4
-            states[taken, 0] = x + (v * part + bend)
-            states[taken, 1] = v + turn
-            distance = gap
-            opened = rate
-            if not stuck:
-                distance += rate * part + side * bend
-                opened += side * turn
-            states[taken, 2] = states[taken, 0] + side * (d - distance)
-            states[taken, 3] = v + turn - side * opened
-            taken += 1
-        if balance:
-            work += in_work
-            dissipated += in_dashpot
-        if not stuck:
-            gap += rate * tau + side * curve
-            rate += side * dv
-            penetration = max(penetration, -gap)
-        x += v * tau + curve
-        v += dv
-        done += tau
-        time = begin + done
-        if not ends:
-            done = end - begin
-            time = end
-        elif stuck:
-            stuck = False
-            gap = 0.0
-            rate = 0.0
-            notes, events = note(notes, events, time, RELEASE, side, 0.0)
-        else:
-            gap = 0.0
-            arrived = max(-rate, 0.0)
-            met = True
-        if not (abs(x) <= limit and abs(v) <= limit):
-            code = FAILURE
-            break
-    y = x + side * (d - gap)
-    u = v - side * rate
-    if code == DONE:
-        fill(states, taken, times, time, x, v, y, u)
-    totals = (work, dissipated, lost)
-    return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+    else:
+        near = gap + (rate * left + side * curve)
+        if near < 0.0 or near > 2.0 * p.d:
+            due = IMPACT
+            if near > 2.0 * p.d:
+                side, gap, rate = -side, 2.0 * p.d - gap, -rate
+            tau, more = _find_impact(p, State(x, v, gap, rate, side, stuck, due), time, left)
+            evaluations += more
+    if due != NOTHING:
+        curve, dv, work, loss = rk4(p, mass, x, v, time, tau)
+        evaluations += 4
+    record.counts[EVALUATIONS] += evaluations
+    if record.balance:
+        record.sums[WORK] += work
+        record.sums[DISSIPATED] += loss
+    if not stuck:
+        gap += rate * tau + side * curve
+        rate += side * dv
+        record.sums[PENETRATION] = max(record.sums[PENETRATION], -gap)
+    if due == RELEASE:
+        rate = 0.0
+    if due != NOTHING:
+        gap = 0.0
+    return State(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due), tau, due != NOTHING
+
+
+@inside.of(Located)
+def _inside(method, state, after, piece, part, record):
+    p = method.damper
+    mass = 1.0 + p.mu if state.stuck else 1.0
+    curve, dv, _, _ = rk4(p, mass, state.x, state.v, piece.time, part)
+    record.counts[EVALUATIONS] += 4
+    gap, rate = state.gap, state.rate
+    if after.side != state.side:
+        gap, rate = 2.0 * p.d - gap, -rate
+    if not state.stuck:
+        gap += rate * part + after.side * curve
+        rate += after.side * dv
+    x, v = state.x + (state.v * part + curve), state.v + dv
+    return masses(method, State(x, v, gap, rate, after.side, state.stuck, NOTHING))
+
+
+@masses.of(Located)
+def _masses(method, state):
+    y = state.x + state.side * (method.damper.d - state.gap)
+    return Masses(state.x, state.v, y, state.v - state.side * state.rate)
 
 
 @compiled
-def _find_impact(zeta, omega, phase, side, x, v, gap, rate, time, left):
+def _find_impact(damper, state, time, left):
     """Length of the step that ends on the wall, for one that would end beyond it.
 
     A start on the wall counts as before it: the root sought is the later one.
     """
+    x, v, gap, rate, side, _, _ = state
     low = 0.0
     high = left
     evaluations = 0
     tau = high
     for iteration in range(_ITERATIONS):
-        curve, dv, _, _ = rk4(1.0, zeta, omega, phase, x, v, time, tau)
+        curve, dv, _, _ = rk4(damper, 1.0, x, v, time, tau)
         evaluations += 4
         value = gap + (rate * tau + side * curve)
         slope = rate + side * dv
@@ -264,17 +218,17 @@ def _find_impact(zeta, omega, phase, side, x, v, gap, rate, time, left):
 
 
 @compiled
-def _find_release(mass, zeta, omega, phase, side, x, v, time, left):
+def _find_release(damper, state, time, left):
     """Length of the step at whose end the contact force vanishes, for one that goes beyond that."""
+    x, v, side = state.x, state.v, state.side
+    mass = 1.0 + damper.mu
     low = 0.0
     high = left
     evaluations = 0
     tau = high
     for _ in range(_ITERATIONS):
-        curve, dv, _, _ = rk4(mass, zeta, omega, phase, x, v, time, tau)
-        value, slope = contact_force(
-            mass, zeta, omega, phase, x + (v * tau + curve), v + dv, time + tau, side
-        )
+        curve, dv, _, _ = rk4(damper, mass, x, v, time, tau)
+        value, slope = contact_force(damper, mass, x + (v * tau + curve), v + dv, time + tau, side)
         evaluations += 5
         if value < 0.0:
             high = tau
@@ -289,6 +243,13 @@ def _find_release(mass, zeta, omega, phase, side, x, v, time, left):
     return tau, evaluations
 
 
+def _method(scene: Scene, step: float) -> Located:
+    damper = damper_of(scene)
+    return Located(damper, step * step * max(1.0, damper.omega))
+
+
 SOLVERS = {
-    "rk4_located": Solver("RK4, impacts located", "steps_per_period", +1, ("rigid",), 3e7, solve)
+    "rk4_located": Solver(
+        "RK4, impacts located", "steps_per_period", +1, ("rigid",), 3e7, fixed_step(_method)
+    )
 }

@@ -24,211 +24,262 @@ further components of the state, and what an impact takes is that of its own spe
 """
 
 import math
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.compliant.restitution import contact_damping
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    CAP,
-    DONE,
-    FAILURE,
+    DISSIPATED,
+    EVALUATIONS,
+    LOST,
+    PENETRATION,
+    WORK,
+    Damper,
+    Masses,
+    advance,
+    begin,
+    common_velocity,
     contact_force,
-    count_of,
-    fill,
+    damper_of,
+    fixed_step,
+    force_at,
     impact_loss,
+    inside,
+    nearer_wall,
     note,
-    records,
     rk4,
-    solve_by,
+    settle,
 )
 from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import Solution
 from damper.verification.comparison.solvers import Solver
 
 
-def solve(
-    scene: Scene,
-    setting: float,
-    times: Sequence[float],
-    balance: bool,
-    max_evaluations: int,
-) -> Solution:
-    """Run a scene with `setting` steps per forcing period; see `Solver`.
+class Rigid(NamedTuple):
+    """The method for rigid walls."""
 
-    Raises
-    ------
-    ValueError
-        For a setting that is not a positive number.
-    """
-    loop, wall = _rigid, ()
-    if scene.model == "compliant":
-        p = scene.parameters
-        k = p.contact_stiffness_ratio
-        reduced = p.mass_ratio / (1.0 + p.mass_ratio)
-        c = 2.0 * contact_damping(p.restitution, bool(p.contact_tension)) * math.sqrt(k * reduced)
-        lasting = 2.0 * math.pi * math.sqrt(reduced / k)
-        loop, wall = _compliant, (k, c, bool(p.contact_tension), lasting)
-    return solve_by(loop, scene, setting, times, balance, max_evaluations, wall)
+    damper: Damper
+    step: float
 
 
-@compiled
-def _rigid(
-    mu,
-    zeta,
-    omega,
-    d,
-    r,
-    phase,
-    x,
-    v,
-    y,
-    u,
-    start,
-    until,
-    step,
-    limit,
-    times,
-    balance,
-    max_evaluations,
-):
-    notes, states = records(len(times))
-    events = taken = evaluations = 0
-    work = dissipated = lost = penetration = 0.0
-    code = DONE
-    side = 0.0
-    stuck = False
-    offset = 0.0
-    if d == 0.0:
-        # Together for good, with no wall to leave.
-        stuck = True
-        offset = y - x
-        lost += impact_loss(mu, u - v, 0.0)
-        v = (v + mu * u) / (1.0 + mu)
-        u = v
-    steps = count_of(start, until, step)
-    index = 0
-    time = start
-    while True:
-        # At a step's end: what the wall has to say.
-        if stuck:
-            if side != 0.0:
-                evaluations += 1
-                a, _ = contact_force(1.0 + mu, zeta, omega, phase, x, v, time, side)
-                if a < 0.0:
-                    stuck = False
-                    notes, events = note(notes, events, time, RELEASE, side, 0.0)
-        else:
-            side = 1.0 if y >= x else -1.0
-            depth = side * (y - x) - d
-            penetration = max(penetration, depth)
-            speed = side * (u - v)
-            touches = depth >= 0.0 and speed > 0.0
-            if index == 0:
-                touches = depth >= -slack(d, x, y) and speed >= 0.0
-            if touches:
-                rebound = r * speed
-                if speed > 0.0:
-                    notes, events = note(notes, events, time, IMPACT, side, speed)
-                    lost += impact_loss(mu, speed, rebound)
-                    v += side * mu * (1.0 + r) / (1.0 + mu) * speed
-                    u = v - side * rebound
-                common = (v + mu * u) / (1.0 + mu)
-                evaluations += 1
-                a, j = contact_force(1.0, zeta, omega, phase, x, common, time, side)
-                rests = a > 0.0 and 2.0 * rebound <= a * step
-                if rests or (rebound == 0.0 and a == 0.0 and j > 0.0):
-                    stuck = True
-                    offset = y - x
-                    lost += impact_loss(mu, rebound, 0.0)
-                    v = common
-                    u = common
-                    notes, events = note(notes, events, time, STICK, side, 0.0)
-        if index >= steps:
-            break
-        if evaluations >= max_evaluations:
-            code = CAP
-            break
+class RigidState(NamedTuple):
+    """State at the end of a step."""
 
-        index += 1
-        end = until if index == steps else start + index * step
-        h = end - time
-        mass = 1.0 + mu if stuck else 1.0
-        while taken < len(times) and times[taken] < end:
-            part = float(times[taken]) - time
-            curve, dv, _, _ = rk4(mass, zeta, omega, phase, x, v, time, part)
-            evaluations += 4
-            states[taken, 0] = x + (v * part + curve)
-            states[taken, 1] = v + dv
-            states[taken, 2] = states[taken, 0] + offset if stuck else y + u * part
-            states[taken, 3] = v + dv if stuck else u
-            taken += 1
-        curve, dv, in_work, in_dashpot = rk4(mass, zeta, omega, phase, x, v, time, h)
-        evaluations += 4
-        x += v * h + curve
-        v += dv
-        if stuck:
-            y = x + offset
-            u = v
-        else:
-            y += u * h
-        if balance:
-            work += in_work
-            dissipated += in_dashpot
-        time = end
-        if not (abs(x) <= limit and abs(v) <= limit):
-            code = FAILURE
-            break
-    if code == DONE:
-        fill(states, taken, times, time, x, v, y, u)
-    totals = (work, dissipated, lost)
-    return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+    x: float
+    v: float
+    y: float
+    u: float
+    side: float
+    stuck: bool
+    offset: float
+    """y - x of masses that move as one."""
+
+
+@begin.of(Rigid)
+def _begin_rigid(method, start, time, record):
+    p = method.damper
+    x, v, y, u = start
+    if p.d > 0.0:
+        return RigidState(x, v, y, u, 0.0, False, 0.0)
+    # Together for good, with no wall to leave.
+    record.sums[LOST] += impact_loss(p.mu, u - v, 0.0)
+    v = common_velocity(p.mu, v, u)
+    return RigidState(x, v, y, v, 0.0, True, y - x)
+
+
+@settle.of(Rigid)
+def _settle_rigid(method, state, time, index, record):
+    p = method.damper
+    x, v, y, u, side, stuck, offset = state
+    if stuck:
+        if side != 0.0:
+            record.counts[EVALUATIONS] += 1
+            a, _ = contact_force(p, 1.0 + p.mu, x, v, time, side)
+            if a < 0.0:
+                stuck = False
+                note(record, time, RELEASE, side, 0.0)
+        return RigidState(x, v, y, u, side, stuck, offset)
+    side = nearer_wall(x, y)
+    depth = side * (y - x) - p.d
+    record.sums[PENETRATION] = max(record.sums[PENETRATION], depth)
+    speed = side * (u - v)
+    touches = depth >= 0.0 and speed > 0.0
+    if index == 0:
+        touches = depth >= -slack(p.d, x, y) and speed >= 0.0
+    if touches:
+        rebound = p.r * speed
+        if speed > 0.0:
+            note(record, time, IMPACT, side, speed)
+            record.sums[LOST] += impact_loss(p.mu, speed, rebound)
+            v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
+            u = v - side * rebound
+        common = common_velocity(p.mu, v, u)
+        record.counts[EVALUATIONS] += 1
+        a, j = contact_force(p, 1.0, x, common, time, side)
+        rests = a > 0.0 and 2.0 * rebound <= a * method.step
+        if rests or (rebound == 0.0 and a == 0.0 and j > 0.0):
+            stuck = True
+            offset = y - x
+            record.sums[LOST] += impact_loss(p.mu, rebound, 0.0)
+            v = u = common
+            note(record, time, STICK, side, 0.0)
+    return RigidState(x, v, y, u, side, stuck, offset)
 
 
 @compiled
-def _forces(mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time):
-    """Both accelerations, the force's power, and what dashpot and walls take per unit of time."""
-    force = math.sin(omega * time + phase)
-    side = 1.0 if y >= x else -1.0
+def _fly(method, state, time, h, record):
+    """State and energies a time h later, without walls."""
+    p = method.damper
+    mass = 1.0 + p.mu if state.stuck else 1.0
+    curve, dv, work, loss = rk4(p, mass, state.x, state.v, time, h)
+    record.counts[EVALUATIONS] += 4
+    x = state.x + (state.v * h + curve)
+    v = state.v + dv
+    if state.stuck:
+        return Masses(x, v, x + state.offset, v), work, loss
+    return Masses(x, v, state.y + state.u * h, state.u), work, loss
+
+
+@advance.of(Rigid)
+def _advance_rigid(method, state, piece, record):
+    end, work, loss = _fly(method, state, piece.time, piece.left, record)
+    if record.balance:
+        record.sums[WORK] += work
+        record.sums[DISSIPATED] += loss
+    after = RigidState(end.x, end.v, end.y, end.u, state.side, state.stuck, state.offset)
+    return after, piece.left, False
+
+
+@inside.of(Rigid)
+def _inside_rigid(method, state, after, piece, part, record):
+    here, _, _ = _fly(method, state, piece.time, part, record)
+    return here
+
+
+class Compliant(NamedTuple):
+    """The method for compliant contact."""
+
+    damper: Damper
+    k: float
+    c: float
+    """Stiffness and damping of the contact."""
+    tension: bool
+    """Whether the contact force may pull."""
+    lasting: float
+    """Duration from which on a contact is sticking."""
+
+
+class CompliantState(NamedTuple):
+    """State at the end of a step."""
+
+    x: float
+    v: float
+    y: float
+    u: float
+    speed: float
+    """u - v at the step's start."""
+    wall: float
+    """Below whose surface the free mass is, or 0."""
+    pressed: bool
+    """Whether there is contact with that wall."""
+    stuck: bool
+    began: float
+    """When the contact began."""
+
+
+@begin.of(Compliant)
+def _begin_compliant(method, start, time, record):
+    x, v, y, u = start
+    return CompliantState(x, v, y, u, 0.0, 0.0, False, False, time)
+
+
+@settle.of(Compliant)
+def _settle_compliant(method, state, time, index, record):
+    d = method.damper.d
+    x, v, y, u, speed, wall, pressed, stuck, began = state
+    side = nearer_wall(x, y)
     gap = d - side * (y - x)
+    if index == 0 and gap >= -slack(d, x, y):
+        gap = max(gap, 0.0)
+    record.sums[PENETRATION] = max(record.sums[PENETRATION], -gap)
+    pushes = method.tension or method.k * gap - method.c * side * (u - v) < 0.0
+    now = gap < 0.0 and pushes
+    if pressed and not (now and side == wall):
+        pressed = False
+        if stuck:
+            stuck = False
+            note(record, time, RELEASE, wall, 0.0)
+    if gap < 0.0 and side != wall and index > 0:
+        note(record, time, IMPACT, side, max(side * speed, side * (u - v), 0.0))
+    wall = side if gap < 0.0 else 0.0
+    if now and not pressed:
+        pressed = True
+        began = time
+    if pressed and not stuck and time - began >= method.lasting:
+        stuck = True
+        note(record, time, STICK, side, 0.0)
+    return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began)
+
+
+@advance.of(Compliant)
+def _advance_compliant(method, state, piece, record):
+    x, v, y, u, _, wall, pressed, stuck, began = state
+    speed = u - v
+    x, v, y, u, work, loss, taken = _step(method, x, v, y, u, piece.time, piece.left)
+    record.counts[EVALUATIONS] += 4
+    if record.balance:
+        record.sums[WORK] += work
+        record.sums[DISSIPATED] += loss
+        record.sums[LOST] += taken
+    return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began), piece.left, False
+
+
+@inside.of(Compliant)
+def _inside_compliant(method, state, after, piece, part, record):
+    record.counts[EVALUATIONS] += 4
+    x, v, y, u, _, _, _ = _step(method, state.x, state.v, state.y, state.u, piece.time, part)
+    return Masses(x, v, y, u)
+
+
+@compiled
+def _forces(method, x, v, y, u, time):
+    """Both accelerations, the force's power, and what dashpot and walls take per unit of time."""
+    p = method.damper
+    force = force_at(p, time)
+    side = nearer_wall(x, y)
+    gap = p.d - side * (y - x)
     normal = 0.0
     taken = 0.0
     if gap < 0.0:
         rate = -side * (u - v)
-        normal = -(k * gap + c * rate)
-        if not tension and normal < 0.0:
+        normal = -(method.k * gap + method.c * rate)
+        if not method.tension and normal < 0.0:
             normal = 0.0
-        taken = -(normal + k * gap) * rate
+        taken = -(normal + method.k * gap) * rate
     return (
-        force - 2.0 * zeta * v - x + side * normal,
-        -side * normal / mu,
+        force - 2.0 * p.zeta * v - x + side * normal,
+        -side * normal / p.mu,
         force * v,
-        2.0 * zeta * v * v,
+        2.0 * p.zeta * v * v,
         taken,
     )
 
 
 @compiled
-def _step(mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time, h):
+def _step(method, x, v, y, u, time, h):
     """One Runge-Kutta step of all four components, work and losses."""
     half = 0.5 * h
-    a1, b1, p1, q1, l1 = _forces(mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time)
+    a1, b1, p1, q1, l1 = _forces(method, x, v, y, u, time)
     v2 = v + half * a1
     u2 = u + half * b1
-    a2, b2, p2, q2, l2 = _forces(
-        mu, zeta, omega, d, phase, k, c, tension, x + half * v, v2, y + half * u, u2, time + half
-    )
+    a2, b2, p2, q2, l2 = _forces(method, x + half * v, v2, y + half * u, u2, time + half)
     v3 = v + half * a2
     u3 = u + half * b2
-    a3, b3, p3, q3, l3 = _forces(
-        mu, zeta, omega, d, phase, k, c, tension, x + half * v2, v3, y + half * u2, u3, time + half
-    )
+    a3, b3, p3, q3, l3 = _forces(method, x + half * v2, v3, y + half * u2, u3, time + half)
     v4 = v + h * a3
     u4 = u + h * b3
-    a4, b4, p4, q4, l4 = _forces(
-        mu, zeta, omega, d, phase, k, c, tension, x + h * v3, v4, y + h * u3, u4, time + h
-    )
+    a4, b4, p4, q4, l4 = _forces(method, x + h * v3, v4, y + h * u3, u4, time + h)
     sixth = h / 6.0
     return (
         x + (h * v + sixth * h * (a1 + a2 + a3)),
@@ -241,105 +292,24 @@ def _step(mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time, h):
     )
 
 
-@compiled
-def _compliant(
-    mu,
-    zeta,
-    omega,
-    d,
-    r,
-    phase,
-    k,
-    c,
-    tension,
-    lasting,
-    x,
-    v,
-    y,
-    u,
-    start,
-    until,
-    step,
-    limit,
-    times,
-    balance,
-    max_evaluations,
-):
-    notes, states = records(len(times))
-    events = taken = evaluations = 0
-    work = dissipated = lost = penetration = 0.0
-    code = DONE
-    speed = 0.0
-    wall = 0.0  # below whose surface the free mass is
-    pressed = False  # whether there is contact with that wall
-    stuck = False
-    began = start
-    steps = count_of(start, until, step)
-    index = 0
-    time = start
-    while True:
-        # At a step's end: which contact there is.
-        side = 1.0 if y >= x else -1.0
-        gap = d - side * (y - x)
-        if index == 0 and gap >= -slack(d, x, y):
-            gap = max(gap, 0.0)
-        penetration = max(penetration, -gap)
-        now = gap < 0.0 and (tension or k * gap - c * side * (u - v) < 0.0)
-        if pressed and not (now and side == wall):
-            pressed = False
-            if stuck:
-                stuck = False
-                notes, events = note(notes, events, time, RELEASE, wall, 0.0)
-        if gap < 0.0 and side != wall and index > 0:
-            speed = max(side * speed, side * (u - v), 0.0)
-            notes, events = note(notes, events, time, IMPACT, side, speed)
-        wall = side if gap < 0.0 else 0.0
-        if now and not pressed:
-            pressed = True
-            began = time
-        if pressed and not stuck and time - began >= lasting:
-            stuck = True
-            notes, events = note(notes, events, time, STICK, side, 0.0)
-        if index >= steps:
-            break
-        if evaluations >= max_evaluations:
-            code = CAP
-            break
-
-        index += 1
-        end = until if index == steps else start + index * step
-        while taken < len(times) and times[taken] < end:
-            part = float(times[taken]) - time
-            x1, v1, y1, u1, _, _, _ = _step(
-                mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time, part
-            )
-            evaluations += 4
-            states[taken, 0] = x1
-            states[taken, 1] = v1
-            states[taken, 2] = y1
-            states[taken, 3] = u1
-            taken += 1
-        speed = u - v
-        x, v, y, u, in_work, in_dashpot, in_walls = _step(
-            mu, zeta, omega, d, phase, k, c, tension, x, v, y, u, time, end - time
-        )
-        evaluations += 4
-        if balance:
-            work += in_work
-            dissipated += in_dashpot
-            lost += in_walls
-        time = end
-        if not (abs(x) <= limit and abs(v) <= limit and abs(y) <= limit):
-            code = FAILURE
-            break
-    if code == DONE:
-        fill(states, taken, times, time, x, v, y, u)
-    totals = (work, dissipated, lost)
-    return notes[:events], states, (x, v, y, u), totals, penetration, evaluations, code, time
+def _method(scene: Scene, step: float) -> Rigid | Compliant:
+    p = scene.parameters
+    if scene.model == "rigid":
+        return Rigid(damper_of(scene), step)
+    tension = bool(p.contact_tension)
+    k = p.contact_stiffness_ratio
+    reduced = p.mass_ratio / (1.0 + p.mass_ratio)
+    c = 2.0 * contact_damping(p.restitution, tension) * math.sqrt(k * reduced)
+    return Compliant(damper_of(scene), k, c, tension, 2.0 * math.pi * math.sqrt(reduced / k))
 
 
 SOLVERS = {
     "rk4_step_end": Solver(
-        "RK4, impacts at step ends", "steps_per_period", +1, ("rigid", "compliant"), 3e7, solve
+        "RK4, impacts at step ends",
+        "steps_per_period",
+        +1,
+        ("rigid", "compliant"),
+        3e7,
+        fixed_step(_method),
     )
 }
