@@ -43,12 +43,14 @@ class Statement:
 class Verdict:
     """What was found, what that makes of the statement, and why, in one line.
 
-    `why` names the reading where the verdict is `READING`.
+    `why` names the reading where the verdict is `READING`. `numbers` are the rows of a table, its
+    heads first.
     """
 
     found: str
     verdict: str
     why: str
+    numbers: Sequence[Sequence[str]] = ()
 
 
 @dataclass(frozen=True)

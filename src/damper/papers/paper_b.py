@@ -6,6 +6,7 @@ J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -53,9 +54,9 @@ def _readings(cubes: Cubes) -> Iterator[_Reading]:
     """Complete chatter or any, above the resonance or below it."""
     from damper.papers.ranges import chatter_ranges
 
-    for least, bursts in ((2, "complete bursts alone"), (1, "incomplete bursts as well")):
+    for least, kind in ((2, "complete"), (1, "any")):
         for name, side in ((ABOVE, "above"), (BELOW, "below")):
-            words = f"{bursts} are counted, {side} resonance"
+            words = f"{kind} chatter {side} resonance"
             yield _Reading(words, chatter_ranges(cubes[name], least), cubes[name], least)
 
 
@@ -67,18 +68,18 @@ def _falls(values: Sequence[float], step: float) -> bool:
 
 def _judge_b1(cubes: Cubes) -> Verdict:
     """The range itself, and how it moves with the visibility threshold."""
-    from damper.papers.ranges import chatter_ranges, hull
+    from damper.papers.ranges import chatter_ranges, ends
 
     cube = cubes[ABOVE]
     fitting = []
     told = []
     for threshold in sorted(cube.threshold.values.tolist()):
-        low, high = hull(chatter_ranges(cube, 2, threshold))
+        low, high = ends(chatter_ranges(cube, 2, threshold))
         told.append(f"{low:.3g} to {high:.3g} at a threshold of {threshold:.0%}")
         if low >= CHATTER_FROM and high <= CHATTER_UP_TO:
             fitting.append(f"{threshold:.0%}")
-    low, high = hull(chatter_ranges(cube, 2))
-    _, reach = hull(chatter_ranges(cube, 1))
+    low, high = ends(chatter_ranges(cube, 2))
+    _, reach = ends(chatter_ranges(cube, 1))
     measured = (
         f"complete chatter above resonance for restitution {', '.join(told)}; "
         f"with incomplete bursts counted up to {reach:.3g}"
@@ -96,25 +97,25 @@ def _judge_b1(cubes: Cubes) -> Verdict:
 
 
 def _judge_b2(cubes: Cubes) -> Verdict:
-    """Width of the range over the mass ratio, at each frequency."""
+    """Length of the interval over the mass ratio, at each frequency."""
 
     def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
         masses = sorted(cube.mass_ratio.values.tolist())
         for frequency in cube.frequency_ratio.values.tolist():
             yield f"{frequency:g}", [(mass, frequency) for mass in masses]
 
-    return _falling(cubes, groups, lambda one: one.width, "frequency ratio")
+    return _falling(cubes, groups, "frequency ratio")
 
 
 def _judge_b3(cubes: Cubes) -> Verdict:
-    """Width of the range over the frequency ratio, at each mass ratio."""
+    """Length of the interval over the frequency ratio, at each mass ratio."""
 
     def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
         frequencies = sorted(cube.frequency_ratio.values.tolist())
         for mass in cube.mass_ratio.values.tolist():
             yield f"{mass:g}", [(mass, frequency) for frequency in frequencies]
 
-    return _falling(cubes, groups, lambda one: one.width, "mass ratio")
+    return _falling(cubes, groups, "mass ratio")
 
 
 def _judge_b4(cubes: Cubes) -> Verdict:
@@ -126,7 +127,7 @@ def _judge_b4(cubes: Cubes) -> Verdict:
         large = chatter.sel(restitution=chatter.restitution >= _LARGE)
         share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
         shares = share.values.tolist()
-        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} if {reading.words}")
+        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} for {reading.words}")
         if _falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
     masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
@@ -140,27 +141,26 @@ def _judge_b4(cubes: Cubes) -> Verdict:
 def _falling(
     cubes: Cubes,
     groups: Callable[[xr.Dataset], Iterator[tuple[str, list[tuple[float, float]]]]],
-    size: Callable[[Range], float],
     name: str,
 ) -> Verdict:
-    """Judge whether sizes fall along each group of (mass ratio, frequency ratio), both rising."""
-    told = []
+    """Judge whether lengths fall along each group of (mass ratio, frequency ratio), both rising."""
+    other = "mass ratio" if name == "frequency ratio" else "frequency ratio"
+    head = f"length (span) from the smallest {other} to the largest"
+    rows = [("reading", name, head, "falls")]
     held = []
-    for reading in _readings(cubes):
+    readings = list(_readings(cubes))
+    for reading in readings:
         step = float(abs(reading.cube.restitution.diff("restitution")).min())
-        lines = []
-        good = 0
+        fall = []
         for label, places in groups(reading.cube):
-            sizes = [size(reading.ranges[place]) for place in places]
-            lines.append(f"{label}: {' '.join(f'{value:.3f}' for value in sizes)}")
-            good += _falls(sizes, step)
-        told.append(f"if {reading.words}, at {good} of {len(lines)} {name}s ({', '.join(lines)})")
-        if good == len(lines):
+            found = [reading.ranges[place] for place in places]
+            fall.append(_falls([one.length for one in found], step))
+            sizes = " ".join(f"{one.length:.3f} ({one.span:.3f})" for one in found)
+            rows.append((reading.words, label, sizes, "yes" if fall[-1] else "no"))
+        if all(fall):
             held.append(reading.words)
-    other = "mass" if name == "frequency ratio" else "frequency"
-    measured = f"width of the interval, from the smallest {other} ratio to the largest: "
-    measured += "; ".join(told)
-    return _summed(measured, held, len(told))
+    measured = "lengths without the gaps, from end to end in brackets"
+    return replace(_summed(measured, held, len(readings)), numbers=rows)
 
 
 def _summed(measured: str, held: Sequence[str], count: int) -> Verdict:

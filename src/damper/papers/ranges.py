@@ -15,23 +15,30 @@ _LEAST = 3
 
 
 class Range(NamedTuple):
-    """Outermost values of an axis; NaN where there is none."""
+    """Outermost values of an axis, NaN where there is none, and the length without the gaps."""
 
     low: float
     high: float
+    length: float
 
     @property
-    def width(self) -> float:
-        """0 where there is none."""
+    def span(self) -> float:
+        """From end to end; 0 where there is none."""
         return 0.0 if np.isnan(self.low) else self.high - self.low
 
 
 def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
-    """Hull of all runs of at least three neighbouring values at which something holds."""
+    """Hull of all runs of at least three neighbouring values at which something holds.
+
+    Its length is that of all values at which it holds, whether or not they are neighbours: their
+    number times the step of the axis.
+    """
+    step = float(np.abs(np.diff(values)).min()) if values.size > 1 else 0.0
+    length = step * float(np.sum(holds))
     wide = [(a, b) for a, b in runs(holds) if b - a + 1 >= _LEAST]
     if not wide:
-        return Range(np.nan, np.nan)
-    return Range(float(values[wide[0][0]]), float(values[wide[-1][1]]))
+        return Range(np.nan, np.nan, length)
+    return Range(float(values[wide[0][0]]), float(values[wide[-1][1]]), length)
 
 
 def chatter_ranges(
@@ -67,12 +74,12 @@ def chatter_ranges(
     }
 
 
-def hull(ranges: Mapping[tuple[float, float], Range]) -> Range:
+def ends(ranges: Mapping[tuple[float, float], Range]) -> tuple[float, float]:
     """Return the outermost ends of all ranges; NaN where there is none."""
     found = [one for one in ranges.values() if not np.isnan(one.low)]
     if not found:
-        return Range(np.nan, np.nan)
-    return Range(min(one.low for one in found), max(one.high for one in found))
+        return np.nan, np.nan
+    return min(one.low for one in found), max(one.high for one in found)
 
 
 def section_points(cube: xr.Dataset) -> xr.DataArray:

@@ -85,7 +85,7 @@ def to_csv(found: Sequence[Judged]) -> str:
                 statement.text,
                 statement.where,
                 statement.stated,
-                verdict.found,
+                "; ".join([verdict.found, *(", ".join(row) for row in verdict.numbers)]),
                 verdict.verdict,
                 verdict.why,
                 item.assumptions,
@@ -136,6 +136,8 @@ def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
         ]
         if links:
             lines.append(f"- Shown by: {', '.join(links)}")
+        if verdict.numbers:
+            lines += ["", *markdown_table(verdict.numbers[0], verdict.numbers[1:])]
     return "\n".join(lines) + "\n"
 
 
