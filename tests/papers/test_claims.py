@@ -141,9 +141,25 @@ def test_needed_restitution_depends_on_what_is_visible() -> None:
 
     found = CLAIMS["B1"].judge(paper_b(intervals(edges)))
     assert found.verdict == READING
-    assert "visible from 10% of" in found.why
-    assert "0.3 to 0.86 at a threshold of 1%" in found.found
-    assert "incomplete bursts counted up to 1" in found.found
+    assert "threshold of 10%;" in found.why
+    assert "any chatter up to 1" in found.found
+    # The fourth roots of 1, 3 and 10 %.
+    assert found.numbers[1:] == [
+        ("1%", "0.3", "0.316", "0.86", ""),
+        ("3%", "0.41", "0.416", "0.86", ""),
+        ("10%", "0.55", "0.562", "0.86", ""),
+    ]
+
+
+def test_a_threshold_at_which_one_frequency_has_no_chatter() -> None:
+    def edges(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
+        if (frequency, threshold) == (1.5, 0.1):
+            return 2.0, 2.0, 2.0
+        return {0.01: 0.3, 0.03: 0.41, 0.1: 0.55}[threshold], 0.86, 1.0
+
+    found = CLAIMS["B1"].judge(paper_b(intervals(edges)))
+    assert found.numbers[3][-1] == "1.5"
+    assert "10% (none at frequency ratio 1.5 then)" in found.why
 
 
 def test_large_restitution_chatters_more_at_small_mass() -> None:

@@ -5,6 +5,7 @@ J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -22,6 +23,7 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
+from damper.parameters.variables import CHATTER_IMPACTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,33 +69,40 @@ def _falls(values: Sequence[float], step: float) -> bool:
 
 
 def _judge_b1(cubes: Cubes) -> Verdict:
-    """The range itself, and how it moves with the visibility threshold."""
+    """The range itself, and how it moves with the visibility threshold.
+
+    At a threshold c the fifth impact of a burst is visible from r = c^(1/4) on, as long as the wall
+    hardly moves meanwhile: there the lower end is that of the definition of chatter.
+    """
     from damper.papers.ranges import chatter_ranges, ends
 
     cube = cubes[ABOVE]
+    rows = [("threshold", "lower end", "fifth impact visible from", "upper end", "none at omega")]
     fitting = []
-    told = []
     for threshold in sorted(cube.threshold.values.tolist()):
-        low, high = ends(chatter_ranges(cube, 2, threshold))
-        told.append(f"{low:.3g} to {high:.3g} at a threshold of {threshold:.0%}")
+        ranges = chatter_ranges(cube, 2, threshold)
+        low, high = ends(ranges)
+        visible = threshold ** (1.0 / (CHATTER_IMPACTS - 1))
+        omegas = sorted({omega for _, omega in ranges})
+        chatters = {omega for (_, omega), one in ranges.items() if not math.isnan(one.low)}
+        none = ", ".join(f"{omega:g}" for omega in omegas if omega not in chatters)
+        rows.append((f"{threshold:.0%}", f"{low:.3g}", f"{visible:.3f}", f"{high:.3g}", none))
         if low >= CHATTER_FROM and high <= CHATTER_UP_TO:
-            fitting.append(f"{threshold:.0%}")
+            but = f" (none at frequency ratio {none} then)" if none else ""
+            fitting.append(f"{threshold:.0%}{but}")
     low, high = ends(chatter_ranges(cube, 2))
     _, reach = ends(chatter_ranges(cube, 1))
-    measured = (
-        f"complete chatter above resonance for restitution {', '.join(told)}; "
-        f"with incomplete bursts counted up to {reach:.3g}"
-    )
+    found = f"complete chatter above resonance in the table; any chatter up to {reach:.3g}"
     if low >= CHATTER_FROM and max(high, reach) <= CHATTER_UP_TO:
-        return Verdict(measured, HOLDS, "all chatter lies there")
-    if fitting:
-        return Verdict(
-            measured,
-            READING,
-            "complete bursts alone are counted and an impact is visible from "
-            f"{' or '.join(fitting)} of the burst's first approach speed",
-        )
-    return Verdict(measured, FAILS, "chatter reaches beyond, whatever counts as visible")
+        return Verdict(found, HOLDS, "all chatter lies there", rows)
+    if not fitting:
+        why = "chatter reaches beyond, whatever counts as visible"
+        return Verdict(found, FAILS, why, rows)
+    why = (
+        f"complete chatter alone, at a visibility threshold of {' or '.join(fitting)}; the lower "
+        "end comes of that definition"
+    )
+    return Verdict(found, READING, why, rows)
 
 
 def _judge_b2(cubes: Cubes) -> Verdict:
