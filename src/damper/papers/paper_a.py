@@ -288,8 +288,8 @@ def _judge_a6(cubes: Cubes) -> Verdict:
         return Verdict(measured, FAILS, why)
     if left < _TO_COME:
         why = (
-            f"good to {_ABOUT:.0%} only with {left:.0%} of a burst to come (the median at the worst "
-            f"place), or from impact {later:.0f} on (in the worst burst)"
+            f"good to {_ABOUT:.0%} only with {left:.0%} of a burst to come (the median at the "
+            f"worst place), or from impact {later:.0f} on (in the worst burst)"
         )
         return Verdict(measured, FAILS, why)
     return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on")
