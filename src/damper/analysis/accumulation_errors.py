@@ -4,13 +4,18 @@ The cube has the variables of the observer `accumulation`. Its resolved ends car
 of their own, so an error counts only where it is well above that.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Dimensions of the observer.
 BURST, IMPACT = "complete_burst", "burst_impact"

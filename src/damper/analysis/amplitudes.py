@@ -1,11 +1,15 @@
 """Amplitudes of both masses cycle by cycle, from the events of a trajectory."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.closed_forms import damper_at
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: What a cube must have.
 VARIABLES = (

@@ -1,16 +1,20 @@
 """Closed forms of `damper.theory` at the places of a cube, for figures and tables."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.engine.steady import steady_amplitude
 from damper.parameters import Parameters, Units
 from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
 from damper.sweep.points import read_point
 from damper.theory.two_impacts import Orbit, orbits
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:

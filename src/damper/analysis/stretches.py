@@ -4,14 +4,18 @@ For figures of motion in time. Everything comes from what the observers `traject
 wrote; nothing is found anew here, so a figure shows what the tables count.
 """
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.runs import runs
 from damper.parameters.variables import CHATTER_IMPACTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
 BURST_VARIABLES = (

@@ -1,16 +1,12 @@
 """Errors of predicted burst completions over the rebound speed, with their slopes."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from damper.analysis.accumulation_errors import (
     BURST,
@@ -23,6 +19,12 @@ from damper.analysis.accumulation_errors import (
 )
 from damper.figures.layout import head, legend, place_text, say, select
 from damper.figures.style import BLACK, BLUE, PAGE, VERMILION, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Order -> colour, marker, exponent of the law, its dashes.
 _ORDERS: dict[str, tuple[str, str, int, str]] = {
@@ -74,6 +76,9 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
     values = place[rows].values.tolist() if rows else [None]
@@ -140,6 +145,8 @@ def _points(ax: Axes, found: Errors, order: str) -> None:
 
 def _guide(ax: Axes, found: Errors, order: str) -> Artist:
     """Draw the law through the errors in which it can be seen; return what the legend says."""
+    from matplotlib.lines import Line2D
+
     colour, marker, exponent, dashes = _ORDERS[order]
     slope, points = found.slope()
     style = {"ls": dashes, **_GUIDE}
@@ -155,6 +162,9 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
 
 
 def _handles() -> list[Artist]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     rim = {"ls": "", "marker": "o", "ms": 4.5, "color": "#BBBBBB", "mew": 0.7, "mec": BLACK}
     return [
         Line2D([], [], label="first impact of a burst (black rim)", **rim),

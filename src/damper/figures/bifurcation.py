@@ -1,17 +1,12 @@
 """Bifurcation diagrams: displacement and velocity on the section over one parameter."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.transforms import ScaledTranslation
 
 from damper.analysis.runs import runs
 from damper.figures import THEORY
@@ -28,6 +23,13 @@ from damper.figures.style import (
     label,
 )
 from damper.study.products import SECTION_VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import ScaledTranslation
 
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
@@ -91,6 +93,9 @@ def draw(
     ValueError
         When a range is marked and the cube has no `chatter` to compare it with.
     """
+
+    from matplotlib.figure import Figure
+
     if mark is not None and "chatter" not in cube:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
     known = [name for name in (*variables, "chatter") if name in cube]
@@ -238,6 +243,8 @@ def _strip(ax: Axes, direction: str) -> None:
 
 
 def _raised(ax: Axes, points: float) -> ScaledTranslation:
+    from matplotlib.transforms import ScaledTranslation
+
     return ScaledTranslation(0.0, points / 72.0, ax.get_figure().dpi_scale_trans)
 
 
@@ -249,6 +256,9 @@ def _remarks(place: xr.Dataset, variable: str) -> list[str]:
 
 
 def _handles(place: xr.Dataset, mark_label: str | None) -> list[Artist]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     handles: list[Artist] = [
         Line2D(
             [],

@@ -1,17 +1,20 @@
 """Convergence: the distance to the rigid damper over the stiffness of the contact."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from damper.figures.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.style import BLUE, COLUMN, VERMILION, label
 from damper.tables.convergence import compared, order_of, rigid_values
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
 
 _PANEL = 1.35
 """Height of a panel in inches."""
@@ -52,6 +55,10 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
     rigid = rigid_values(cube, variables)
     place = cube.sel(at or {}).sortby(along)
     figure = Figure(figsize=(COLUMN, 1.2 + _PANEL * len(variables)), layout="constrained")

@@ -1,16 +1,11 @@
 """Curves: variables over one parameter, a line for each value of another."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib import colormaps
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from damper.analysis.best import least
 from damper.figures.layout import (
@@ -27,6 +22,12 @@ from damper.figures.layout import (
     whole,
 )
 from damper.figures.style import BLACK, COLUMN, RATIOS
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75
@@ -71,6 +72,10 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
     place = select(cube, variables, at, (along, lines, best)).sortby(along)
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
@@ -122,6 +127,8 @@ def _best(array: xr.DataArray, along: str, best: str) -> float:
 
 def _style(index: int, count: int) -> dict[str, Any]:
     """Colours from dark to light, and dashes in turn: lines differ in grey as well."""
+    from matplotlib import colormaps
+
     if count == 1:
         return {"color": BLACK, "ls": "-", "lw": 1.1}
     # The lightest colours of the map are lost on white paper.
@@ -136,6 +143,8 @@ def _ordinates(array: xr.DataArray, along: str, log: bool) -> np.ndarray:
 
 def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> None:
     """Scales, label, and the line to compare with."""
+    from matplotlib.ticker import MaxNLocator
+
     grid = place[along].values
     if geometric(grid):
         ax.set_xscale("log")

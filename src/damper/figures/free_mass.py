@@ -1,15 +1,11 @@
 """The free mass in time, absolute and relative: the whole history beside one burst at large."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from damper.analysis.stretches import (
     BURST_VARIABLES,
@@ -21,6 +17,12 @@ from damper.analysis.stretches import (
 )
 from damper.figures.layout import head, legend, say, select
 from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",
@@ -90,6 +92,9 @@ def draw(
     ValueError
         When a variable is missing, the stretch is empty or begins at `stop` or later.
     """
+
+    from matplotlib.figure import Figure
+
     place = select(cube, _VARIABLES, at, ("instant", "burst"))
     run = place.isel(instant=np.isfinite(place.trajectory_time.values))
     time = run.trajectory_time.values + float(run.trajectory_start)
@@ -257,6 +262,9 @@ def _left_out(place: xr.Dataset) -> list[str]:
 
 
 def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     handles: list[Artist] = [
         Patch(color=colour, alpha=_SHADE["alpha"], lw=0.0, label=text)
         for complete, (text, colour) in _CHATTER.items()

@@ -1,16 +1,12 @@
 """Time histories one above the other: the free mass between the walls, chatter shaded."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from damper.analysis.stretches import (
     BURST_VARIABLES,
@@ -23,6 +19,12 @@ from damper.analysis.stretches import (
 )
 from damper.figures.layout import head, legend, place_text, say, select
 from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",
@@ -87,6 +89,9 @@ def draw(
     ValueError
         When a stretch does not reach to `start`, or the list of bursts is missing.
     """
+
+    from matplotlib.figure import Figure
+
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
     place = select(cube, _VARIABLES, at, (panels, "instant", "burst"))
@@ -139,6 +144,9 @@ def _history(
     ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     period = 2.0 * math.pi / float(run[forcing_frequency(run)])
     time = run.trajectory_time.values / period
     if not np.isfinite(time).any():

@@ -1,16 +1,13 @@
 """What all kinds of figures share: the piece of a cube to draw, headings, scales, legends."""
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from damper.figures.style import (
     RATIOS,
@@ -21,6 +18,12 @@ from damper.figures.style import (
     label,
     value_text,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 16.0, 19.0, 21.0
@@ -170,6 +173,9 @@ def few_decades(ax: Axes) -> None:
 
     Otherwise labels such as 3 x 10^-2 stand so close that they overlap.
     """
+
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
         if axis.get_scale() == "log" and high < 100.0 * low and low >= 1e-3 and high <= 1e4:
             steps = (1.0, 2.0, 5.0) if high >= 5.0 * low else (1.0, 2.0, 3.0, 4.0, 5.0, 7.0)

@@ -1,27 +1,12 @@
 """Maps: one variable in colour over two parameters."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib import colormaps
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
-from matplotlib.colors import (
-    BoundaryNorm,
-    Colormap,
-    LinearSegmentedColormap,
-    ListedColormap,
-    LogNorm,
-    Normalize,
-)
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from damper.analysis.best import least
 from damper.figures import THEORY
@@ -51,6 +36,14 @@ from damper.figures.style import (
     SYMBOLS,
     VERMILION,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
 
 #: Variables drawn in classes, which are numbered from zero -> name and colour of each.
 _CLASSES = {
@@ -144,6 +137,8 @@ def draw(
 
 def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
     """Panels in rows, with no empty ones after the last."""
+    from matplotlib.figure import Figure
+
     lines = -(-count // columns)
     size = (COLUMN if columns == 1 else PAGE, 1.0 + _HEIGHTS[columns] * lines)
     figure = Figure(figsize=size, layout="constrained")
@@ -155,6 +150,15 @@ def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
 
 def _colours(array: xr.DataArray) -> tuple[Colormap, Normalize]:
     """Colours and their norm, the same for all panels."""
+    from matplotlib import colormaps
+    from matplotlib.colors import (
+        BoundaryNorm,
+        LinearSegmentedColormap,
+        ListedColormap,
+        LogNorm,
+        Normalize,
+    )
+
     if array.name in _CLASSES:
         classes = ListedColormap([colour for _, colour in _CLASSES[array.name]])
         steps = np.arange(classes.N + 1) - 0.5
@@ -202,6 +206,8 @@ def _say_what_is_missing(ax: Axes, variable: str, values: np.ndarray) -> None:
 
 def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> dict[str, Artist]:
     """Draw where a ratio is 1; return what the legend has to say of it."""
+    from matplotlib.lines import Line2D
+
     values = np.where(np.abs(values - 1.0) < _SAME, 1.0 + _SAME, values)
     if not ((values < 1.0).any() and (values > 1.0).any()):
         return {}
@@ -214,6 +220,8 @@ def _best(
     ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str
 ) -> dict[str, Artist]:
     """Mark the best y of every x; return what the legend has to say of it."""
+    from matplotlib.lines import Line2D
+
     known = np.isfinite(values).any(axis=0)
     signed = values if best == "min" else -values
     rows = [least(column) for column in signed.T[known]]
@@ -243,6 +251,9 @@ def _label(axes: list[Axes], place: xr.Dataset, x: str, y: str, columns: int) ->
 
 
 def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.DataArray) -> None:
+    from matplotlib.colors import BoundaryNorm
+    from matplotlib.ticker import MaxNLocator
+
     low, high = _range(array)
     first, last = max(low, mesh.norm.vmin), min(high, mesh.norm.vmax)
     beyond = {(True, False): "min", (False, True): "max", (True, True): "both"}
@@ -263,6 +274,8 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
 
 
 def _ratio_ticks(low: float, high: float) -> list[float]:
+    from matplotlib.ticker import MaxNLocator
+
     ticks = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
     if high < 3.0 * low:
         ticks = MaxNLocator(6).tick_values(low, high)
@@ -271,6 +284,8 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
 
 def _classes(array: xr.DataArray) -> list[Artist]:
     """Legend entries of classes, and of points without a value."""
+    from matplotlib.patches import Patch
+
     handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text)
         for text, colour in _CLASSES.get(str(array.name), ())

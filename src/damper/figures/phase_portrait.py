@@ -1,18 +1,21 @@
 """Phase portraits of the primary and of the relative motion, and the section, side by side."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from damper.analysis.section_period import section_period
 from damper.analysis.stretches import half_gap
 from damper.figures.layout import head, place_text, say, select
 from damper.figures.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MOTION = (
     "trajectory_displacement",
@@ -63,6 +66,9 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     place = select(cube, [*_MOTION, *_SECTION], at, (columns, "instant", "sample"))
     values = place[columns].values.tolist() if columns else [None]
     figure = Figure(figsize=(PAGE, 7.4), layout="constrained")
@@ -142,6 +148,8 @@ def _frame_section(ax: Axes, place: xr.Dataset) -> None:
 
 
 def _label(axes: np.ndarray, place: xr.Dataset) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     length, speed = (place[name].attrs["units"] for name in _SECTION)
     primary = (
         label("displacement", VARIABLE_SYMBOLS["displacement"], length),

@@ -3,16 +3,19 @@
 They show no results, so they need no cube. Lengths are those of the drawing itself.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon, Rectangle
 
 from damper.figures.style import BLACK, COLUMN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _LINE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "solid_capstyle": "butt"}
 _THIN: dict[str, Any] = {"color": BLACK, "lw": 0.5, "solid_capstyle": "butt"}
@@ -46,6 +49,9 @@ def draw(cube: None = None, *, drawing: str, caption: str | None = None) -> Figu
     ValueError
         For an unknown drawing, with the known ones.
     """
+
+    from matplotlib.figure import Figure
+
     if drawing not in DRAWINGS:
         raise ValueError(f"unknown drawing {drawing!r}: must be one of {', '.join(DRAWINGS)}")
     figure = Figure(layout="constrained")
@@ -77,6 +83,8 @@ def _collision_system(ax: Axes) -> None:
 
 def _two_degrees_of_freedom(ax: Axes) -> None:
     """Draw paper A's Fig. 2: both masses tied to the fixed end, with stops between them."""
+    from matplotlib.patches import Polygon
+
     _ground(ax, (0.0, 5.2), (0.0, 0.0))
     _ground(ax, (0.0, 0.0), (9.6, 0.0))
     # Between its stops the primary leaves room for the tongue of the free mass below it.
@@ -120,6 +128,8 @@ def _box(
     free_displacement: str,
 ) -> None:
     """Draw a ball between the walls of a box that a spring and a dashpot tie to the ground."""
+    from matplotlib.patches import Circle, Polygon, Rectangle
+
     _ground(ax, (0.0, 3.9), (0.0, 0.0))
     _ground(ax, (0.0, 0.0), (9.6, 0.0))
     outside = [(3.2, 0.4), (8.2, 0.4), (8.2, 3.5), (3.2, 3.5)]
@@ -177,6 +187,8 @@ def _ground(ax: Axes, first: tuple[float, float], last: tuple[float, float]) -> 
 
 def _wheel(ax: Axes, x: float) -> None:
     """Draw a wheel below a mass: it moves along the ground without friction."""
+    from matplotlib.patches import Circle
+
     ax.add_patch(Circle((x, 0.2), 0.2, fc="white", ec=BLACK, lw=0.7))
 
 

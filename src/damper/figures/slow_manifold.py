@@ -1,19 +1,22 @@
 """Slow invariant manifold: amplitudes of both masses, simulated and in the small-mass limit."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from damper.analysis.amplitudes import VARIABLES, amplitudes
 from damper.figures.layout import head, legend, place_text, say, select
 from damper.figures.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _STABLE = {"color": BLACK, "lw": 0.8}
 _UNSTABLE = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
@@ -56,6 +59,9 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     place = select(cube, VARIABLES, at, (panels, "instant"))
     shown = place[panels].values.tolist() if panels else [None]
     columns = min(3, len(shown))
@@ -111,6 +117,8 @@ def _panel(ax: Axes, panel: xr.Dataset) -> list[bool]:
 
 
 def _handles(drawn: Mapping[bool, bool]) -> list[Artist]:
+    from matplotlib.lines import Line2D
+
     handles: list[Artist] = [
         Line2D([], [], label=_MEANINGS[two], **_CYCLES[two] | {"ms": 6.0})
         for two in (True, False)

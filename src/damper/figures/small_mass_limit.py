@@ -1,18 +1,21 @@
 """The small-mass limit r_crit(G), drawn over a map of bursts."""
 
+from __future__ import annotations
+
 import math
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.figures.style import BLACK, VERMILION
 from damper.theory.small_mass import critical_restitution
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 31) ** 3])
@@ -35,6 +38,10 @@ def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
     list of Artist
         What the legend has to say.
     """
+
+    from matplotlib.lines import Line2D
+    from matplotlib.patheffects import withStroke
+
     free = y if x == "restitution" else x
     limits = ax.get_xlim(), ax.get_ylim()
     # G is proportional to the free travel.

@@ -1,15 +1,17 @@
 """One style for all figures, and files with the same bytes every time."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import matplotlib as mpl
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import ENERGY, LENGTH, SPEED, TIME
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (
@@ -93,6 +95,8 @@ _STYLE = {
 @contextmanager
 def style() -> Iterator[None]:
     """Draw and save inside this context."""
+    import matplotlib as mpl
+
     with mpl.rc_context({**mpl.rcParamsDefault, "backend": "agg", **_STYLE}):
         yield
 

@@ -1,20 +1,22 @@
 """Trajectories: displacements and velocities of both masses over time."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.layout import head, legend, select
 from damper.figures.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",
@@ -63,6 +65,9 @@ def draw(
     ValueError
         When the stretch does not reach to `start`.
     """
+
+    from matplotlib.figure import Figure
+
     place = select(cube, _VARIABLES, at, ("instant",))
     frequency = forcing_frequency(place)
     period = 2.0 * math.pi / float(place[frequency])
@@ -107,6 +112,9 @@ def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
 
 
 def _handles(stuck: bool) -> list[Artist]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     handles: list[Artist] = [
         Line2D([], [], label="primary $x$", **_PRIMARY),
         Line2D([], [], label="free mass $y$", **_FREE),

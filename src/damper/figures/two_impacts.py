@@ -1,19 +1,22 @@
 """The closed-form motion with two impacts per period, drawn over a bifurcation diagram."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
 from damper.analysis.runs import runs
 from damper.figures.style import GREEN
 from damper.theory.two_impacts import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
 
 #: Points of the curve between two of the diagram, and most of them in all.
 _BETWEEN, _MOST = 4, 600
@@ -119,6 +122,8 @@ def _bars(ax: Axes, values: np.ndarray, where: np.ndarray, width: float) -> None
 
 
 def _handles(stable: bool, unstable: bool) -> list[Artist]:
+    from matplotlib.lines import Line2D
+
     texts = {
         True: "two impacts per period, closed form: stable (thick bar below)",
         False: "two impacts per period, closed form: unstable (thin bar)",

@@ -1,15 +1,18 @@
 """Table of theory beside simulation: how well the end of complete bursts is predicted."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Mapping
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from damper.analysis.accumulation_errors import QUANTITIES, SHARP, SMALL, Agreement, agreements
 from damper.tables import About, fixed_values, markdown_table, remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _COLUMNS = (
     "quantity",

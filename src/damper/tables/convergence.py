@@ -6,13 +6,15 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.parameters.quantities import ALL, MODEL_NAMES
 from damper.tables import About, fixed_values, markdown_table, remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")

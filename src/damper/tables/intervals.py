@@ -1,18 +1,22 @@
 """The interval table as CSV and Markdown."""
 
+from __future__ import annotations
+
 import csv
 import io
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.intervals import PREDICATES, ChatterAt, Interval, intervals
 from damper.parameters.quantities import ALL
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

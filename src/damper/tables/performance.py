@@ -5,19 +5,23 @@ gap) is the one whose largest amplitude over the whole frequency range is smalle
 those of paper A that ``shared/design/model.md`` numbers A8 to A10, in our words.
 """
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.best import least
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.
 _TWO = 0.05

@@ -1,14 +1,15 @@
 """The small-mass limit beside the computed border between complete and incomplete bursts."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.parameters.quantities import ALL
@@ -16,6 +17,9 @@ from damper.sweep.grid import product
 from damper.sweep.runs import run_points
 from damper.tables import About, fixed_values, markdown_table, remarks
 from damper.theory.small_mass import critical_restitution
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: All bursts are complete from this fraction on: it is a quotient of whole numbers.
 _ALL = 1.0 - 1e-12

@@ -1,20 +1,24 @@
 """The closed-form motion with two impacts per period: its ranges, and simulation beside it."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
 from damper.theory.two_impacts import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Impacts per period are a quotient of whole numbers.
 _TWO = 1e-9

@@ -1,17 +1,13 @@
 """Profiles: how far statements pin a parameter down, whatever the other parameters are."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
 
 from damper.figures.layout import geometric, head, legend, place_label, place_text, wrap
 from damper.figures.style import (
@@ -28,6 +24,12 @@ from damper.figures.style import (
 )
 from damper.papers.calibration.ranking import JOINED, Ranking
 from damper.papers.calibration.ranking_table import HOLDS, ranked
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Least number of values that make a curve; dimensions with fewer make a row of panels each.
 _CURVE = 3
@@ -79,6 +81,9 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     settings = {
         "statements": statements,
         "also": also,
@@ -149,6 +154,8 @@ def _dress(
     preset: Mapping[str, float],
 ) -> None:
     """Scales, and what is to be compared with."""
+    from matplotlib.ticker import NullFormatter
+
     grid = np.sort(cube[axis].values)
     if geometric(grid) or (grid[0] > 0.0 and grid[-1] > _WIDE * grid[0]):
         ax.set_xscale("log")
@@ -167,6 +174,8 @@ def _legend(
     lines: Sequence[tuple[xr.DataArray, dict[str, Any]]],
     preset: Mapping[str, float] | None,
 ) -> list[Artist]:
+    from matplotlib.lines import Line2D
+
     handles: list[Artist] = [Line2D([], [], **style) for _, style in lines]
     if preset:
         handles.append(Line2D([], [], label="preset", **_PRESET))

@@ -1,14 +1,18 @@
 """Scores of several statements joined, and the sets of parameters in their order."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.papers.base import Scored, Tolerances
 from damper.papers.statements import SCORES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Name of the joined score.
 JOINED = "joined"
@@ -96,6 +100,9 @@ def rank(
     ValueError
         When two studies share no value of a parameter that both vary.
     """
+
+    import xarray as xr
+
     tolerances = tolerances or Tolerances()
     found: dict[str, Scored] = {name: SCORES[name].measure(cube, tolerances) for name in statements}
     own = {name: each.score for name, each in found.items()}

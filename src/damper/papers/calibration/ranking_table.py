@@ -1,18 +1,22 @@
 """The ranking as a table: the best sets, what the statements pin down, where the preset stands."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, Ranking, rank
 from damper.papers.statements import SCORES
 from damper.tables import About, markdown_table, remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: A statement holds from this score on: a deviation by its tolerance.
 HOLDS = 0.5

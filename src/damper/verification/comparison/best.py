@@ -1,8 +1,13 @@
 """How exact each solver becomes, and how long it takes to be so exact."""
 
-import xarray as xr
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from damper.verification.comparison.errors import VERDICTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: The solver that others are measured by.
 BASE = "exact"

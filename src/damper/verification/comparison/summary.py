@@ -1,14 +1,11 @@
 """Summary of the comparison: how exact each solver becomes on each scene, and at what cost."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, to_rgb
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from damper.figures.layout import head
 from damper.figures.style import BLACK, MISSING, PAGE, PALE
@@ -16,6 +13,12 @@ from damper.verification.comparison.best import BASE, best_error, relative_to_ba
 from damper.verification.comparison.errors import VERDICTS
 from damper.verification.comparison.marks import FAILURES, SHORT_LABELS
 from damper.verification.comparison.work_precision import shown_scenes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
 
 #: What is compared: of the run as a whole, and not of its end, where most motions settle.
 ERROR = "impact_time_error"
@@ -55,6 +58,10 @@ def draw(
     ValueError
         For an unknown scene, or datasets of different runs.
     """
+
+    from matplotlib import colormaps
+    from matplotlib.figure import Figure
+
     names = shown_scenes(errors, scenes)
     errors, timings = errors.sel(scene=names), timings.sel(scene=names)
     times = time_to_reach(errors, timings, ERROR, TARGET)
@@ -134,6 +141,8 @@ def _ratio_cell(
 
 
 def _cell(ax: Axes, row: int, column: int, text: str, colour: object, corner: str = "") -> None:
+    from matplotlib.patches import Rectangle
+
     ax.add_patch(Rectangle((column, row), 1, 1, fc=colour, ec="white", lw=0.8))
     ink = BLACK if _bright(colour) else "white"
     ax.text(column + 0.5, row + 0.55, text, ha="center", va="center", fontsize=_SIZE, color=ink)
@@ -142,6 +151,8 @@ def _cell(ax: Axes, row: int, column: int, text: str, colour: object, corner: st
 
 
 def _bright(colour: object) -> bool:
+    from matplotlib.colors import to_rgb
+
     red, green, blue = to_rgb(colour)
     return 0.299 * red + 0.587 * green + 0.114 * blue > 0.5
 

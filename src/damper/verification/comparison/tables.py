@@ -1,12 +1,14 @@
 """Tables of the comparison of solvers: errors, orders, outcomes; and times for a wanted error."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damper.tables import markdown_table
 from damper.verification.comparison.best import (
@@ -18,6 +20,9 @@ from damper.verification.comparison.best import (
 )
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import MEASURES, MISSES, VERDICTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Errors for which the time is told.
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)

@@ -1,21 +1,23 @@
 """Work and precision: error against run time, a line for each solver, failures at the margin."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 
 from damper.figures.layout import head, legend, say, wrap
 from damper.figures.style import COLUMN, PAGE, PALE, units_text
 from damper.verification.comparison.best import GOOD, check_same_runs
 from damper.verification.comparison.errors import VERDICTS
 from damper.verification.comparison.marks import FAILURES, line_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Panels of one page, and of one row.
 MOST, _COLUMNS = 12, 3
@@ -65,6 +67,9 @@ def draw(
     ValueError
         For an unknown error or scene, more scenes than fit a page, or datasets of different runs.
     """
+
+    from matplotlib.figure import Figure
+
     check_same_runs(errors, timings)
     if error not in _MEANINGS:
         raise ValueError(f"error = {error!r}: must be one of {', '.join(_MEANINGS)}")
@@ -144,6 +149,8 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> 
 
 
 def _scales(ax: Axes, times: np.ndarray, lanes: dict[str, float]) -> None:
+    from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+
     ax.set_xscale("log")
     ax.set_yscale("log")
     good = times[np.isfinite(times)]
@@ -160,6 +167,8 @@ def _scales(ax: Axes, times: np.ndarray, lanes: dict[str, float]) -> None:
 
 def _handles(place: xr.Dataset) -> list[Artist]:
     """Of the solvers that some scene suits."""
+    from matplotlib.lines import Line2D
+
     return [
         Line2D([], [], label=str(place.label.sel(solver=solver).item()), **line_of(solver))
         for solver in place.solver.values.tolist()

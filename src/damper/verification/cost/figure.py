@@ -1,16 +1,18 @@
 """What the parts of the software cost: the ladder of scenes, and growth with lanes and periods."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from damper.figures.layout import legend, wrap
 from damper.figures.style import BLUE, ORANGE, PAGE, VERMILION
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MB = 1e6
 _ROW = 0.19
@@ -53,6 +55,9 @@ def draw(timings: Mapping[str, Any], *, show: str, caption: str | None = None) -
 
 
 def _ladder(timings: Mapping[str, Any], caption: str | None) -> Figure:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
     ladder = timings["ladder"]
     rungs = ladder["rungs"]
     figure = Figure(figsize=(PAGE, 1.25 + _ROW * len(rungs)), layout="constrained")
@@ -110,6 +115,10 @@ _MEMORY = {"more": "whole process", "asked": "arrays and log asked for"}
 
 
 def _scaling(timings: Mapping[str, Any], caption: str | None) -> Figure:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.ticker import LogLocator
+
     scaling = timings["scaling"]
     figure = Figure(figsize=(PAGE, 4.6), layout="constrained")
     axes = figure.subplots(2, 2, sharex="col", sharey="row")
@@ -180,6 +189,8 @@ def _ratio(rung: Mapping[str, Any], key: str) -> Sequence[float]:
 
 def _plain(ax: Axes) -> None:
     """Mark a logarithmic axis of ratios in plain numbers."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(NullFormatter())

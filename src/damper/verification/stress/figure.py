@@ -1,17 +1,21 @@
 """The stress study: worst violation of each law in each regime, against its limit."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 
 from damper.figures.layout import wrap
 from damper.figures.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.table import GRADED, Row, excesses, regimes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
 _EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)
@@ -43,6 +47,9 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     rows = regimes(cube)
     far = excesses(cube)
     height = 2.6 + 0.19 * len(rows)
@@ -103,6 +110,8 @@ def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
 
 def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     """Worst value of each law in each regime, coloured by its distance to the limit."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     values = np.array([[row.worst[name] for name in GRADED] for row in rows])
     ratios = np.array([[row.nearest[name] for name in GRADED] for row in rows])
     colours = ListedColormap(list(_COLOURS), name="limits").with_extremes(bad="white")

@@ -6,11 +6,16 @@ is seen in its own rows.
 Reasons are those of docs/method.md, section Limits, and what the study itself has shown.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,8 @@ def model_is(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
 
 def models(cube: xr.Dataset) -> xr.DataArray:
     """Return each lane's model, as `damper.parameters.Parameters.model` says it."""
+    import xarray as xr
+
     grounded = (cube.support_stiffness_ratio > 0.0) | (_support_damping(cube) > 0.0)
     names = np.where(grounded, "grounded", "rigid")
     names = np.where(cube.modulation_depth > 0.0, "time_varying", names)

@@ -1,18 +1,23 @@
 """Tables of the stress study: what each law came to, and where accuracy degrades and why."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damper.tables import markdown_table
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
 from damper.verification.stress.parts import lane_of
 from damper.verification.stress.regimes import REGIMES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Laws whose violation is a number worth reading; the others either hold or do not.
 GRADED = tuple(name for name in LAW_NAMES if name not in ("backwards", "not_finite"))

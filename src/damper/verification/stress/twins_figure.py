@@ -1,10 +1,10 @@
 """Lanes run in other ways: differences are the lanes' condition; the method's errors are small."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator
 
 from damper.figures.layout import legend, say, wrap
 from damper.figures.style import BLUE, ORANGE, PAGE, PURPLE, VERMILION
@@ -20,6 +20,11 @@ from damper.verification.stress.verdicts import (
     SOUND,
     WELL,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
 EXACT = tuple(name for name in IDENTITIES if name not in ("sharper", "looser"))
@@ -44,6 +49,9 @@ def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(PAGE, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     count = twins.sizes["lane"]
@@ -124,6 +132,8 @@ def _differences(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
 
 def _errors(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
     """Part of each class with at least a backward error."""
+    from matplotlib.ticker import LogLocator
+
     errors = twins.backward_error.values
     if np.isnan(errors).all():
         say(ax, "no lane has a backward error")

@@ -1,12 +1,14 @@
 """Table of the lanes run in other ways: what differs, and whether condition or method is why."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damper.tables import markdown_table
 from damper.verification.stress.parts import lane_of
@@ -22,6 +24,9 @@ from damper.verification.stress.verdicts import (
     PASSED_LAWS,
     SOUND,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Line of the CSV: what it is about, which one, which quantity, and its value.
 Line = tuple[str, str, str, str]
