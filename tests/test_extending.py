@@ -13,7 +13,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
+OBSERVER, OBSERVED, FIGURE, TABLE, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
+(FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
 def insert(path: Path, before: str, block: str) -> None:
@@ -24,11 +25,13 @@ def insert(path: Path, before: str, block: str) -> None:
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    """The package with both examples in it."""
+    """The package with all examples in it."""
     folder = tmp_path_factory.mktemp("copy")
     package = folder / "damper"
     shutil.copytree(ROOT / "src/damper", package, ignore=shutil.ignore_patterns("__pycache__"))
     (package / "observers/wall_share.py").write_text(OBSERVER)
+    (package / "figures/histogram.py").write_text(FIGURE)
+    (package / "tables/extremes.py").write_text(TABLE)
     with (package / "engine/impact.py").open("a") as file:
         file.write("\n\n" + LAW)
     dampers = package / "parameters/dampers.py"
@@ -85,6 +88,70 @@ except ValueError as error:
     found = run(copy, code)
     assert found.startswith("0.5\n")
     assert "unknown key 'abvoe'" in found
+
+
+STUDY = f"""
+title: All clearances
+source: docs/extending.md
+parameters: {{mass_ratio: 0.1, damping_ratio: 0.05, restitution: 0.6}}
+axes:
+  frequency_ratio: {{values: [0.8, 1.0, 1.2]}}
+  clearance: {{values: [0.25, 0.5]}}
+transient: 5
+periods: 5
+observers: {{response: }}
+{FIGURES}
+tables:
+  ends: {{kind: extremes, variables: [rms_ratio]}}
+"""
+
+
+def test_kinds_of_figures_and_tables_are_a_file_each(copy, tmp_path):
+    study = tmp_path / "all.yaml"
+    study.write_text(STUDY)
+    code = f"""
+import csv, json, sys
+from pathlib import Path
+import damper
+from damper.figures import draw
+from damper.study.config import ConfigError, load_study
+from damper.tables import About, make
+study = load_study(Path({str(study)!r}))
+light = "matplotlib" not in sys.modules and "xarray" not in sys.modules
+cube = damper.simulate(**study.fixed, **study.axis_values, observers=["response"], periods=5,
+                       transient=5)
+settings = study.figure_settings("spread")
+figure = draw(settings.pop("kind"), cube, **settings)
+heights = [bar.get_height() for bar in figure.axes[0].patches]
+table = study.tables["ends"]
+text, markdown = make(table.kind, cube, table.model_dump(), About(study.title, study.fixed))
+least, greatest = csv.DictReader(text.splitlines())
+ends = [float(row["value"]) for row in (least, greatest)]
+try:
+    load_study(Path({str(study)!r}), {{"figures": {{"spread": {{"variable": "rms_rato"}}}}}})
+except ConfigError as error:
+    print(json.dumps(str(error)))
+print(json.dumps([light, len(heights), sum(heights), ends,
+                  [float(cube.rms_ratio.min()), float(cube.rms_ratio.max())], markdown]))
+"""
+    message, found = map(json.loads, run(copy, code).splitlines())
+    light, bars, points, ends, true, markdown = found
+    assert light
+    assert (bars, points) == (12, 6)
+    assert ends == pytest.approx(true, rel=1e-5)
+    assert markdown.startswith("# All clearances\n")
+    assert "did you mean 'rms_ratio'?" in message
+
+
+def test_kinds_are_in_reference_and_schema(copy):
+    code = """
+from damper.study.reference import files
+made = files()
+assert "| `figures.<file>.bins` |" in made["docs/reference.md"]
+assert "### kind: extremes" in made["docs/reference.md"]
+assert '"const": "histogram"' in made["config/schema/study.schema.json"]
+"""
+    run(copy, code)
 
 
 def test_contact_law_is_a_function_and_its_parameter(copy):

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from damper.figures import draw
-from damper.figures.style import save, style
+from damper.figures.common.style import save, style
 from damper.parameters.variables import ENERGY, LENGTH, Variable
 from damper.sweep.cube import dataset
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 import damper
 from damper.analysis.accumulation_errors import errors_of
-from damper.figures.style import BLACK, BLUE, VERMILION
+from damper.figures.common.style import BLACK, BLUE, VERMILION
 
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.25, "clearance": 0.03}
 RUN = {"transient": 0, "periods": 5, "observers": {"accumulation": {"bursts": 6}}}

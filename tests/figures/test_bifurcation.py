@@ -18,7 +18,7 @@ from matplotlib.patches import Rectangle
 
 from damper import simulate
 from damper.figures import draw
-from damper.figures.style import BLACK, BLUE, ORANGE, VERMILION, save, style
+from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION, save, style
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.sweep.cube import dataset
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from damper import Parameters, events, simulate
 from damper.analysis.stretches import listed_bursts
-from damper.figures.style import BLUE, ORANGE, YELLOW
+from damper.figures.common.style import BLUE, ORANGE, YELLOW
 
 COMPLETE = {
     "mass_ratio": 0.1,

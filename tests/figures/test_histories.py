@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 from damper import simulate
 from damper.analysis.stretches import listed_bursts, sticking
 from damper.figures import histories
-from damper.figures.style import BLUE, YELLOW
+from damper.figures.common.style import BLUE, YELLOW
 
 POINT = {"mass_ratio": 0.25, "damping_ratio": 0.02, "frequency_ratio": 1.5, "clearance": 0.05}
 PERIOD = 2 * math.pi / 1.5

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper.analysis.best import least
-from damper.figures.layout import edges, geometric, legend, numbers, select, wrap
+from damper.figures.common.layout import edges, geometric, legend, numbers, select, wrap
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}

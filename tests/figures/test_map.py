@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper import simulate
-from damper.figures.style import BLUE, MISSING, ORANGE, PALE
+from damper.figures.common.style import BLUE, MISSING, ORANGE, PALE
 from damper.sweep.cube import write_cube
 
 X = [0.8, 0.9, 1.0, 1.1]

@@ -7,9 +7,8 @@ from figures.drawing import assert_files, drawn
 from matplotlib.figure import Figure
 
 from damper.figures import draw
-from damper.figures.schematic import DRAWINGS
-from damper.figures.style import COLUMN
-from damper.study.products import Schematic
+from damper.figures.common.style import COLUMN
+from damper.figures.schematic import DRAWINGS, Schematic
 
 SYMBOLS = {
     "impact_damper": ["$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$", "$D$", "$D$"],

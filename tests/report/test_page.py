@@ -9,7 +9,7 @@ from jinja2 import UndefinedError
 
 from damper.report.page import MOST_ROWS, captions, chapter, page
 from damper.study.config import load_study
-from damper.study.products import FIGURES, TABLES
+from damper.study.kinds import FIGURES, TABLES
 
 ROOT = Path(__file__).parents[2]
 CAPTIONS = ROOT / "workflow/report"

@@ -6,17 +6,18 @@ from new_process import in_new_process
 LIGHT = [
     "damper.sweep.cube",
     "damper.verification.comparison.cube",
-    "damper.verification.comparison.tables",
+    "damper.verification.comparison.tables.solver_errors",
+    "damper.verification.comparison.tables.solver_speed",
     "damper.verification.stress.cube",
-    "damper.verification.stress.table",
+    "damper.verification.stress.tables.stress",
     "damper.verification.stress.twins_cube",
-    "damper.verification.stress.twins_table",
-    "damper.verification.cost.table",
-    "damper.verification.comparison.work_precision",
-    "damper.verification.comparison.summary",
-    "damper.verification.stress.figure",
-    "damper.verification.stress.twins_figure",
-    "damper.verification.cost.figure",
+    "damper.verification.stress.tables.twins",
+    "damper.verification.cost.tables.cost",
+    "damper.verification.comparison.figures.work_precision",
+    "damper.verification.comparison.figures.solver_summary",
+    "damper.verification.stress.figures.stress",
+    "damper.verification.stress.figures.twins",
+    "damper.verification.cost.figures.cost",
 ]
 HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")
 CODE = f"""

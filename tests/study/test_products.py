@@ -1,19 +1,17 @@
 """Figures and tables in study files: their settings, and how each mistake is told."""
 
 import inspect
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from damper.figures import FIGURES as DRAWN
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.fields import Faults, faults_of
-from damper.study.products import FIGURES, TABLES, VARIABLES, Offer, Product
-from damper.verification.kinds import KINDS
+from damper.study.kinds import FIGURES, STUDIES, TABLES, Kinds
+from damper.study.products import VARIABLES, Offer, Product
 
 GOOD: dict[str, Any] = {
     "title": "t",
@@ -485,9 +483,7 @@ def test_variables_are_those_of_the_observers() -> None:
 
 @pytest.mark.parametrize("kind", FIGURES)
 def test_settings_are_the_arguments_of_draw(kind: str) -> None:
-    own = {name for study in KINDS.values() for name in study.figure_kinds}
-    assert set(DRAWN) == {*FIGURES, *own}
-    draw = import_module(DRAWN[kind]).draw
+    draw = FIGURES.module(kind).draw
     arguments = inspect.signature(draw).parameters
     fields = FIGURES[kind].model_fields
     measured = {"section"} if kind == "bifurcation" else set()
@@ -583,14 +579,14 @@ def test_convergence_of_a_record_needs_its_observer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "made"),
-    [(name, made) for study in KINDS.values() for name, made in study.figure_kinds.items()],
+    ("kinds", "name"),
+    [(study.figure_kinds, name) for study in STUDIES.values() for name in study.figure_kinds],
 )
-def test_settings_of_studies_that_check_are_the_arguments_of_draw(name: str, made: type) -> None:
-    draw = import_module(DRAWN[name]).draw
+def test_settings_of_studies_that_check_are_the_arguments_of_draw(kinds: Kinds, name: str) -> None:
+    draw = kinds.module(name).draw
     arguments = [
         argument.name
         for argument in inspect.signature(draw).parameters.values()
         if argument.kind is inspect.Parameter.KEYWORD_ONLY
     ]
-    assert set(arguments) == set(made.model_fields) - {"kind", "each"}
+    assert set(arguments) == set(kinds[name].model_fields) - {"kind", "each"}

@@ -20,22 +20,21 @@ from damper.parameters.quantities import ALL, MODEL_NAMES, SI_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Kind, Strict, kind_of
+from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
-from damper.study.products import FIGURES, TABLES
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial, Threshold
 from damper.study.yaml_file import read_yaml
-from damper.verification.kinds import KINDS
 
 ROOT = Path(__file__).parents[2]
-STUDIES = sorted((ROOT / "config/studies").glob("*.yaml"))
+FILES = sorted((ROOT / "config/studies").glob("*.yaml"))
 CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
 TEMPLATE = ROOT / "config/studies/template.yaml"
 CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVERS.values()]
-CLASSES += [*FIGURES.values(), *TABLES.values(), *KINDS.values()]
-CLASSES += [entry for kind in KINDS.values() for entry in kind.entries.values()]
+CLASSES += [*FIGURES.values(), *TABLES.values(), *STUDIES.values()]
+CLASSES += [entry for kind in STUDIES.values() for entry in kind.entries.values()]
 CLASSES += [
     made
-    for kind in KINDS.values()
+    for kind in STUDIES.values()
     for registry in (kind.figure_kinds, kind.table_kinds)
     for made in registry.values()
 ]
@@ -148,9 +147,9 @@ def test_workflow_does_not_load_the_generator():
     assert run.stdout.strip() == "False"
 
 
-@pytest.mark.parametrize("path", [*STUDIES, *CONFIGS], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*FILES, *CONFIGS], ids=lambda path: path.stem)
 def test_file_names_its_schema(path):
-    name = "study" if path in STUDIES else "config"
+    name = "study" if path in FILES else "config"
     first = path.read_text().splitlines()[0]
     (target,) = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", first).groups()
     assert (path.parent / target).resolve() == ROOT / f"config/schema/{name}.schema.json"
@@ -202,8 +201,8 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
     for key in keys:
         assert cubes.count(f"\n| `{key}` |") == 1, key
     _, *sections = text[kinds:settings].split("\n### Study of kind: ")
-    assert [section.partition("\n")[0] for section in sections] == list(KINDS)
-    for section, cls in zip(sections, KINDS.values(), strict=True):
+    assert [section.partition("\n")[0] for section in sections] == list(STUDIES)
+    for section, cls in zip(sections, STUDIES.values(), strict=True):
         for path, entry in {"": cls, **{f"{n}.<name>.": e for n, e in cls.entries.items()}}.items():
             for key in paths(entry, path):
                 assert section.count(f"\n| `{key}` |") == 1, key
@@ -258,7 +257,7 @@ def test_schema_tells_ranges_units_and_defaults():
 # Schema and loader.
 
 
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_schema_accepts_the_studies_of_the_project(path):
     assert list(STUDY.iter_errors(data_of(path))) == []
     # What it accepts in full, it accepts as an override.

@@ -11,7 +11,7 @@ import xarray as xr
 
 import damper
 from damper.analysis.accumulation_errors import Agreement, agreements, errors_of
-from damper.tables import TABLES, About
+from damper.tables import About
 from damper.tables import make as make_kind
 
 ABOUT = About("A study", {"mass_ratio": 0.1}, assumed={"mass_ratio": "lost"})
@@ -297,7 +297,3 @@ def test_branches_are_columns() -> None:
     rows = list(csv.DictReader(io.StringIO(text)))
     assert list(rows[0])[:2] == ["frequency_ratio", "direction"]
     assert {row["direction"] for row in rows} == {"up", "down"}
-
-
-def test_kind_is_registered() -> None:
-    assert TABLES["accumulation"] == "damper.tables.accumulation"

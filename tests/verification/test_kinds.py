@@ -7,9 +7,9 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from damper.study.config import ConfigError, load_config, load_study
+from damper.study.kinds import STUDIES
 from damper.study.model import AnyStudy, Study
 from damper.study.reference import schema_of
-from damper.verification.kinds import KINDS
 
 SCHEMA = Draft202012Validator(schema_of(AnyStudy, "study"))
 POINT = {
@@ -104,7 +104,7 @@ def changed(data: dict, *keys: str, to: object) -> dict:
 @pytest.mark.parametrize("kind", GOOD)
 def test_loads_and_passes_the_schema(tmp_path, kind):
     study = load_study(write(tmp_path, GOOD[kind]))
-    assert type(study) is KINDS[kind]
+    assert type(study) is STUDIES[kind]
     assert study.name == "good"
     assert list(SCHEMA.iter_errors(GOOD[kind])) == []
     # What is written out loads again, as the same study.
@@ -113,7 +113,7 @@ def test_loads_and_passes_the_schema(tmp_path, kind):
 
 
 def test_every_kind_is_tried_here():
-    assert GOOD.keys() == KINDS.keys()
+    assert GOOD.keys() == STUDIES.keys()
 
 
 def test_a_study_without_a_kind_is_one_of_parameters(tmp_path):

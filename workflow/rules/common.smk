@@ -12,7 +12,7 @@ try:
     from damper.parameters.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
-    from damper.verification.kinds import Verification
+    from damper.verification.base import Verification
 except ImportError as error:
     raise WorkflowError(
         f"damper or one of its packages is missing ({error}): install them with "

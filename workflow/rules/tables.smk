@@ -1,7 +1,7 @@
 """Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
 
+from damper.study.kinds import TABLES
 from damper.study.settings import SECTIONS
-from damper.tables import TABLES
 
 
 def _table_settings(wildcards):
@@ -46,7 +46,7 @@ rule table:
         code=lambda wildcards: code_digest(
             SCRIPTS / "table.py",
             [
-                TABLES[_table_settings(wildcards)["kind"]],
+                TABLES.modules[_table_settings(wildcards)["kind"]],
                 *simulation_modules(STUDIES[wildcards.study]),
             ],
         ),

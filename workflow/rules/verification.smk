@@ -1,7 +1,6 @@
 """Figures and tables of the studies that check the engine."""
 
-from damper.figures import FIGURES
-from damper.tables import TABLES_OF_RESULTS
+from damper.verification import kinds
 
 
 def _product(section, folder, wildcards):
@@ -54,7 +53,7 @@ for folder in ("", "timed"):
             settings=lambda wildcards, folder=folder: _product("figures", folder, wildcards)[1],
             code=lambda wildcards, folder=folder: code_digest(
                 SCRIPTS / "verification_figure.py",
-                [FIGURES[_product("figures", folder, wildcards)[0].kind]],
+                [kinds.FIGURES.modules[_product("figures", folder, wildcards)[0].kind]],
             ),
         message:
             "Draw {wildcards.study}: {wildcards.stem}"
@@ -80,7 +79,7 @@ for folder in ("", "timed"):
             settings=lambda wildcards, folder=folder: _product("tables", folder, wildcards)[1],
             code=lambda wildcards, folder=folder: code_digest(
                 SCRIPTS / "verification_table.py",
-                [TABLES_OF_RESULTS[_product("tables", folder, wildcards)[0].kind][0]],
+                [kinds.TABLES.modules[_product("tables", folder, wildcards)[0].kind]],
             ),
         message:
             "Write {wildcards.study}: {wildcards.stem}"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from damper.analysis.open_cubes import open_cubes
 from damper.figures import draw
-from damper.figures.style import save, style
+from damper.figures.common.style import save, style
 
 settings = dict(snakemake.params.settings)
 path = snakemake.input.cube or None

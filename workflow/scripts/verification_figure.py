@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from damper.analysis.open_cubes import read_results
-from damper.figures import draw
-from damper.figures.style import save, style
+from damper.figures.common.style import save, style
+from damper.verification.kinds import FIGURES
 
 settings = dict(snakemake.params.settings)
 results = [read_results(Path(path)) for path in snakemake.input]
 
 with style():
-    figure = draw(settings.pop("kind"), *results, **settings)
+    figure = FIGURES.module(settings.pop("kind")).draw(*results, **settings)
     for path in snakemake.output:
         save(figure, Path(path))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.accumulation_errors import (
     BURST,
@@ -17,8 +18,19 @@ from damper.analysis.accumulation_errors import (
     Errors,
     errors_of,
 )
-from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.style import BLACK, BLUE, PAGE, VERMILION, label
+from damper.figures.common.layout import head, legend, place_text, say, select
+from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
+from damper.study.fields import Faults, Text
+from damper.study.products import (
+    MOST_ROWS,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +60,30 @@ _VARIABLES = (
         )
     ),
 )
+
+
+class Accumulation(FigureSettings):
+    """Errors of the predicted completion of bursts over the rebound speed, log-log.
+
+    Completion time on the left, completion point on the right; both orders of theory, the first
+    impact of each burst apart, and the slopes 2 and 3 that the errors should have.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role(), "rows": Role(most=MOST_ROWS)}
+    overlays: ClassVar[bool] = True
+
+    each: Each = None
+    rows: Annotated[
+        str | None,
+        Text(),
+        Field(description=f"Axis of whose values each makes a row of panels; {MOST_ROWS} at most."),
+    ] = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "accumulation")
 
 
 def draw(

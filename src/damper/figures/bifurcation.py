@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.runs import runs
 from damper.figures import THEORY
-from damper.figures.layout import head, legend, place_label, place_text, say, select
-from damper.figures.style import (
+from damper.figures.common.layout import head, legend, place_label, place_text, say, select
+from damper.figures.common.style import (
     BLACK,
     BLUE,
     COLUMN,
@@ -22,7 +23,19 @@ from damper.figures.style import (
     VERMILION,
     label,
 )
-from damper.study.products import SECTION_VARIABLES
+from damper.study.fields import Choice, Faults, ListOf, Range, Text
+from damper.study.products import (
+    MOST_PANELS,
+    SECTION_VARIABLES,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need_section,
+)
+from damper.study.settings import SECTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +53,71 @@ _LABELS = {"up": "continued upwards", "down": "continued downwards"}
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
+
+
+class Bifurcation(FigureSettings):
+    """The section over one axis, with a row of panels for each value of a second one.
+
+    Both directions of a continuation are drawn, and all random initial states over each other.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "along": Role(),
+        "each": Role(),
+        "rows": Role(most=MOST_PANELS),
+    }
+    overlays: ClassVar[bool] = True
+
+    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    each: Each = None
+    rows: Annotated[
+        str | None, Text(), Field(description="Axis of whose values each makes a row of panels.")
+    ] = None
+    at: At = None
+    variables: Annotated[
+        tuple[str, ...],
+        ListOf(Choice(*SECTION_VARIABLES), least=1),
+        Field(description="What is drawn, a panel each; one alone fits a printed column."),
+    ] = SECTION_VARIABLES
+    mark: Annotated[
+        tuple[float, float] | None,
+        Range(),
+        Field(
+            description="Part of the abscissa to mark by a bracket, such as a range that the "
+            "source states; above the panels stands how far the chatter found agrees with it."
+        ),
+    ] = None
+    mark_label: Annotated[str | None, Text(), Field(description="What the mark is; with mark.")] = (
+        None
+    )
+    theory: Annotated[
+        str | None,
+        Choice("two_impacts"),
+        Field(
+            description="Theory to draw over it: the closed-form motion with two impacts per "
+            "period, where it exists and where it is stable."
+        ),
+    ] = None
+    caption: Caption = None
+
+    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+        """Return the section, if theory is to be drawn on it."""
+        if self.theory is None:
+            return {}
+        return {"section": {name: observers[name] for name in SECTIONS if name in observers}}
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need_section(offer, faults)
+        if "mark" in settings and "bursts" not in offer.observers:
+            faults.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Bifurcation | None, faults: Faults) -> None:
+        if model is not None and (model.mark is None) != (model.mark_label is None):
+            given, missing = ("mark", "mark_label") if model.mark else ("mark_label", "mark")
+            allowed = Text.words if model.mark else Range.words
+            faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
 def draw(

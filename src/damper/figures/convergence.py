@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from damper.figures.layout import head, legend, place_label, place_text, say, wrap
-from damper.figures.style import BLUE, COLUMN, VERMILION, label
-from damper.tables.convergence import compared, order_of, rigid_values
+from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
+from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
+from damper.study.fields import Faults
+from damper.study.products import (
+    At,
+    Caption,
+    FigureSettings,
+    Offer,
+    Role,
+)
+from damper.tables.convergence import (
+    Compared,
+    Conventions,
+    Stiffness,
+    compared,
+    fit_convergence,
+    order_of,
+    rigid_values,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +39,22 @@ _STYLES = (
     {"color": VERMILION, "marker": "s", "ls": "--"},
 )
 _HALF: dict[str, Any] = {"color": "#777777", "lw": 0.8, "ls": ":"}
+
+
+class Convergence(FigureSettings):
+    """The distance to the rigid damper over the stiffness of a compliant contact, and its order."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+
+    variables: Compared
+    along: Stiffness
+    lines: Conventions = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        fit_convergence(settings, offer, faults)
 
 
 def draw(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.best import least
-from damper.figures.layout import (
+from damper.figures.common.layout import (
     few_decades,
     geometric,
     head,
@@ -21,7 +22,19 @@ from damper.figures.layout import (
     variable_label,
     whole,
 )
-from damper.figures.style import BLACK, COLUMN, RATIOS
+from damper.figures.common.style import BLACK, COLUMN, RATIOS
+from damper.study.fields import Faults, Flag, ListOf, Text
+from damper.study.products import (
+    MOST_LINES,
+    MOST_VARIABLES,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    check_written,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +47,62 @@ _PANEL = 1.75
 """Height of a panel in inches."""
 _ABSCISSA = 2.1
 """Inches about the middle of a panel that a label has before it is cut off on the right."""
+
+
+class Curves(FigureSettings):
+    """Variables over one axis, each in a panel of its own, with a line for each value of another.
+
+    Amplitude ratios have a thin line at 1, where the damper changes nothing.
+    """
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "along": Role(least=2),
+        "lines": Role(most=MOST_LINES, branches=True),
+        "each": Role(),
+        "best": Role(),
+    }
+
+    variables: Annotated[
+        tuple[str, ...],
+        ListOf(Text(), least=1),
+        Field(
+            description="Variables of the cube, each with one value at each point; a panel each, "
+            f"{MOST_VARIABLES} at most."
+        ),
+    ]
+    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    lines: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis, or direction or draw, of whose values each makes a line; "
+            f"{MOST_LINES} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    best: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis that is set, for each line, to the value at which the greatest "
+            "value of the first variable along the abscissa is least."
+        ),
+    ] = None
+    log: Annotated[bool, Flag(), Field(description="Whether ordinates are logarithmic.")] = False
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        names = settings.get("variables")
+        for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
+            check_written(("variables", i), name, offer, faults)
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Curves | None, faults: Faults) -> None:
+        if model is not None and len(model.variables) > MOST_VARIABLES:
+            message = f"{len(model.variables)} variables are too many for one figure"
+            faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
 
 
 def draw(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.stretches import (
     BURST_VARIABLES,
@@ -15,8 +16,20 @@ from damper.analysis.stretches import (
     listed_until,
     sticking,
 )
-from damper.figures.layout import head, legend, say, select
-from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
+from damper.figures.common.layout import head, legend, say, select
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
+from damper.parameters.variables import SI_UNITS, TIME
+from damper.study.fields import Faults, Number
+from damper.study.products import (
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need,
+    need_listed_bursts,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +64,41 @@ _DURATIONS: dict[bool, dict[str, Any]] = {
 _SHADE = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
 _STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
 _MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
+
+
+class FreeMass(FigureSettings):
+    """The free mass in time, absolute and relative: the whole history beside one burst.
+
+    Onset, duration and sticking of that burst are annotated, chatter and sticking are shaded.
+    """
+
+    of_single_bursts: ClassVar[bool] = True
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
+
+    each: Each = None
+    at: At = None
+    near: Annotated[
+        float | None,
+        Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(
+            description="Time since the start of the record: the burst of chatter with the onset "
+            "nearest to it is shown at large; the first one of the stretch when not given."
+        ),
+    ] = None
+    stop: Annotated[
+        float | None,
+        Number(gt=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(
+            description="Where the whole history ends, likewise; with the stretch that the "
+            "observer samples when not given."
+        ),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "trajectory")
+        need_listed_bursts(offer, faults)
 
 
 def draw(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.stretches import (
     BURST_VARIABLES,
@@ -17,8 +18,16 @@ from damper.analysis.stretches import (
     rows_between,
     sticking,
 )
-from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
+from damper.figures.common.layout import head, legend, place_text, say, select
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
+from damper.figures.trajectory import Trajectory
+from damper.study.fields import Faults, Text
+from damper.study.products import (
+    MOST_PANELS,
+    Offer,
+    Role,
+    need_listed_bursts,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +58,23 @@ _WALL = {"color": "#777777", "lw": 0.6}
 _PANEL = 0.82
 #: Points in all panels up to which lines stay vectors.
 _MOST_POINTS = 20_000
+
+
+class Histories(Trajectory):
+    """The free mass between the walls over time, with a panel for each value of an axis.
+
+    Bursts of chatter and stretches of sticking are shaded.
+    """
+
+    of_single_bursts: ClassVar[bool] = True
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[str, Text(), Field(description="Axis of whose values each makes a panel.")]
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        super().needs(settings, offer, faults)
+        need_listed_bursts(offer, faults)
 
 
 def draw(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.best import least
 from damper.figures import THEORY
-from damper.figures.layout import (
+from damper.figures.common.layout import (
     edges,
     few_decades,
     geometric,
@@ -24,7 +25,7 @@ from damper.figures.layout import (
     variable_label,
     whole,
 )
-from damper.figures.style import (
+from damper.figures.common.style import (
     BLACK,
     BLUE,
     COLUMN,
@@ -36,6 +37,19 @@ from damper.figures.style import (
     SYMBOLS,
     VERMILION,
 )
+from damper.study.fields import Choice, Faults, Text
+from damper.study.products import (
+    FREE_TRAVEL,
+    MOST_PANELS,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    check_written,
+)
+from damper.study.yaml_file import words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +80,75 @@ _HEIGHTS = {1: 2.4, 2: 2.6, 3: 2.0}
 _CONTOUR = 0.7
 #: Whole numbers up to this have a colour each.
 _MOST_STEPS = 12
+
+
+#: What the small-mass limit speaks of.
+_OF_BURSTS = ("complete_fraction", "chatter")
+
+
+class Map(FigureSettings):
+    """One variable in colour over two axes."""
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "x": Role(least=2),
+        "y": Role(least=2),
+        "panels": Role(most=MOST_PANELS, branches=True),
+        "each": Role(),
+    }
+
+    variable: Annotated[
+        str,
+        Text(),
+        Field(
+            description="Variable of the cube, with one value at each point. chatter and status "
+            "are drawn in classes, all else with a colour bar."
+        ),
+    ]
+    x: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    y: Annotated[str, Text(), Field(description="Axis of the ordinate.")]
+    panels: Annotated[
+        str | None,
+        Text(),
+        Field(description="Axis, or direction or draw, of whose values each makes a panel."),
+    ] = None
+    each: Each = None
+    at: At = None
+    best: Annotated[
+        str | None,
+        Choice("min", "max"),
+        Field(
+            description="Mark, for every x, the y at which the variable is least (min) or "
+            "greatest (max); of equals the smallest y."
+        ),
+    ] = None
+    theory: Annotated[
+        str | None,
+        Choice("small_mass_limit"),
+        Field(
+            description="Theory to draw over it: the restitution up to which bursts complete, in "
+            "the limit of a small free mass; with complete_fraction or chatter, over restitution "
+            "and clearance (or gap)."
+        ),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        check_written(("variable",), settings.get("variable"), offer, faults)
+        if settings.get("theory") == "small_mass_limit":
+            cls._fits_limit(settings, faults)
+
+    @classmethod
+    def _fits_limit(cls, settings: dict[str, Any], faults: Faults) -> None:
+        variable, axes = settings.get("variable"), [settings.get("x"), settings.get("y")]
+        if isinstance(variable, str) and variable not in _OF_BURSTS:
+            message = f"the small-mass limit does not speak of '{variable}'"
+            faults.add(("theory",), message, f"a map of {words(_OF_BURSTS)}")
+        if all(isinstance(name, str) for name in axes) and not (
+            "restitution" in axes and any(name in axes for name in FREE_TRAVEL)
+        ):
+            message = f"the small-mass limit has no place over {words(axes)}"
+            faults.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
 
 def draw(

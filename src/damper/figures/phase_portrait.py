@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.section_period import section_period
 from damper.analysis.stretches import half_gap
-from damper.figures.layout import head, place_text, say, select
-from damper.figures.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.figures.common.layout import head, place_text, say, select
+from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.study.fields import Faults, Text
+from damper.study.products import (
+    MOST_COLUMNS,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need,
+    need_section,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +50,29 @@ _MOST_POINTS = 5_000
 _STEPS = {1: 9, 2: 5, 3: 3}
 #: Distinct points of a section up to which each is drawn large.
 _FEW = 16
+
+
+class PhasePortrait(FigureSettings):
+    """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
+
+    columns: Annotated[
+        str | None,
+        Text(),
+        Field(
+            description="Axis of whose values each makes a column of panels; "
+            f"{MOST_COLUMNS} at most."
+        ),
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "trajectory")
+        need_section(offer, faults)
 
 
 def draw(

@@ -7,11 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from damper.figures.style import BLACK, COLUMN
+from damper.figures.common.style import BLACK, COLUMN
+from damper.study.fields import Choice, Faults, Text
+from damper.study.products import (
+    Offer,
+    Product,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +32,28 @@ _LETTERS = 9.0
 """Size of the symbols, in points."""
 _CAPTION = 58
 """Letters in a line of the heading."""
+
+
+class Schematic(Product):
+    """The mechanical model of a paper, drawn by code; it shows no results and waits for none."""
+
+    of_cube: ClassVar[bool] = False
+
+    drawing: Annotated[
+        str,
+        Choice("impact_damper", "two_degrees_of_freedom", "collision_system"),
+        Field(
+            description="Paper A's free mass in a box; its form with two degrees of freedom; "
+            "paper B's model."
+        ),
+    ]
+    caption: Annotated[str | None, Text(), Field(description="Heading; none when not given.")] = (
+        None
+    )
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        """Nothing to note: a schematic asks nothing of the study."""
 
 
 def draw(cube: None = None, *, drawing: str, caption: str | None = None) -> Figure:

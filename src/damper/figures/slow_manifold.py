@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.amplitudes import VARIABLES, amplitudes
-from damper.figures.layout import head, legend, place_text, say, select
-from damper.figures.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
+from damper.figures.common.layout import head, legend, place_text, say, select
+from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
+from damper.study.fields import Faults, Text
+from damper.study.products import (
+    MOST_PANELS,
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need,
+)
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
 
 if TYPE_CHECKING:
@@ -33,6 +45,27 @@ _MEANINGS = {
 }
 #: Most of the curve to be seen: theta beyond the largest simulated one.
 _MARGIN = 1.08
+
+
+class SlowManifold(FigureSettings):
+    """Amplitude of the free mass against that of the primary, cycle by cycle, over the manifold.
+
+    Uses the events of the trajectory; a light free mass and a slowly changing amplitude show it.
+    """
+
+    of_theory: ClassVar[bool] = True
+    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+
+    panels: Annotated[
+        str | None, Text(), Field(description="Axis of whose values each makes a panel.")
+    ] = None
+    each: Each = None
+    at: At = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "trajectory")
 
 
 def draw(

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
-from damper.figures.layout import head, legend, select
-from damper.figures.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
+from damper.figures.common.layout import head, legend, select
+from damper.figures.common.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
+from damper.study.fields import Faults, Number
+from damper.study.products import (
+    At,
+    Caption,
+    Each,
+    FigureSettings,
+    Offer,
+    Role,
+    need,
+)
+from damper.study.yaml_file import show
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +45,47 @@ _PRIMARY = {"color": BLACK, "lw": 0.9}
 _FREE = {"color": VERMILION, "lw": 0.9, "ls": "-"}
 _WALL = {"color": "#777777", "lw": 0.5}
 _BETWEEN = {"color": "#E8E8E8", "lw": 0.0}
+
+
+class Trajectory(FigureSettings):
+    """Displacements and velocities of both masses over time, at one point."""
+
+    roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
+
+    each: Each = None
+    at: At = None
+    start: Annotated[
+        float,
+        Number(ge=0),
+        Field(
+            description="Where the figure starts, in forcing periods since the start of the "
+            "stretch that the observer samples."
+        ),
+    ] = 0.0
+    stop: Annotated[
+        float | None,
+        Number(gt=0),
+        Field(description="Where it ends, likewise; the end of the stretch when not given."),
+    ] = None
+    caption: Caption = None
+
+    @classmethod
+    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "trajectory")
+
+    def fit_stretch(self, length: float, faults: Faults) -> None:
+        if self.start >= length:
+            message = f"starts {self.start:g} periods into a sampled stretch of {length:g}"
+            faults.add(("start",), message, f"number >= 0 and < {length:g}")
+        elif self.stop is not None and self.stop > length:
+            message = f"stops {self.stop:g} periods into a sampled stretch of {length:g}"
+            faults.add(("stop",), message, f"number <= {length:g}")
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Trajectory | None, faults: Faults) -> None:
+        if model is not None and model.stop is not None and model.stop <= model.start:
+            message = f"start ({show(model.start)}) must be less than stop ({show(model.stop)})"
+            faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
 def draw(

@@ -331,8 +331,7 @@ def _judge_performance(number: int, holds: str, fails: str) -> Callable[[Cubes],
     """Judge A8 to A10 as the performance table judges them; say why, either way."""
 
     def judge(cubes: Cubes) -> Verdict:
-        from damper.tables import DAMPED, GOOD
-        from damper.tables.performance import best_clearances, statements
+        from damper.tables.performance import DAMPED, GOOD, best_clearances, statements
 
         cube = cubes["performance"]
         found = best_clearances(cube, "frequency_ratio", "clearance", DAMPED)

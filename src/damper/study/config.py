@@ -1,13 +1,13 @@
 """The study language: what a study file and the workflow's configuration may say.
 
-A study file is one `Study`, or one of the `KINDS` if it says so; `load_config` turns the mapping
+A study file is one `Study`, or one of the `STUDIES` if it says so; `load_config` turns the mapping
 that Snakemake hands over into the studies it names, or raises one `ConfigError` that lists every
 mistake in every file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from damper.parameters.quantities import nearest
 from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of
+from damper.study.kinds import STUDIES
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
 from damper.study.study_file import StudyFile
@@ -28,7 +29,6 @@ from damper.study.yaml_file import (
     show,
     words,
 )
-from damper.verification.kinds import KINDS
 
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 
@@ -187,7 +187,7 @@ def _load(path: Path, label: str, override: Any) -> StudyFile:
     file = read_yaml(path, label)
     problems, data = file.problems, file.data
     if isinstance(override, dict):
-        data = _merged(data, override)
+        data = _merged(data, override, _dropped(data | override))
     elif override is not None:
         message = f"not a mapping (value: {show(override)})"
         problems.append(Problem(f"{label} (overrides of config)", (), message))
@@ -209,7 +209,7 @@ def _kind_of(data: dict[str, Any]) -> type[StudyFile]:
         return Study
     faults = Faults()
     with faults.of("kind"):
-        return KINDS[Choice(*KINDS).check(data["kind"], None)]
+        return STUDIES[Choice(*STUDIES).check(data["kind"], None)]
     faults.settle()
     raise AssertionError
 
@@ -242,26 +242,30 @@ _YIELDS = {
 }
 
 
-# Where an entry that is null in the override is left out.
-_DROPPED = {
-    (key,)
-    for cls in (Study, *KINDS.values())
-    for key, field in cls.model_fields.items()
-    if any(isinstance(kind, Section) and kind.dropped for kind in field.metadata)
-}
+def _dropped(data: dict[str, Any]) -> set[str]:
+    """Return the sections of a study in which null, in an override, leaves out an entry."""
+    kind = data.get("kind")
+    cls = STUDIES[kind] if isinstance(kind, str) and kind in STUDIES else Study
+    return {
+        key
+        for key, field in cls.model_fields.items()
+        if any(isinstance(one, Section) and one.dropped for one in field.metadata)
+    }
 
 
-def _merged(file: dict[str, Any], override: dict[str, Any], loc: Loc = ()) -> dict[str, Any]:
+def _merged(
+    file: dict[str, Any], override: dict[str, Any], dropped: Collection[str], loc: Loc = ()
+) -> dict[str, Any]:
     merged = dict(file)
     if len(loc) == 2 and loc[0] == "axes":
         for key in {old for new in override for old in _YIELDS.get(new, ())}:
             merged.pop(key, None)
     for key, value in override.items():
-        if value is None and key in merged and loc in _DROPPED:
+        if value is None and key in merged and len(loc) == 1 and loc[0] in dropped:
             del merged[key]
             continue
         old = merged.get(key)
         if isinstance(old, dict) and isinstance(value, dict):
-            value = _merged(old, value, (*loc, key))
+            value = _merged(old, value, dropped, (*loc, key))
         merged[key] = value
     return merged

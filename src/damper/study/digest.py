@@ -75,10 +75,12 @@ def _imports(path: Path) -> frozenset[Path]:
 def _file(module: str) -> Path | None:
     """Return the source file of a damper module; None for anything else.
 
-    The package's own front is left out: it holds nothing but names that load on first use.
+    The package's own front is left out: it holds nothing but names that load on first use. So is
+    the study language, which figures and tables import for their settings: what it makes of a
+    study stands among the `params` of rules, which are compared as they are.
     """
     first, *rest = module.split(".")
-    if first != "damper" or not rest:
+    if first != "damper" or not rest or rest[0] == "study":
         return None
     path = _PACKAGE.joinpath(*rest)
     for candidate in (path.with_suffix(".py"), path / "__init__.py"):

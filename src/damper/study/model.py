@@ -24,13 +24,13 @@ from damper.study.fields import (
     fault,
     of_kind,
 )
-from damper.study.products import FIGURES, TABLES, Product, product
+from damper.study.kinds import FIGURES, STUDIES, TABLES, product
+from damper.study.products import Product
 from damper.study.rules import corners, relate
 from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
-from damper.verification.kinds import KINDS
 
 _NONE: dict[str, Any] = {}
 _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -251,7 +251,7 @@ class AnyStudy(Strict):
 
     @classmethod
     def schema(cls, draft: Draft, name: str | None = None) -> Schema:
-        kinds = [of_kind(kind, other.schema(draft)) for kind, other in KINDS.items()]
+        kinds = [of_kind(kind, other.schema(draft)) for kind, other in STUDIES.items()]
         if draft.partial:  # an override need not say of which kind its study is
             return {"type": "object", "anyOf": [Study.schema(draft), *kinds, {"type": "null"}]}
         told = {"required": ["kind"]}

@@ -26,12 +26,11 @@ from typing import Any
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
+from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import AnyStudy, Settings, Study
-from damper.study.products import FIGURES, TABLES
 from damper.study.rules import MOST_SLICES
 from damper.study.schema import Draft, Schema
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
-from damper.verification.kinds import KINDS
 
 ROOT = Path(__file__).parents[3]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -254,7 +253,7 @@ def _kinds() -> Iterable[str]:
         "A study file with `kind` makes no cube of parameters; it has the keys of its kind, in "
         "place of all above."
     )
-    for kind, cls in KINDS.items():
+    for kind, cls in STUDIES.items():
         yield f"### Study of kind: {kind}"
         yield cleandoc(cls.__doc__ or "")
         yield _keys(cls, deep=True, kind=kind)

@@ -22,7 +22,8 @@ from damper.parameters.quantities import (
 )
 from damper.study.axes import axis_values
 from damper.study.fields import Faults
-from damper.study.products import FIGURES, TABLES, Offer, Trajectory
+from damper.study.kinds import FIGURES, TABLES
+from damper.study.products import Offer
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 from damper.sweep.branches import DIRECTIONS
@@ -94,15 +95,11 @@ def _check_stretch(study: Study, faults: Faults) -> None:
         )
         faults.add(loc, message, f"start + length <= {study.periods}, at least one sample step")
         return
-    for stem, figure in study.figures.items():
-        if not isinstance(figure, Trajectory):
-            continue
-        if figure.start >= length:
-            message = f"starts {figure.start:g} periods into a sampled stretch of {length:g}"
-            faults.add(("figures", stem, "start"), message, f"number >= 0 and < {length:g}")
-        elif figure.stop is not None and figure.stop > length:
-            message = f"stops {figure.stop:g} periods into a sampled stretch of {length:g}"
-            faults.add(("figures", stem, "stop"), message, f"number <= {length:g}")
+    for section, stem, product in study.products():
+        found = Faults()
+        product.fit_stretch(length, found)
+        with faults.of(section, stem):
+            found.settle()
 
 
 def _check_parts(study: Study, faults: Faults) -> None:

@@ -6,9 +6,17 @@ import csv
 import io
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from damper.analysis.accumulation_errors import QUANTITIES, SHARP, SMALL, Agreement, agreements
+from damper.study.fields import Faults, Number
+from damper.study.products import (
+    Offer,
+    Product,
+    need,
+)
 from damper.tables import About, fixed_values, markdown_table, remarks
 
 if TYPE_CHECKING:
@@ -34,6 +42,23 @@ _COLUMNS = (
     "within_left_percent",
 )
 _ORDINAL = {"first": 1, "second": 2}
+
+
+class AccumulationTable(Product):
+    """How well theory predicts when and where complete bursts end, at each point of the study."""
+
+    within: Annotated[
+        float,
+        Number(gt=0, lt=1),
+        Field(
+            description="Part of what is left of the burst to which a prediction must be right to "
+            "agree: the table says from which impact on it does."
+        ),
+    ] = 0.01
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "accumulation")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

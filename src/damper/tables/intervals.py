@@ -6,17 +6,44 @@ import csv
 import io
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.intervals import PREDICATES, ChatterAt, Interval, intervals
 from damper.parameters.quantities import ALL
+from damper.study.fields import Faults, Number, Text
+from damper.study.products import (
+    Offer,
+    Product,
+    Role,
+    fit_axis,
+    need,
+    need_one_run,
+)
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class Intervals(Product):
+    """The intervals of one axis in which bursts are chatter."""
+
+    along: Annotated[str, Text(), Field(description="Axis on which the intervals lie.")]
+    resolution: Annotated[
+        float,
+        Number(gt=0),
+        Field(description="How closely the ends of the intervals are found, in units of the axis."),
+    ] = 1e-3
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "bursts")
+        need_one_run(offer, faults, bisected="edges")
+        fit_axis("along", Role(least=3), settings, offer, faults)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

@@ -12,17 +12,29 @@ import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.best import least
+from damper.study.fields import Faults, Number, Text
+from damper.study.products import (
+    Offer,
+    Product,
+    Role,
+    fit_axis,
+    need,
+    need_one_run,
+)
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
 
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
+GOOD, DAMPED = 0.5, 0.9
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.
 _TWO = 0.05
 #: Relative distance from the resonance that still counts as near it.
@@ -63,6 +75,33 @@ class Statement:
     measured: str
     verdict: str
     condition: str = ""
+
+
+class Performance(Product):
+    """How well the damper damps: the best clearance, its band, statements on good damping."""
+
+    along: Annotated[str, Text(), Field(description="Axis of the forcing frequency.")]
+    over: Annotated[
+        str,
+        Text(),
+        Field(description="Axis, such as the clearance, of which the best value is looked for."),
+    ]
+    good: Annotated[
+        float, Number(gt=0, lt=1), Field(description="Rms ratio below which damping is good.")
+    ] = GOOD
+    damped: Annotated[
+        float, Number(gt=0, le=1), Field(description="Amplitude ratio below which the band lies.")
+    ] = DAMPED
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "response", "impacts", "bursts")
+        need_one_run(offer, faults)
+        name = settings.get("over")
+        if isinstance(name, str) and name in offer.axes and name == settings.get("along"):
+            faults.add(("over",), f"'{name}' is along already", "two distinct axes")
+        for key in ("along", "over"):
+            fit_axis(key, Role(least=2), settings, offer, faults)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

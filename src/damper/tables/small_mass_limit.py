@@ -7,12 +7,24 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.parameters.quantities import ALL
+from damper.study.fields import Faults, Number
+from damper.study.products import (
+    FREE_TRAVEL,
+    Offer,
+    Product,
+    Role,
+    count_values,
+    need,
+    need_one_run,
+)
+from damper.study.yaml_file import words
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
 from damper.tables import About, fixed_values, markdown_table, remarks
@@ -46,6 +58,27 @@ class Border:
     def difference(self) -> float:
         """Border less limit."""
         return self.border - self.critical
+
+
+class SmallMassLimit(Product):
+    """The border between complete and incomplete bursts beside its small-mass limit."""
+
+    of_theory: ClassVar[bool] = True
+
+    resolution: Annotated[
+        float, Number(gt=0), Field(description="Restitution to which borders are bisected.")
+    ] = 1e-4
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "bursts")
+        need_one_run(offer, faults, bisected="borders")
+        for names in (("restitution",), FREE_TRAVEL):
+            found = next((name for name in names if name in offer.axes), None)
+            if found is None:
+                faults.add((), f"needs an axis of the {' or '.join(names)}", words(names))
+            else:
+                count_values((), found, offer.axes[found], Role(least=2), faults)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

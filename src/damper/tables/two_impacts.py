@@ -7,12 +7,23 @@ import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
+from damper.parameters.quantities import INITIAL_NAMES
+from damper.study.fields import Faults, Number, Text
+from damper.study.products import (
+    Offer,
+    Product,
+    Role,
+    fit_axis,
+    need,
+    need_section,
+)
 from damper.sweep.grid import product
 from damper.tables import About, fixed_values, markdown_table, remarks
 from damper.theory.two_impacts import Orbit
@@ -58,6 +69,29 @@ class Comparison:
     median: float
     largest: float
     largest_settled: float
+
+
+class TwoImpacts(Product):
+    """Where the closed-form motion with two impacts per period exists and is stable."""
+
+    of_theory: ClassVar[bool] = True
+
+    along: Annotated[str, Text(), Field(description="Axis on which the ranges lie.")]
+    resolution: Annotated[
+        float,
+        Number(gt=0),
+        Field(description="How closely the ends of the ranges are found, in units of the axis."),
+    ] = 1e-3
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need_section(offer, faults)
+        need(offer, faults, "impacts")
+        name = settings.get("along")
+        if isinstance(name, str) and name in offer.axes and name in INITIAL_NAMES:
+            message = f"'{name}' sets where a run starts, which the closed form does not depend on"
+            faults.add(("along",), message, "an axis of a parameter")
+        fit_axis("along", Role(least=2), settings, offer, faults)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

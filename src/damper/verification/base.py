@@ -10,7 +10,7 @@ from pydantic import Field
 
 from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
 from damper.study.fields import Faults, Section, Strict, Text
-from damper.study.products import product
+from damper.study.kinds import product
 from damper.study.settings import Fixed
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml

@@ -12,10 +12,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from verification.comparison.fake_solvers import fake_cubes
 
-from damper.figures.style import save, style
-from damper.verification.comparison import summary as solver_summary
-from damper.verification.comparison import work_precision
+from damper.figures.common.style import save, style
 from damper.verification.comparison.errors import VERDICTS
+from damper.verification.comparison.figures import solver_summary, work_precision
 from damper.verification.comparison.marks import FAILURES, SHORT_LABELS, SOLVER_MARKS
 from damper.verification.comparison.solvers import SOLVERS
 

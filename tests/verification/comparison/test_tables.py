@@ -15,7 +15,8 @@ from damper.sweep.cube import write_cube
 from damper.verification.comparison.best import best_error, relative_to_base, time_to_reach
 from damper.verification.comparison.cube import ERRORS, order_at
 from damper.verification.comparison.errors import MEASURES, VERDICTS
-from damper.verification.comparison.tables import _time_text, errors_table, times_table
+from damper.verification.comparison.tables import solver_errors, solver_speed
+from damper.verification.comparison.tables.solver_speed import _time_text
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +166,7 @@ def test_runs_of_other_settings_are_refused(errors: xr.Dataset, timings: xr.Data
 
 
 def test_errors_table(errors: xr.Dataset) -> None:
-    text, markdown = errors_table(errors)
+    text, markdown = solver_errors.make(errors)
     rows = list(csv.DictReader(io.StringIO(text)))
     levels = {name: len(values) for name, values in SETTINGS.items()}
     assert len(rows) == sum(levels.values()) - 1 + levels["exact"] + 1
@@ -206,7 +207,7 @@ def test_times_are_rounded_before_their_unit_is_chosen(seconds: float, text: str
 
 
 def test_times_table(errors: xr.Dataset, timings: xr.Dataset) -> None:
-    text, markdown = times_table(errors, timings)
+    text, markdown = solver_speed.make(errors, timings)
     rows = list(csv.DictReader(io.StringIO(text)))
     one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
     assert float(one["run_time"]) == pytest.approx(0.01)

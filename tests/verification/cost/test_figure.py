@@ -8,8 +8,8 @@ from figures.drawing import assert_nothing_overlaps, legend_texts
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from verification.cost.cost_timings import TIMINGS
 
-from damper.figures.style import style
-from damper.verification.cost.figure import draw
+from damper.figures.common.style import style
+from damper.verification.cost.figures.cost import draw
 
 
 def shown(timings, **settings):

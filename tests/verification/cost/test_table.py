@@ -6,7 +6,7 @@ import io
 import pytest
 from verification.cost.cost_timings import TIMINGS
 
-from damper.verification.cost.table import PARTS, make
+from damper.verification.cost.tables.cost import PARTS, make
 
 
 def rows(text: str) -> list[dict[str, str]]:

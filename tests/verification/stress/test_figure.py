@@ -7,13 +7,13 @@ import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from damper.figures.style import save, style
+from damper.figures.common.style import save, style
 from damper.verification.stress.box import corners, part
 from damper.verification.stress.cube import gather
-from damper.verification.stress.figure import draw
+from damper.verification.stress.figures.stress import draw
 from damper.verification.stress.laws import LAWS, LIMIT, RUN
 from damper.verification.stress.parts import write_part
-from damper.verification.stress.table import GRADED, regimes
+from damper.verification.stress.tables.stress import GRADED, regimes
 
 LANES = corners(
     {

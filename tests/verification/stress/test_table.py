@@ -13,7 +13,7 @@ from damper.verification.stress.cube import gather
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAWS, LIMIT, RUN
 from damper.verification.stress.parts import lane_of, read_parts, write_part
 from damper.verification.stress.regimes import REGIMES, models
-from damper.verification.stress.table import excesses, make, regimes
+from damper.verification.stress.tables.stress import excesses, make, regimes
 
 VALUES = {
     "mass_ratio": [1e-6, 0.3],

@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from damper.figures.style import save, style
+from damper.figures.common.style import save, style
 from damper.verification.stress.box import random_lanes
+from damper.verification.stress.figures.twins import draw, largest
 from damper.verification.stress.parts import write_part
 from damper.verification.stress.twins_cube import VARIABLES, gather_twins
-from damper.verification.stress.twins_figure import draw, largest
 from damper.verification.stress.verdicts import ALLOWANCE, EPS, FAILED, IDENTITIES, PASSED, SOUND
 
 COUNT = 40

@@ -13,8 +13,8 @@ from damper.verification.stress.backward import LONG
 from damper.verification.stress.box import random_lanes
 from damper.verification.stress.identities import run_identities
 from damper.verification.stress.parts import LANE_NAMES, write_part
+from damper.verification.stress.tables.twins import HEAVY, failures, make, parameters_of
 from damper.verification.stress.twins_cube import VARIABLES, gather_twins
-from damper.verification.stress.twins_table import HEAVY, failures, make, parameters_of
 from damper.verification.stress.verdicts import (
     CONDITIONS,
     FAILED,

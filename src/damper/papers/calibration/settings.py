@@ -1,4 +1,4 @@
-"""Settings of the figure and the table of a calibration."""
+"""What the figure and the table of a calibration are told alike."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from damper.study.fields import (
     Text,
     as_mapping,
 )
-from damper.study.products.base import (
-    Caption,
+from damper.study.products import (
     Offer,
     Place,
     Product,
@@ -138,22 +137,3 @@ class Scores(Product):
             values = offer.axes.get(axis, ())
             if values is not None and not needed.met(values):
                 faults.add((), f"{what} needs an axis {axis} with {needed.words}")
-
-
-class Ranking(Scores):
-    """The sets of parameters in the order of their scores, and what the statements pin down."""
-
-    rows: Annotated[
-        int,
-        Number(ge=1, le=100_000, whole=True),
-        Field(description="How many of the best sets the CSV lists."),
-    ] = 200
-
-
-class Profiles(Scores):
-    """The best score that each value of a parameter allows, for each statement and for all.
-
-    Axes with two values, such as the phase, make a row of panels each.
-    """
-
-    caption: Caption = None

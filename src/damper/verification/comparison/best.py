@@ -9,6 +9,8 @@ from damper.verification.comparison.errors import VERDICTS
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Files of a study with errors and timings.
+FILES = ("cube.nc", "timed/timings.nc")
 #: The solver that others are measured by.
 BASE = "exact"
 GOOD = VERDICTS.index("good")

@@ -1,19 +1,23 @@
 """Cubes of the comparison of solvers: errors and outcomes in one, run times in another."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damper.parameters.variables import TIME
 from damper.verification.comparison.errors import MEASURES, VERDICTS
 from damper.verification.comparison.runs import NOT_APPLICABLE, solver_names
 from damper.verification.comparison.solution import OUTCOMES
 from damper.verification.comparison.solvers import load
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Errors that a solver's order is told of.
 ERRORS = (
@@ -88,6 +92,9 @@ def gather_errors(
         Dimensions ``scene``, ``solver``, ``level``. For each error an order, ``order_`` and its
         name, over scene and solver.
     """
+
+    import xarray as xr
+
     dims = ("scene", "solver", "level")
     names = solver_names(settings)
     data: dict[str, Any] = {}
@@ -145,6 +152,9 @@ def gather_timings(
     xarray.Dataset
         Dimensions ``scene``, ``solver``, ``level``.
     """
+
+    import xarray as xr
+
     dims = ("scene", "solver", "level")
     names = solver_names(settings)
     setting = np.full(arrays["run_time"].shape[1:], math.nan)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damper.figures.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from damper.verification.comparison.errors import VERDICTS
 
 #: One colour for a family of solvers; marker and line tell its members apart.

@@ -11,12 +11,12 @@ from damper.parameters import Parameters
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
+from damper.study.kinds import Kinds
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part, words
 from damper.verification.base import (
     DIMENSIONLESS,
     Made,
-    OptionalCaption,
     Verification,
     figures_of,
     require,
@@ -28,7 +28,6 @@ from damper.verification.comparison.solvers import SOLVERS
 _NONE: dict[str, Any] = {}
 #: Models of which there is a reference to 50 digits.
 _MODELS = ("rigid", "compliant")
-_TIMINGS = "timed/timings.nc"
 
 
 class Scene(Strict):
@@ -84,68 +83,8 @@ def _levels(name: str, data: Any) -> tuple[float, ...]:
     return levels
 
 
-_SCENES = Annotated[
-    tuple[str, ...] | None,
-    ListOf(Text(), least=1),
-    Field(description="Names of the scenes to show; all of the study when not given."),
-]
-_ERROR = Annotated[
-    str,
-    Choice("state_error", "impact_time_error", "accumulation_error", "release_error"),
-    Field(description="Which error is shown."),
-]
-
-
-class WorkPrecision(Made):
-    """Error against run time, one panel for each scene and one line for each solver."""
-
-    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
-
-    error: _ERROR = "state_error"
-    scenes: _SCENES = None
-    each: Annotated[
-        str | None,
-        Choice("scene"),
-        Field(description="`scene`: a file for each scene, in place of one with all."),
-    ] = None
-    caption: OptionalCaption = None
-
-    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        settings = self.model_dump(exclude_none=True, exclude={"each"})
-        if self.each is None:
-            return {stem: settings}
-        return {
-            f"{stem}_{scene}": settings | {"scenes": (scene,)}
-            for scene in self.scenes or study.scenes
-        }
-
-
-class SolverSummary(Made):
-    """What each solver reaches on each scene, and what it costs beside the engine."""
-
-    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
-
-    scenes: _SCENES = None
-    caption: OptionalCaption = None
-
-
-class SolverErrors(Made):
-    """Errors, orders and outcomes of every solver on every scene."""
-
-
-class SolverSpeed(Made):
-    """The time that each solver takes to reach a given error, beside the engine's."""
-
-    reads: ClassVar[tuple[str, ...]] = ("cube.nc", _TIMINGS)
-
-
-FIGURES: dict[str, type[Made]] = {
-    "work_precision": WorkPrecision,
-    "solver_summary": SolverSummary,
-}
-TABLES: dict[str, type[Made]] = {"solver_errors": SolverErrors, "solver_speed": SolverSpeed}
-
-
+FIGURES = Kinds(Made, "damper.verification.comparison.figures")
+TABLES = Kinds(Made, "damper.verification.comparison.tables")
 _Figures = figures_of(FIGURES)
 _Tables = tables_of(TABLES)
 

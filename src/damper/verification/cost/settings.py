@@ -10,10 +10,10 @@ from pydantic import Field
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
+from damper.study.kinds import Kinds
 from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
 from damper.verification.base import (
     Made,
-    OptionalCaption,
     Verification,
     figures_of,
     require,
@@ -23,7 +23,6 @@ from damper.verification.base import (
 
 _NONE: dict[str, Any] = {}
 _NAMES = tuple(ALL)
-_TIMED = ("timed/cost.json",)
 #: Sizes take turns less often than rungs: each is a process of its own.
 MOST_GROWTH_REPEATS = 5
 _COUNTS = ListOf(Number(ge=1, whole=True), least=2)
@@ -104,42 +103,8 @@ def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
         faults.add(("parameters",), str(error))
 
 
-class CostFigure(Made):
-    """Time and memory beside the bare engine: of a ladder of scenes, or as runs grow."""
-
-    reads: ClassVar[tuple[str, ...]] = _TIMED
-
-    show: Annotated[
-        str,
-        Choice("ladder", "scaling"),
-        Field(description="Every rung, or run time and memory over lanes and periods."),
-    ]
-    caption: OptionalCaption = None
-
-
-class CostTable(Made):
-    """One part of what was measured."""
-
-    reads: ClassVar[tuple[str, ...]] = _TIMED
-
-    part: Annotated[
-        str,
-        Choice("ladder", "unused", "scaling", "startup", "jobs"),
-        Field(
-            description="Every rung; what features cost that are not used; growth; imports of each "
-            "kind of job; jobs that a target needs."
-        ),
-    ]
-
-    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        title = f"{study.title}: {self.part}"
-        return {stem: self.model_dump(exclude_none=True) | {"title": title}}
-
-
-FIGURES: dict[str, type[Made]] = {"cost": CostFigure}
-TABLES: dict[str, type[Made]] = {"cost": CostTable}
-
-
+FIGURES = Kinds(Made, "damper.verification.cost.figures")
+TABLES = Kinds(Made, "damper.verification.cost.tables")
 _Figures = figures_of(FIGURES)
 _Tables = tables_of(TABLES)
 

@@ -21,12 +21,12 @@ from damper.study.fields import (
     Section,
     Strict,
 )
+from damper.study.kinds import Kinds
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
 from damper.verification.base import (
     DIMENSIONLESS,
     Made,
-    OptionalCaption,
     Verification,
     figures_of,
     require,
@@ -208,37 +208,8 @@ class Long(Strict):
             require(model.parameters, faults)
 
 
-class StressFigure(Made):
-    """How far each law is from its limit, over all lanes, and the worst in each regime."""
-
-    caption: OptionalCaption = None
-
-
-class StressTable(Made):
-    """Where accuracy degrades, and why: the laws over all lanes, and in each regime."""
-
-    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        return {stem: {"kind": self.kind, "title": study.title}}
-
-
-class TwinsFigure(Made):
-    """How far runs are apart that must agree, beside what their condition makes of rounding."""
-
-    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
-
-    caption: OptionalCaption = None
-
-
-class TwinsTable(Made):
-    """Each identity: lanes that agree, lanes that backward error judges, and the worst ones."""
-
-    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
-
-
-FIGURES: dict[str, type[Made]] = {"stress": StressFigure, "twins": TwinsFigure}
-TABLES: dict[str, type[Made]] = {"stress": StressTable, "twins": TwinsTable}
-
-
+FIGURES = Kinds(Made, "damper.verification.stress.figures")
+TABLES = Kinds(Made, "damper.verification.stress.tables")
 _Figures = figures_of(FIGURES)
 _Tables = tables_of(TABLES)
 

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from damper.figures.layout import head, legend, say, wrap
-from damper.figures.style import COLUMN, PAGE, PALE, units_text
-from damper.verification.comparison.best import GOOD, check_same_runs
+from damper.figures.common.layout import head, legend, say, wrap
+from damper.figures.common.style import COLUMN, PAGE, PALE, units_text
+from damper.study.fields import Choice, ListOf, Text
+from damper.verification.base import (
+    Made,
+    OptionalCaption,
+)
+from damper.verification.comparison.best import FILES, GOOD, check_same_runs
 from damper.verification.comparison.errors import VERDICTS
 from damper.verification.comparison.marks import FAILURES, line_of
 
@@ -34,6 +40,39 @@ _MEANINGS = {
     "accumulation_error": "largest error of an accumulation time",
     "release_error": "largest error of a release time",
 }
+
+
+Scenes = Annotated[
+    tuple[str, ...] | None,
+    ListOf(Text(), least=1),
+    Field(description="Names of the scenes to show; all of the study when not given."),
+]
+
+
+class WorkPrecision(Made):
+    """Error against run time, one panel for each scene and one line for each solver."""
+
+    reads: ClassVar[tuple[str, ...]] = FILES
+
+    error: Annotated[str, Choice(*_MEANINGS), Field(description="Which error is shown.")] = (
+        "state_error"
+    )
+    scenes: Scenes = None
+    each: Annotated[
+        str | None,
+        Choice("scene"),
+        Field(description="`scene`: a file for each scene, in place of one with all."),
+    ] = None
+    caption: OptionalCaption = None
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        settings = self.model_dump(exclude_none=True, exclude={"each"})
+        if self.each is None:
+            return {stem: settings}
+        return {
+            f"{stem}_{scene}": settings | {"scenes": (scene,)}
+            for scene in self.scenes or study.scenes
+        }
 
 
 def draw(

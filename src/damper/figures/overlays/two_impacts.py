@@ -10,7 +10,7 @@ import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
 from damper.analysis.runs import runs
-from damper.figures.style import GREEN
+from damper.figures.common.style import GREEN
 from damper.theory.two_impacts import Orbit
 
 if TYPE_CHECKING:

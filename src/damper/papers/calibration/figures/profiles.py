@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.figures.layout import geometric, head, legend, place_label, place_text, wrap
-from damper.figures.style import (
+from damper.figures.common.layout import geometric, head, legend, place_label, place_text, wrap
+from damper.figures.common.style import (
     BLACK,
     BLUE,
     COLUMN,
@@ -23,7 +23,11 @@ from damper.figures.style import (
     VERMILION,
 )
 from damper.papers.calibration.ranking import JOINED, Ranking
-from damper.papers.calibration.ranking_table import HOLDS, ranked
+from damper.papers.calibration.settings import Scores
+from damper.papers.calibration.tables.ranking import HOLDS, ranked
+from damper.study.products import (
+    Caption,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +55,15 @@ _WORDS: dict[tuple[str, Any], str] = {
     ("contact_tension", 0.0): "without tension",
     ("contact_tension", 1.0): "with tension",
 }
+
+
+class Profiles(Scores):
+    """The best score that each value of a parameter allows, for each statement and for all.
+
+    Axes with two values, such as the phase, make a row of panels each.
+    """
+
+    caption: Caption = None
 
 
 def draw(

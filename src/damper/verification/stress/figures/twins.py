@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from damper.figures.layout import legend, say, wrap
-from damper.figures.style import BLUE, ORANGE, PAGE, PURPLE, VERMILION
-from damper.verification.stress.twins_table import failures
+from damper.figures.common.layout import legend, say, wrap
+from damper.figures.common.style import BLUE, ORANGE, PAGE, PURPLE, VERMILION
+from damper.verification.base import (
+    Made,
+    OptionalCaption,
+)
+from damper.verification.stress.tables.twins import failures
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
     BORDER,
@@ -33,6 +37,14 @@ _MARKS = {WELL: "o", GROWING: "^", GRAZING: "s", BORDER: "D"}
 _DASHES = {WELL: "-", GROWING: "--", GRAZING: "-.", BORDER: ":"}
 #: Where differences and backward errors of zero are drawn.
 _NO_DIFFERENCE, _NO_ERROR = 1e-18, 1e-2
+
+
+class TwinsFigure(Made):
+    """How far runs are apart that must agree, beside what their condition makes of rounding."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+
+    caption: OptionalCaption = None
 
 
 def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:

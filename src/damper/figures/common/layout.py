@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.figures.style import (
+from damper.figures.common.style import (
     RATIOS,
     SYMBOLS,
     VARIABLE_MEANINGS,

@@ -7,11 +7,14 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from damper.tables import markdown_table
+from damper.verification.base import (
+    Made,
+)
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
 from damper.verification.stress.parts import lane_of
 from damper.verification.stress.regimes import REGIMES
@@ -47,6 +50,13 @@ class Row:
     def lanes(self) -> int:
         """All lanes of the regime."""
         return sum(self.outcomes)
+
+
+class StressTable(Made):
+    """Where accuracy degrades, and why: the laws over all lanes, and in each regime."""
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        return {stem: {"kind": self.kind, "title": study.title}}
 
 
 def make(cube: xr.Dataset, *, title: str) -> tuple[str, str]:

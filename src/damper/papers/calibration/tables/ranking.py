@@ -6,13 +6,18 @@ import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, Ranking, rank
+from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
+from damper.study.fields import (
+    Number,
+)
 from damper.tables import About, markdown_table, remarks
 
 if TYPE_CHECKING:
@@ -22,6 +27,16 @@ if TYPE_CHECKING:
 HOLDS = 0.5
 #: Sets in the Markdown; the CSV has as many as the settings say.
 _SHOWN = 15
+
+
+class RankingTable(Scores):
+    """The sets of parameters in the order of their scores, and what the statements pin down."""
+
+    rows: Annotated[
+        int,
+        Number(ge=1, le=100_000, whole=True),
+        Field(description="How many of the best sets the CSV lists."),
+    ] = 200
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:

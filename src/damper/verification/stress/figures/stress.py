@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.figures.layout import wrap
-from damper.figures.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
+from damper.figures.common.layout import wrap
+from damper.figures.common.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
+from damper.verification.base import (
+    Made,
+    OptionalCaption,
+)
 from damper.verification.stress.laws import LIMIT
-from damper.verification.stress.table import GRADED, Row, excesses, regimes
+from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +35,12 @@ _TITLES = {
     "clock": "clock",
 }
 _LINES = ("-", "--", "-.", ":")
+
+
+class StressFigure(Made):
+    """How far each law is from its limit, over all lanes, and the worst in each regime."""
+
+    caption: OptionalCaption = None
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:

@@ -6,11 +6,14 @@ import csv
 import io
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from damper.tables import markdown_table
+from damper.verification.base import (
+    Made,
+)
 from damper.verification.stress.parts import lane_of
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
@@ -65,6 +68,12 @@ _RATIOS: Mapping[str, Callable[[np.ndarray], float]] = {
     "99 % ratio": lambda values: float(np.quantile(values, 0.99)),
     "worst ratio": lambda values: float(values.max()),
 }
+
+
+class TwinsTable(Made):
+    """Each identity: lanes that agree, lanes that backward error judges, and the worst ones."""
+
+    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
 
 
 def make(twins: xr.Dataset) -> tuple[str, str]:

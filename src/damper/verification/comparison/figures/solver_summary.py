@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from damper.figures.layout import head
-from damper.figures.style import BLACK, MISSING, PAGE, PALE
-from damper.verification.comparison.best import BASE, best_error, relative_to_base, time_to_reach
+from damper.figures.common.layout import head
+from damper.figures.common.style import BLACK, MISSING, PAGE, PALE
+from damper.verification.base import (
+    Made,
+    OptionalCaption,
+)
+from damper.verification.comparison.best import (
+    BASE,
+    FILES,
+    best_error,
+    relative_to_base,
+    time_to_reach,
+)
 from damper.verification.comparison.errors import VERDICTS
+from damper.verification.comparison.figures.work_precision import Scenes, shown_scenes
 from damper.verification.comparison.marks import FAILURES, SHORT_LABELS
-from damper.verification.comparison.work_precision import shown_scenes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +39,15 @@ _ROW = 0.215
 _SIZE = 5.6
 #: Least and largest logarithm that colours tell apart: of the error, of the ratio of times.
 _ERRORS, _RATIOS = (-14.0, 0.0), (0.0, 5.0)
+
+
+class SolverSummary(Made):
+    """What each solver reaches on each scene, and what it costs beside the engine."""
+
+    reads: ClassVar[tuple[str, ...]] = FILES
+
+    scenes: Scenes = None
+    caption: OptionalCaption = None
 
 
 def draw(

@@ -67,10 +67,6 @@ BURST_RECORDS = (
 )
 #: Names of the free travel.
 FREE_TRAVEL = ("clearance", "gap")
-#: Kinds that are theory themselves.
-_THEORETICAL = ("slow_manifold", "small_mass_limit", "two_impacts")
-#: Kinds that show bursts one by one.
-_OF_SINGLE_BURSTS = ("histories", "free_mass")
 
 SECTION_VARIABLES = ("displacement", "velocity")
 """What every section writes, sample by sample."""
@@ -120,24 +116,31 @@ class Product(Strict):
 
     of_cube: ClassVar[bool] = True
     """Whether it shows results: what does not is made without a simulation."""
+    of_theory: ClassVar[bool] = False
+    """Whether it shows a theory of the rigid damper, whatever its settings are."""
+    of_single_bursts: ClassVar[bool] = False
+    """Whether it shows bursts one by one, whatever its settings are."""
 
     kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
 
     @property
     def theoretical(self) -> bool:
         """Whether it shows a theory of the rigid damper."""
-        return getattr(self, "theory", None) is not None or self.kind in _THEORETICAL
+        return self.of_theory or getattr(self, "theory", None) is not None
 
     @property
     def single_bursts(self) -> bool:
         """Whether it shows bursts one by one, so that the observer `bursts` has to list them."""
         compared = getattr(self, "variables", ())
-        return self.kind in _OF_SINGLE_BURSTS or any(name in BURST_RECORDS for name in compared)
+        return self.of_single_bursts or any(name in BURST_RECORDS for name in compared)
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         """Note what `settings`, as written, ask of the study in vain."""
         raise NotImplementedError
+
+    def fit_stretch(self, length: float, faults: Faults) -> None:
+        """Note what it asks in vain of a sampled stretch of so many forcing periods."""
 
     def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
         """Return the settings with which the file at a place, see `files`, is made."""
@@ -218,7 +221,7 @@ class Role:
     branches: bool = False
 
 
-class Figure(Product):
+class FigureSettings(Product):
     """A figure in which every axis with several values has its place."""
 
     roles: ClassVar[Mapping[str, Role]] = {}

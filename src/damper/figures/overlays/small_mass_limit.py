@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
-from damper.figures.style import BLACK, VERMILION
+from damper.figures.common.style import BLACK, VERMILION
 from damper.theory.small_mass import critical_restitution
 
 if TYPE_CHECKING:

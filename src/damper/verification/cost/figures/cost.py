@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from damper.figures.layout import legend, wrap
-from damper.figures.style import BLUE, ORANGE, PAGE, VERMILION
+from damper.figures.common.layout import legend, wrap
+from damper.figures.common.style import BLUE, ORANGE, PAGE, VERMILION
+from damper.study.fields import Choice
+from damper.verification.base import (
+    Made,
+    OptionalCaption,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +30,19 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "observed": {"color": VERMILION, "marker": "s", "ls": "--", "label": "observed"},
 }
 _ASKED: dict[str, Any] = {"color": ORANGE, "marker": "", "ls": "-.", "lw": 0.9}
+
+
+class CostFigure(Made):
+    """Time and memory beside the bare engine: of a ladder of scenes, or as runs grow."""
+
+    reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
+
+    show: Annotated[
+        str,
+        Choice("ladder", "scaling"),
+        Field(description="Every rung, or run time and memory over lanes and periods."),
+    ]
+    caption: OptionalCaption = None
 
 
 def draw(timings: Mapping[str, Any], *, show: str, caption: str | None = None) -> Figure:

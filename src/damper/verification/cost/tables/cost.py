@@ -6,12 +6,37 @@ import csv
 import io
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
+from pydantic import Field
+
+from damper.study.fields import Choice
 from damper.tables import markdown_table
+from damper.verification.base import (
+    Made,
+)
 
 Rows = list[list[str]]
 _MB = 1e6
+
+
+class CostTable(Made):
+    """One part of what was measured."""
+
+    reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
+
+    part: Annotated[
+        str,
+        Choice("ladder", "unused", "scaling", "startup", "jobs"),
+        Field(
+            description="Every rung; what features cost that are not used; growth; imports of each "
+            "kind of job; jobs that a target needs."
+        ),
+    ]
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        title = f"{study.title}: {self.part}"
+        return {stem: self.model_dump(exclude_none=True) | {"title": title}}
 
 
 def make(timings: Mapping[str, Any], part: str, title: str) -> tuple[str, str]:

@@ -1,0 +1,1 @@
+"""Tables of a calibration, one file for each kind."""

@@ -1,0 +1,111 @@
+"""Which kinds of figures, tables and studies there are: one file each, found by its name.
+
+A file holds the class of a kind's settings beside the function that draws or makes it, and is
+imported when a study, the schema or the reference asks for that kind. The language imports nothing
+of the rooms above it: it knows of their packages by name, here and nowhere else, as a program knows
+of its plug-ins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+from typing import Any
+
+from damper.parameters.quantities import unknown_name
+from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Strict, as_mapping, fault
+from damper.study.products import Product
+from damper.study.study_file import StudyFile
+from damper.study.yaml_file import show, words
+
+
+class Kinds(Mapping[str, type[Any]]):
+    """Name of a kind -> the class of its settings, imported when it is asked for.
+
+    Parameters
+    ----------
+    base : type of Strict
+        What the class of settings derives from.
+    *packages : str
+        Packages with a file for each kind; what kinds share lies in packages below.
+    within : str, optional
+        Where a kind is a package itself, its module with the class.
+    """
+
+    def __init__(self, base: type[Strict], *packages: str, within: str = "") -> None:
+        self._base, self._packages, self._within = base, packages, within
+
+    @cached_property
+    def modules(self) -> dict[str, str]:
+        """Name of a kind -> name of its module."""
+        return {
+            found.name: ".".join(filter(None, (package, found.name, self._within)))
+            for package in self._packages
+            for found in iter_modules(import_module(package).__path__)
+            if found.ispkg == bool(self._within)
+        }
+
+    def module(self, kind: str) -> ModuleType:
+        """Import the module of a kind.
+
+        Raises
+        ------
+        ValueError
+            For an unknown kind, with the known ones.
+        """
+        if kind not in self.modules:
+            raise ValueError(str(unknown_name("kind", kind, self.modules)))
+        return import_module(self.modules[kind])
+
+    def __getitem__(self, kind: str) -> type[Any]:
+        if kind not in self.modules:
+            raise KeyError(kind)
+        module = self.module(kind)
+        return next(
+            value
+            for value in vars(module).values()
+            if isinstance(value, type)
+            and issubclass(value, self._base)
+            and value.__module__ == module.__name__
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.modules)
+
+    def __len__(self) -> int:
+        return len(self.modules)
+
+
+FIGURES = Kinds(Product, "damper.figures", "damper.papers.calibration.figures")
+TABLES = Kinds(Product, "damper.tables", "damper.papers.calibration.tables")
+#: Studies that check the engine, with ``kind: <name>`` in their files; without it, a file is a
+#: `damper.study.model.Study`.
+STUDIES = Kinds(StudyFile, "damper.verification", within="settings")
+
+
+def product(kinds: Mapping[str, type[Any]]) -> Callable[[str, Any], Any]:
+    """Return what checks the settings of a figure or a table."""
+
+    def entry(stem: str, data: Any) -> Any:
+        faults = Faults()
+        if not STEM.fullmatch(stem):
+            faults.add((), f"{show(stem)} cannot be the name of a file", STEM_WORDS)
+        with faults.of():
+            made = _kind_of(data, kinds).entry(stem, data)
+        faults.settle()
+        return made
+
+    return entry
+
+
+def _kind_of(data: Any, kinds: Mapping[str, type[Any]]) -> type[Any]:
+    data, faults = as_mapping(data, "kind and its settings"), Faults()
+    with faults.of("kind"):
+        if "kind" not in data:
+            raise fault("'kind' is missing", words(kinds))
+        kind = Choice(*kinds).check(data["kind"], None)
+    faults.settle()
+    return kinds[kind]

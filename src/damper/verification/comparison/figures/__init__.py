@@ -1,0 +1,1 @@
+"""Figures of a comparison of solvers, one file for each kind."""

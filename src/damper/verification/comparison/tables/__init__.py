@@ -1,0 +1,1 @@
+"""Tables of a comparison of solvers, one file for each kind."""

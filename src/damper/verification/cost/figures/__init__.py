@@ -1,0 +1,1 @@
+"""Figures of a cost study, one file for each kind."""

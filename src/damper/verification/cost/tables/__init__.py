@@ -1,0 +1,1 @@
+"""Tables of a cost study, one file for each kind."""

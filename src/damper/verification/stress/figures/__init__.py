@@ -1,0 +1,1 @@
+"""Figures of a stress study, one file for each kind."""

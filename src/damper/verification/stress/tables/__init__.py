@@ -1,0 +1,1 @@
+"""Tables of a stress study, one file for each kind."""
