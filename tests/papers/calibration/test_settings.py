@@ -74,6 +74,11 @@ MISTAKES = {
         {},
         ("statements[1]", "not one of the choices (value: 'A6')", "allowed: A1, A1_contact, A3"),
     ),
+    "statement that is a list": (
+        RANKING | {"statements": ["A3", ["A4"]]},
+        {},
+        ("statements[1]", "not one of the choices (value: a list)"),
+    ),
     "observer": (
         RANKING,
         {"observers": {"chatter_bursts": None}},

@@ -111,7 +111,8 @@ class Scores(Product):
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need_one_run(offer, faults)
         names = settings.get("statements")
-        named = [n for n in names if n in SCORES] if isinstance(names, list | tuple) else []
+        listed = names if isinstance(names, list | tuple) else ()
+        named = [name for name in listed if isinstance(name, str) and name in SCORES]
         for name in named:
             cls.fit_beside(name, offer, faults)
         about = {axis for name in named for axis in SCORES[name].axes}
