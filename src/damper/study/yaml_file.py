@@ -1,25 +1,22 @@
 """Strict YAML files: numbers as YAML 1.2 has them, no key twice, and the line of every key.
 
 PyYAML follows YAML 1.1, where 1e-8 is text and `on` is true, and lets a later key silently replace
-an earlier one. Its scanner and parser are used as they are; what the scalars mean is decided here.
+an earlier one. Its parsers are used as they are; what the scalars mean is decided here.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.composer import Composer
-from yaml.error import MarkedYAMLError
+from yaml.error import MarkedYAMLError, YAMLError
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from yaml.parser import Parser
-from yaml.reader import Reader, ReaderError
-from yaml.resolver import BaseResolver
-from yaml.scanner import Scanner
+from yaml.reader import ReaderError
 
 DEEPEST = 50
 """Levels of nesting; a study has five."""
@@ -115,7 +112,8 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     """
     label = str(path) if label is None else label
     try:
-        root = _Loader(_decoded(path.read_bytes())).get_single_node()
+        file = YamlFile(label, None, _tree(_decoded(path.read_bytes())))
+        file.data = None if file.root is None else _Values(file).of(file.root, ())
     except FileNotFoundError:
         problem = Problem(label, (), "there is no such file")
     except OSError as error:
@@ -126,8 +124,6 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     except ValueError:  # a path with a null byte or a lone surrogate in it
         problem = Problem(label, (), "is not the name of a file")
     else:
-        file = YamlFile(label, None, root)
-        file.data = None if root is None else _Values(file).of(root, ())
         if isinstance(file.data, dict):
             return file
         if file.problems:
@@ -135,7 +131,7 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
         problem = Problem(label, (), "the file is empty", "a mapping (key: value)")
         if file.data is not None:
             message = f"the top level must be a mapping (it is {show(file.data)})"
-            problem = Problem(f"{label}:{_line(root)}", (), message, "key: value")
+            problem = Problem(f"{label}:{_line(file.root)}", (), message, "key: value")
     raise ConfigError.of([problem])
 
 
@@ -187,47 +183,44 @@ class _NotYamlError(ValueError):
         self.line, self.column = line, column
 
 
-class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
+def _tree(text: str) -> Node | None:
+    """Return the root of the only document, or None if there is none.
+
+    libyaml is ten times as fast; what is wrong is told by PyYAML itself, the same everywhere.
+    """
+    with suppress(YAMLError, ValueError, OverflowError):
+        root: Node | None = _FastLoader(text).get_single_node()
+        return root
+    try:
+        loader = _Loader(text)
+    except ReaderError as error:
+        raise _special_character(text, error) from None
+    try:
+        root = loader.get_single_node()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        message = error.problem or error.context or "not understood"
+        if "'\\t'" in message:
+            message += " (indent with spaces, not with tabs)"
+        raise _NotYamlError(message, mark.line + 1, mark.column + 1) from None
+    except ReaderError as error:
+        raise _special_character(text, error) from None
+    except (ValueError, OverflowError):  # an escape such as "\UFFFFFFFF"
+        raise _NotYamlError("no such character", loader.line + 1, loader.column + 1) from None
+    except RecursionError:
+        raise _NotYamlError(_TOO_DEEP, loader.line + 1, loader.column + 1) from None
+    return root
+
+
+class _Loader(yaml.BaseLoader):
     """PyYAML up to the tree of nodes, with the scalars of YAML 1.2's core schema."""
 
-    def __init__(self, text: str) -> None:
-        try:
-            Reader.__init__(self, text)
-        except ReaderError as error:
-            raise _special_character(text, error) from None
-        Scanner.__init__(self)
-        Parser.__init__(self)
-        Composer.__init__(self)
-        BaseResolver.__init__(self)
-        self._text, self._depth = text, 0
 
-    def get_single_node(self) -> Node | None:
-        """Return the root of the only document, or None if there is none."""
-        try:
-            node: Node | None = super().get_single_node()
-        except MarkedYAMLError as error:
-            mark = error.problem_mark or error.context_mark
-            message = error.problem or error.context or "not understood"
-            if "'\\t'" in message:
-                message += " (indent with spaces, not with tabs)"
-            raise _NotYamlError(message, mark.line + 1, mark.column + 1) from None
-        except ReaderError as error:
-            raise _special_character(self._text, error) from None
-        except (ValueError, OverflowError):  # an escape such as "\UFFFFFFFF"
-            raise _NotYamlError("no such character", self.line + 1, self.column + 1) from None
-        return node
-
-    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
-        """Compose one node, within limits: the limit of Python's own stack is a traceback."""
-        self._depth += 1
-        if self._depth > DEEPEST:
-            mark = self.peek_event().start_mark
-            raise MarkedYAMLError(problem=f"nested deeper than {DEEPEST} levels", problem_mark=mark)
-        node: Node | None = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
+class _FastLoader(getattr(yaml, "CBaseLoader", yaml.BaseLoader)):  # type: ignore[misc]
+    """The same by libyaml, where PyYAML has it."""
 
 
+_TOO_DEEP = f"nested deeper than {DEEPEST} levels"
 _TAG = "tag:yaml.org,2002:"
 # Tag, pattern of the plain scalars that get it, and the characters that those begin with.
 _CORE = [
@@ -247,7 +240,7 @@ class _Dumper(yaml.SafeDumper):
 
 
 for _name, _pattern, _first in _CORE:
-    for _class in (_Loader, _Dumper):
+    for _class in (_Loader, _FastLoader, _Dumper):
         _class.add_implicit_resolver(_TAG + _name, re.compile(rf"(?:{_pattern})\Z"), _first)
 
 
@@ -260,6 +253,8 @@ class _Values:
         self.open: set[int] = set()
 
     def of(self, node: Node, loc: Loc) -> Any:
+        if len(loc) >= DEEPEST:  # the limit of Python's own stack is a traceback
+            raise _NotYamlError(_TOO_DEEP, _line(node), node.start_mark.column + 1)
         if id(node) in self.open:
             self._blame(node, loc, "an alias (*) stands inside what it refers to")
             return None
