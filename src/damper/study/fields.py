@@ -17,6 +17,7 @@ from typing import Any, ClassVar, Self
 from pydantic import (
     BaseModel,
     ConfigDict,
+    GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
     model_serializer,
@@ -27,7 +28,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from damper.parameters.quantities import ALL, SI_ONLY, check_quantity, nearest
 from damper.study.axes import MOST_VALUES
-from damper.study.schema import Draft, Schema, about, quantity_schema
+from damper.study.schema import NULL_DROPS, Schema, nested, once, or_null, quantity_schema
 from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, key_path, show, words
 
 STEM = re.compile(r"[A-Za-z0-9_-]+")
@@ -37,7 +38,7 @@ STEM_WORDS = "letters, digits, _ and -"
 class Strict(BaseModel):
     """A mapping of settings: unknown, missing and misspelt keys are told in plain words."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
     shorthand: ClassVar[str] = ""
     """The setting that may be written alone, in place of the mapping."""
     rules: ClassVar[Schema] = {}
@@ -66,17 +67,46 @@ class Strict(BaseModel):
         """Check what no setting can check alone; `model` is None after any other fault."""
 
     @classmethod
-    def schema(cls, draft: Draft, name: str | None = None) -> Schema:
-        """Return the JSON schema of what may be written for `name`."""
-        fields = {key: field_schema(cls, key, draft, name) for key in cls.model_fields}
-        made: Schema = {"type": "object", "properties": fields, "additionalProperties": False}
-        if not draft.partial:
-            required = [key for key, field in cls.model_fields.items() if field.is_required()]
-            made |= {"required": required} if required else {}
-            made |= {"allOf": [draft.once(_label(cls, "rules"), cls.rules)]} if cls.rules else {}
+    def __get_pydantic_json_schema__(
+        cls, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        reference = handler(core)
+        made = handler.resolve_ref_schema(reference)
+        made["description"] = first_line(cls)
+        for key, part in made.get("properties", {}).items():
+            units = getattr(kind_of(cls.model_fields[key]), "units", "")
+            if units not in ("", "1", Coordinate.units):
+                part["description"] = f"{part['description']} [{units}]"
+        if cls.rules:
+            made["allOf"] = [cls.rules]
         if cls.shorthand:
-            made = {"anyOf": [_without_remarks(fields[cls.shorthand]), made]}
-        return {"description": about(ALL[name]) if name in ALL else first_line(cls)} | made
+            whole = dict(made)
+            alone = {
+                key: value
+                for key, value in made["properties"][cls.shorthand].items()
+                if key not in ("description", "default")
+            }
+            made.clear()
+            made["anyOf"] = [alone, whole]
+        return reference
+
+    @classmethod
+    def schema(cls, handler: GetJsonSchemaHandler, name: str | None = None) -> Schema:
+        """Return the JSON schema of what may be written for `name`."""
+        # Pydantic leaves out the name of what has only one place, and would write it out again.
+        label = {"ref": f"{cls.__module__}.{cls.__qualname__}:{id(cls)}"}
+        made = nested(handler, {**cls.__pydantic_core_schema__, **label})
+        kinds = {key: kind_of(field) for key, field in cls.model_fields.items()}
+        own = {
+            key: kind.schema(handler, name)
+            for key, kind in kinds.items()
+            if name in ALL and isinstance(kind, Kind) and kind.of_name
+        }
+        if not own:
+            return made
+        if not cls.shorthand:
+            return made | {"properties": own}
+        return made | {"anyOf": [own[cls.shorthand], {"type": "object", "properties": own}]}
 
     @model_validator(mode="wrap")
     @classmethod
@@ -125,9 +155,17 @@ class Kind:
         """Return the value to keep, or raise a `fault`."""
         raise NotImplementedError
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
-        """Return the JSON schema of what `check` lets pass under `name`, or of more than that."""
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        """Return the JSON schema of what `check` lets pass, or of more than that.
+
+        With the `name` of a quantity, only what that adds has to be said.
+        """
         return {}
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        return self.schema(handler, None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         def check(value: Any, info: ValidationInfo) -> Any:
@@ -165,7 +203,7 @@ class Number(Kind):
             raise fault(f"out of range (value: {shown})", self.words)
         return number
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         return dict(self._schema)
 
 
@@ -194,8 +232,8 @@ class Coordinate(Kind):
         except ValueError:
             raise wrong("out of range", value, allowed) from None
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
-        return {"type": "number"} if name is None else quantity_schema(draft, ALL[name])
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        return {"type": "number"} if name is None else quantity_schema(handler, ALL[name])
 
 
 class Range(Kind):
@@ -225,10 +263,10 @@ class Range(Kind):
             raise wrong("low must be less than high", value, self.words)
         return low, high
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
-        items = Coordinate().schema(draft, self.name)
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        items = Coordinate().schema(handler, self.name or name)
         pair = {"minItems": 2, "maxItems": 2, "uniqueItems": True}
-        return {"type": "array", "items": items} | pair
+        return {"type": "array", "items": items} | (pair if name is None else {})
 
 
 def _finite(value: Any, allowed: str, whole: bool = False) -> float:
@@ -271,7 +309,7 @@ class Text(Kind):
             raise wrong("not text in UTF-8", value, self.words) from None
         return str(value)
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         return {"type": "string", "pattern": r"\S"}
 
 
@@ -291,7 +329,7 @@ class Choice(Kind):
             raise fault(f"not one of the choices (value: {show(value)})", self.words, near)
         return str(value)
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         return {"enum": list(self.names)}
 
 
@@ -307,7 +345,7 @@ class Flag(Kind):
             raise wrong("not true or false", value, self.words)
         return value
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         return {"type": "boolean"}
 
 
@@ -340,10 +378,12 @@ class ListOf(Kind):
         faults.settle()
         return tuple(kept)
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        items = {"type": "array", "items": self.kind.schema(handler, name)}
+        if self.of_name and name is not None:
+            return items
         least = {"minItems": self.least} if self.least else {}
-        most = {"maxItems": MOST_VALUES, "uniqueItems": True}
-        return {"type": "array", "items": self.kind.schema(draft, name)} | least | most
+        return items | least | {"maxItems": MOST_VALUES, "uniqueItems": True}
 
 
 class Section(Kind):
@@ -361,8 +401,6 @@ class Section(Kind):
         The class of all entries; of each name; or, where `names` is open, of each ``kind``.
     bare : bool
         Whether an entry may be nothing at all.
-    partial : bool
-        Whether an entry may be a part of what `of` asks for.
     dropped : bool
         Whether an override may leave out an entry, by null in its place.
     """
@@ -377,11 +415,10 @@ class Section(Kind):
         *,
         of: type[Strict] | Kind | Mapping[str, type[Strict]],
         bare: bool = False,
-        partial: bool = False,
         dropped: bool = False,
     ) -> None:
         self.entry, self.what, self.names = entry, what, names
-        self.of, self.bare, self.partial, self.dropped = of, bare, partial, dropped
+        self.of, self.bare, self.dropped = of, bare, dropped
         self.words = f"mapping from {what} to its settings"
 
     def check(self, value: Any, context: Any) -> dict[str, Any]:
@@ -404,40 +441,32 @@ class Section(Kind):
         faults.settle()
         return kept
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
-        draft = draft.of_parts() if self.partial else draft
-        made: Schema = {"type": ["object", "null"]}
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        made: Schema = {"type": ["object", "null"], "additionalProperties": False}
         if self.names is None:
             made["propertyNames"] = {"pattern": f"^{STEM.pattern}$"}
-            made["additionalProperties"] = self._entry_schema(draft, None)
+            made["additionalProperties"] = self._entry_schema(handler, None)
         else:
-            made["properties"] = {key: self._entry_schema(draft, key) for key in self.names}
-            made["additionalProperties"] = False
-        return made
+            made["properties"] = {key: self._entry_schema(handler, key) for key in self.names}
+        if self.dropped:
+            made["$comment"] = NULL_DROPS
+        if self.names is None or isinstance(self.of, Mapping | Kind):
+            return made
+        return once(handler, f"{self.what}_{self.of.__name__}:{'-'.join(self.names)}", made)
 
-    def _entry_schema(self, draft: Draft, name: str | None) -> Schema:
+    def _entry_schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         if not isinstance(self.of, Mapping):
-            made = self.of.schema(draft, name)
+            made = self.of.schema(handler, None) | self.of.schema(handler, name)
         elif name is not None:
-            made = self.of[name].schema(draft, name)
+            made = self.of[name].schema(handler, name)
         else:
-            made = {"anyOf": [of_kind(k, c.schema(draft)) for k, c in self.of.items()]}
-        if self.dropped and draft.partial:
-            made = {"anyOf": [*made.get("anyOf", [made]), {"type": "null"}]}
-        return _or_nothing(made) if self.bare else made
+            made = {"anyOf": [of_kind(k, c.schema(handler)) for k, c in self.of.items()]}
+        return or_null(made) if self.bare else made
 
 
 def of_kind(kind: str, made: Schema) -> Schema:
     """Return a schema with a title and with ``kind`` fixed to one word."""
-    chosen = made["properties"]["kind"] | {"const": kind}
-    return {"title": kind} | made | {"properties": made["properties"] | {"kind": chosen}}
-
-
-def _or_nothing(made: Schema) -> Schema:
-    return made | {"type": [made["type"], "null"]}
-
-
-# JSON schemas.
+    return {"title": kind, "properties": {"kind": {"const": kind}}, **made}
 
 
 def kind_of(field: FieldInfo) -> Kind | type[Strict]:
@@ -445,33 +474,6 @@ def kind_of(field: FieldInfo) -> Kind | type[Strict]:
     found = next((kind for kind in field.metadata if isinstance(kind, Kind)), field.annotation)
     assert isinstance(found, Kind) or issubclass(found, Strict)
     return found
-
-
-def field_schema(cls: type[Strict], key: str, draft: Draft, name: str | None) -> Schema:
-    """Return the JSON schema of one field, with its description and default."""
-    field = cls.model_fields[key]
-    kind = kind_of(field)
-    made = kind.schema(draft, name)
-    text = _described(field, name)
-    made = made | ({"description": text} if text else {})
-    if not draft.partial and default_of(field) is not None:
-        made["default"] = default_of(field)
-    own = isinstance(kind, Kind) and kind.of_name
-    return made if own else draft.once(_label(cls, key), made)
-
-
-def _label(cls: type[Strict], part: str) -> str:
-    # With its module, for an observer and a figure may have one name.
-    return f"{cls.__module__.rpartition('.')[2]}.{cls.__name__}.{part}"
-
-
-def _described(field: FieldInfo, name: str | None) -> str:
-    kind = kind_of(field)
-    units = getattr(kind, "units", "")
-    if name in ALL and getattr(kind, "of_name", False):
-        units = ALL[name].units
-    known = units not in ("", "1")
-    return " ".join(w for w in (field.description, f"[{units}]" if known else "") if w)
 
 
 def default_of(field: FieldInfo) -> Any:
@@ -486,10 +488,6 @@ def default_of(field: FieldInfo) -> Any:
 def first_line(cls: type) -> str:
     """Return the first line of a docstring."""
     return (cls.__doc__ or "").strip().split("\n")[0]
-
-
-def _without_remarks(made: Schema) -> Schema:
-    return {key: value for key, value in made.items() if key not in ("description", "default")}
 
 
 class Faults:

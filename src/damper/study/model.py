@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from itertools import product as combinations
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
+from pydantic_core import CoreSchema
 
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
@@ -27,7 +28,7 @@ from damper.study.fields import (
 from damper.study.kinds import FIGURES, STUDIES, TABLES, product
 from damper.study.products import Product
 from damper.study.rules import corners, relate
-from damper.study.schema import Draft, Schema
+from damper.study.schema import Schema
 from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
@@ -250,12 +251,17 @@ class AnyStudy(Strict):
     """What a study file may be: a study of parameters, or one of another kind."""
 
     @classmethod
-    def schema(cls, draft: Draft, name: str | None = None) -> Schema:
-        kinds = [of_kind(kind, other.schema(draft)) for kind, other in STUDIES.items()]
-        if draft.partial:  # an override need not say of which kind its study is
-            return {"type": "object", "anyOf": [Study.schema(draft), *kinds, {"type": "null"}]}
-        told = {"required": ["kind"]}
-        return {"type": "object", "if": told, "then": {"anyOf": kinds}, "else": Study.schema(draft)}
+    def __get_pydantic_json_schema__(
+        cls, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        reference = handler(core)
+        made = handler.resolve_ref_schema(reference)
+        made.clear()
+        made["type"] = "object"
+        made["if"] = {"required": ["kind"]}
+        made["then"] = {"anyOf": [of_kind(k, c.schema(handler)) for k, c in STUDIES.items()]}
+        made["else"] = Study.schema(handler)
+        return reference
 
 
 class Engine(Strict):
@@ -329,7 +335,7 @@ class Settings(Strict):
     )
     overrides: Annotated[
         dict[str, Any],
-        Section(_override, "study", of=AnyStudy, bare=True, partial=True),
+        Section(_override, "study", of=AnyStudy, bare=True),
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError
 
 from damper.parameters.quantities import ALL
@@ -22,7 +22,7 @@ from damper.study.fields import (
     as_mapping,
     nearest,
 )
-from damper.study.schema import Draft, Schema
+from damper.study.schema import Schema, once
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import as_part, show, words
 from damper.sweep.branches import DIRECTIONS
@@ -182,11 +182,11 @@ class Place(Kind):
         faults.settle()
         return kept
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
         kinds = {**dict.fromkeys(ALL, Coordinate()), **_BRANCHES}
-        values = {key: kind.schema(draft, key) for key, kind in kinds.items()}
+        values = {key: kind.schema(handler, key) for key, kind in kinds.items()}
         made = {"type": "object", "properties": values, "additionalProperties": False}
-        return draft.once("place", made)
+        return once(handler, "place", made)
 
     @staticmethod
     def value(name: str, data: Any) -> Any:

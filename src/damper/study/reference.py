@@ -29,40 +29,45 @@ from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, 
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import AnyStudy, Settings, Study
 from damper.study.rules import MOST_SLICES
-from damper.study.schema import Draft, Schema
+from damper.study.schema import Schema, parts, schema_of
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
 
 ROOT = Path(__file__).parents[3]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 MADE_BY = "python -m damper.study.reference"
+_HEAD = {"$schema": DIALECT, "$comment": f"Made by `{MADE_BY}`; do not edit."}
 
 
-def schema_of(cls: type[Strict], title: str) -> Schema:
-    """Return the JSON schema of a file.
-
-    Parameters
-    ----------
-    cls : type of Strict
-        `Study` or `Settings`.
-    title : str
-        What an editor calls it.
-    """
-    draft = Draft()
-    head = {"$schema": DIALECT, "title": title, "$comment": f"Made by `{MADE_BY}`; do not edit."}
-    return draft.finished(head | cls.schema(draft))
+def schemas() -> dict[str, Schema]:
+    """Return the JSON schemas, of a study and of the configuration, by their paths."""
+    configuration = schema_of(Settings)
+    # An override is a part of a study. So is a file for --configfile, such as config/ci.yaml,
+    # which lies over config.yaml and may leave out any key, a part of a configuration.
+    return {
+        "config/schema/study.schema.json": _HEAD | {"title": "damper study"} | schema_of(AnyStudy),
+        "config/schema/config.schema.json": _HEAD | parts(configuration),
+    }
 
 
 def files() -> dict[str, str]:
     """Return the text of every generated file by its path in the project."""
-    configuration = schema_of(Settings, "damper configuration")
-    # A file for --configfile, such as config/ci.yaml, lies over config.yaml and may leave out any.
-    del configuration["required"]
-    schemas = {
-        "config/schema/study.schema.json": schema_of(AnyStudy, "damper study"),
-        "config/schema/config.schema.json": configuration,
-    }
-    texts = {path: json.dumps(schema, indent=1) + "\n" for path, schema in schemas.items()}
+    texts = {path: _json(schema) + "\n" for path, schema in schemas().items()}
     return texts | {"docs/reference.md": reference()}
+
+
+def _json(value: Any, indent: str = "") -> str:
+    """Return JSON of which every part stands on one line where it fits."""
+    flat = json.dumps(value)
+    if len(indent) + len(flat) < 100 or not value or not isinstance(value, dict | list):
+        return flat
+    deeper = indent + " "
+    if isinstance(value, list):
+        lines = [_json(item, deeper) for item in value]
+    else:
+        lines = [f"{json.dumps(key)}: {_json(item, deeper)}" for key, item in value.items()]
+    inner = f",\n{deeper}".join(lines)
+    left, right = "[]" if isinstance(value, list) else "{}"
+    return f"{left}\n{deeper}{inner}\n{indent}{right}"
 
 
 def out_of_step(root: Path) -> list[str]:

@@ -1,59 +1,76 @@
-"""JSON schemas under way: what the kinds of `damper.study.fields` say to an editor."""
+"""JSON schemas for editors: pydantic's own, with what the kinds of `damper.study.fields` say."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from dataclasses import dataclass, field, replace
 from typing import Any
+
+from pydantic import BaseModel, GetJsonSchemaHandler
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import core_schema
 
 from damper.parameters.quantities import Quantity
 
 Schema = dict[str, Any]
 
-_DEFS = "#/$defs/"
+NULL_DROPS = "In an override, null leaves an entry out."
+"""Marks the sections of which that is true; see `parts`."""
 
 
-@dataclass(frozen=True)
-class Draft:
-    """A schema under way: what it defines once, and whether parts of a study are enough."""
+class Generator(GenerateJsonSchema):
+    """Writes no title for a field, and no default where there is none."""
 
-    partial: bool = False
-    definitions: dict[str, Schema] = field(default_factory=dict)
-    uses: Counter[str] = field(default_factory=Counter)
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
 
-    def of_parts(self) -> Draft:
-        """Return the draft in which no key is required: for overrides."""
-        return replace(self, partial=True)
-
-    def once(self, name: str, made: Schema) -> Schema:
-        """Define `made` under `name` and return a reference to it."""
-        assert self.definitions.setdefault(name, made) == made, name
-        self.uses[name] += 1
-        return {"$ref": _DEFS + name}
-
-    def finished(self, schema: Schema) -> Schema:
-        """Return the schema with its definitions; one that is used once stands in its place."""
-        named = {
-            name: self._settled(made)
-            for name, made in self.definitions.items()
-            if self.uses[name] > 1
-        }
-        return self._settled(schema) | ({"$defs": named} if named else {})
-
-    def _settled(self, part: Any) -> Any:
-        if isinstance(part, list):
-            return [self._settled(item) for item in part]
-        if not isinstance(part, dict):
-            return part
-        name = part.get("$ref", "").removeprefix(_DEFS)
-        if name and self.uses[name] == 1:
-            beside = {key: value for key, value in part.items() if key != "$ref"}
-            return self._settled(self.definitions[name] | beside)
-        return {key: self._settled(value) for key, value in part.items()}
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> Schema:
+        if schema.get("default") is None:
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
 
 
-def quantity_schema(draft: Draft, quantity: Quantity) -> Schema:
+def schema_of(cls: type[BaseModel]) -> Schema:
+    """Return the JSON schema of what may be written for a class of settings."""
+    return cls.model_json_schema(schema_generator=Generator)
+
+
+def parts(schema: Any) -> Any:
+    """Return the schema of any part of what `schema` describes: no key is required."""
+    if isinstance(schema, list):
+        return [parts(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    # Rules of several keys stand under allOf, kinds of study under if.
+    left_out = ("required", "allOf", "if", "then", "else")
+    made = {key: parts(part) for key, part in schema.items() if key not in left_out}
+    if "if" in schema:
+        made["anyOf"] = [parts(schema["else"]), *parts(schema["then"]["anyOf"])]
+    if schema.get("$comment") == NULL_DROPS:
+        made["additionalProperties"] = or_null(made["additionalProperties"])
+        made["properties"] = {k: or_null(p) for k, p in made.get("properties", {}).items()}
+    return made
+
+
+def or_null(schema: Schema | bool) -> Schema | bool:
+    """Return the schema of the same or nothing."""
+    return schema and {"anyOf": [schema, {"type": "null"}]}
+
+
+def once(handler: GetJsonSchemaHandler, name: str, made: Schema) -> Schema:
+    """Define `made` under `name` and return a reference to it."""
+    reference = nested(handler, core_schema.any_schema(ref=name))
+    handler.resolve_ref_schema(reference).update(made)
+    return reference
+
+
+def nested(handler: GetJsonSchemaHandler, core: core_schema.CoreSchema) -> Schema:
+    """Return the schema of what `core` validates: a reference where `core` has a name."""
+    # As part of something, for pydantic defines names only on the way down.
+    made: Schema = handler(core_schema.list_schema(core))["items"]
+    return made
+
+
+def quantity_schema(handler: GetJsonSchemaHandler, quantity: Quantity) -> Schema:
     """Return the schema of a value of a quantity."""
     low = "exclusiveMinimum" if quantity.above else "minimum"
     high = "exclusiveMaximum" if quantity.below else "maximum"
@@ -61,7 +78,7 @@ def quantity_schema(draft: Draft, quantity: Quantity) -> Schema:
     made: Schema = {"description": about(quantity), "type": "number"}
     made |= {"multipleOf": 1} if quantity.whole else {}
     made |= {bound: end for bound, end in ends.items() if math.isfinite(end)}
-    return draft.once(quantity.name, made)
+    return once(handler, quantity.name, made)
 
 
 def about(quantity: Quantity) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
 
 from damper.papers.statements import SCORES
 from damper.parameters.quantities import ALL
@@ -26,7 +26,7 @@ from damper.study.products import (
     check_listed,
     need_one_run,
 )
-from damper.study.schema import Draft, Schema
+from damper.study.schema import Schema
 from damper.study.yaml_file import as_part
 
 
@@ -49,8 +49,8 @@ class OtherStudies(Kind):
         faults.settle()
         return kept
 
-    def schema(self, draft: Draft, name: str | None) -> Schema:
-        values = dict.fromkeys(SCORES, Text().schema(draft, None))
+    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+        values = dict.fromkeys(SCORES, Text().schema(handler, None))
         return {"type": "object", "properties": values, "additionalProperties": False}
 
 
