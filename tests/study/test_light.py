@@ -40,3 +40,18 @@ def loaded() -> dict[str, list[str]]:
 def test_no_engine_is_loaded(loaded: dict[str, list[str]], module: str) -> None:
     """All in one process, one after the other: the first that loads it is the one to look at."""
     assert loaded[module] == []
+
+
+def test_settings_of_all_kinds_load_nothing_that_draws() -> None:
+    """The Snakefile reads them each time, also where nothing is left to do."""
+    code = """
+import json, sys
+from damper.study import kinds
+from damper.verification.kinds import FIGURES, TABLES
+read = [dict(found) for found in (kinds.FIGURES, kinds.TABLES, kinds.STUDIES, FIGURES, TABLES)]
+heavy = ("matplotlib", "xarray", "pandas", "netCDF4", "numba", "scipy")
+print(json.dumps([[len(found) for found in read], [name for name in heavy if name in sys.modules]]))
+"""
+    counts, loaded = in_new_process(code)
+    assert all(counts)
+    assert loaded == []
