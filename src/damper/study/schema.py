@@ -42,7 +42,13 @@ def parts(schema: Any) -> Any:
         return schema
     # Rules of several keys stand under allOf, kinds of study under if.
     left_out = ("required", "allOf", "if", "then", "else")
-    made = {key: parts(part) for key, part in schema.items() if key not in left_out}
+    made = {
+        key: {name: parts(one) for name, one in part.items()}
+        if key in ("properties", "$defs")
+        else parts(part)
+        for key, part in schema.items()
+        if key not in left_out
+    }
     if "if" in schema:
         made["anyOf"] = [parts(schema["else"]), *parts(schema["then"]["anyOf"])]
     if schema.get("$comment") == NULL_DROPS:

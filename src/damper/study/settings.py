@@ -32,7 +32,6 @@ from damper.study.fields import (
 from damper.study.schema import Schema
 from damper.sweep.branches import DIRECTIONS
 
-OptionalText = Annotated[str | None, Text()]
 Assumed = Annotated[
     str | None,
     Text(),
