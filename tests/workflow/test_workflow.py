@@ -13,6 +13,7 @@ import xarray as xr
 import yaml
 
 import damper
+from damper.verification.stress.laws import LAW_NAMES, broken
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "workflow", "config", "profiles")
@@ -94,11 +95,15 @@ def write_small(folder: Path, **changes) -> None:
     (folder / "config/config.yaml").write_text("studies: [small]\n")
 
 
+#: The default run, and a target that is made when asked for.
+REDUCED = ("all", "calibration", "--configfile", "config/ci.yaml")
+
+
 @pytest.fixture(scope="module")
 def reduced(tmp_path_factory) -> Path:
     """Return a copy of the project in which the reduced workflow has run."""
     folder = copy_project(tmp_path_factory.mktemp("reduced"))
-    snakemake(folder, "--configfile", "config/ci.yaml")
+    snakemake(folder, *REDUCED)
     return folder
 
 
@@ -109,6 +114,29 @@ def small(tmp_path) -> Path:
     return folder
 
 
+MODEL = {"kind": "schematic", "drawing": "impact_damper"}
+SECTION = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
+PRODUCTS = {
+    "figures": {"model": MODEL, "section": SECTION},
+    "tables": {"edges": {"kind": "intervals", "along": "restitution"}},
+}
+
+
+@pytest.fixture(scope="module")
+def small_run(tmp_path_factory) -> Path:
+    """Return a copy of the project in which a small study has run."""
+    folder = copy_project(tmp_path_factory.mktemp("small"))
+    write_small(folder, **PRODUCTS)
+    snakemake(folder)
+    return folder
+
+
+@pytest.fixture
+def made(small_run, tmp_path) -> Path:
+    """Return a copy of that, to be changed."""
+    return shutil.copytree(small_run, tmp_path / "made")
+
+
 def test_reduced_run_makes_everything(reduced):
     made = digests(reduced / "results/ci/restitution")
     figures = [
@@ -116,11 +144,7 @@ def test_reduced_run_makes_everything(reduced):
     ]
     tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
     figures += ["figures/paper_b_fig_1.png", "figures/paper_b_fig_1.svg"]
-    slices = [
-        f"slices/mass_ratio~{m}/frequency_ratio~{w}.npz"
-        for m in ("0.25", "0.05")
-        for w in ("1.1", "1.5")
-    ]
+    slices = [f"slices/mass_ratio~{m}/frequency_ratio~1.5.npz" for m in ("0.25", "0.05")]
     assert set(made) == {"cube.nc", *figures, *tables, *slices}
 
 
@@ -129,7 +153,7 @@ def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
         assert cube.displacement.dims == ("mass_ratio", "frequency_ratio", "restitution", "sample")
         assert dict(cube.sizes) == {
             "mass_ratio": 2,
-            "frequency_ratio": 2,
+            "frequency_ratio": 1,
             "restitution": 41,
             "sample": 20,
             "threshold": 3,
@@ -190,8 +214,8 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
             "long",
         }
         assert cube.sizes["lane"] > 800
-        ran = cube.status != 3  # a refused lane has no segments
-        assert (cube.not_finite.where(ran, drop=True) == 0).all()
+        ran = cube.isel(lane=cube.status.values != 3)  # a refused lane has no segments
+        assert not broken({name: ran[name].values for name in (*LAW_NAMES, "segments")}).any()
         assert cube.penetration.max() < 1e-12
         # It finished, or its event budget says so; walls that only push refuse restitution 0.
         assert set(np.unique(cube.status)) <= {0, 1, 3}
@@ -255,207 +279,127 @@ def test_performance_table_tests_the_statements(reduced):
 
 
 def test_second_run_has_nothing_to_do(reduced):
-    assert "Nothing to be done" in snakemake(reduced, "--configfile", "config/ci.yaml")
+    assert "Nothing to be done" in snakemake(reduced, *REDUCED)
 
 
 def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
     """Some studies from their first job on, and what is made of all of them."""
     made = digests(reduced / "results")
-    names = ("restitution", "hysteresis", "basins", "compliant", "solvers", "stress")
-    folders = tuple(f"ci/{name}/" for name in names)
     # Times are not made again: they differ anyway, and take a while.
-    asked = [path for path in made if path.endswith((".nc", ".svg", ".md"))]
-    asked = [f"results/{path}" for path in asked if path.startswith(folders)]
+    asked = [f"ci/{name}/cube.nc" for name in ("restitution", "solvers", "stress")]
+    asked += ["ci/restitution/figures/bifurcation_mass_ratio~0.05.svg"]
+    asked += ["ci/restitution/tables/paper_b_table.md", "ci/solvers/tables/errors.md"]
     other = copy_project(tmp_path)
-    snakemake(other, *asked, "--configfile", "config/ci.yaml")
+    # The marks alone: the compiled code is elsewhere, and serves both.
+    for marks in (reduced / "results/ci").glob("compiled*"):
+        shutil.copytree(marks, other / "results/ci" / marks.name)
+    snakemake(other, *(f"results/{path}" for path in asked), "--configfile", "config/ci.yaml")
     again = digests(other / "results")
-    assert len(again) > len(asked) > 10
+    assert set(asked) < set(again)
     assert again == {path: made[path] for path in again}
     whole = [f"results/ci/{name}" for name in ("claims.md", "claims.csv", "report.html")]
     snakemake(reduced, *whole, "--configfile", "config/ci.yaml", "--force")
     assert digests(reduced / "results") == made
 
 
-def test_one_figure_makes_just_what_it_needs(small):
-    write_small(
-        small,
-        figures={
-            "one": {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"},
-            "two": {"kind": "bifurcation", "along": "restitution", "each": "mass_ratio"},
-        },
-        tables={"edges": {"kind": "intervals", "along": "restitution"}},
-    )
-    output = snakemake(small, "-n", "results/small/figures/two_mass_ratio~0.2.png")
-    assert jobs(output) == {"compile": 3, "simulate": 2, "gather": 1, "figure": 1}
+def test_each_target_makes_just_what_it_needs(small):
+    write_small(small, **PRODUCTS)
+    figure = "results/small/figures/section.png"
+    before = {"compile": 3, "simulate": 2, "gather": 1}
+    assert jobs(snakemake(small, "-n", figure)) == before | {"figure": 1}
+    # A schematic waits for no simulation.
+    assert jobs(snakemake(small, "-n", "results/small/figures/model.svg")) == {"figure": 1}
 
 
-def test_schematic_waits_for_no_simulation(small):
-    model = {"kind": "schematic", "drawing": "impact_damper"}
-    section = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
-    write_small(small, figures={"model": model, "section": section})
-    target = "results/small/figures/model.svg"
-    assert jobs(snakemake(small, "-n", target)) == {"figure": 1}
-    everything = {"compile": 3, "simulate": 2, "gather": 1, "figure": 2, "all": 1}
-    assert jobs(snakemake(small, "-n")) == everything
-    snakemake(small, target)
-    made = {path.name for path in (small / "results").rglob("*") if path.is_file()}
-    assert made - {".gitkeep", "cost.txt"} == {"model.svg", "model.png"}
-    # Another drawing under the same name is drawn anew.
-    write_small(small, figures={"model": model | {"drawing": "collision_system"}})
-    assert jobs(snakemake(small, "-n", target)) == {"figure": 1}
-
-
-def test_changes_rerun_just_what_hangs_on_them(small):
-    figure = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
-    table = {"kind": "intervals", "along": "restitution"}
-    products = {"figures": {"one": figure}, "tables": {"edges": table}}
-    write_small(small, **products)
-    snakemake(small)
-    slices = small / "results/small/slices"
+def test_changes_rerun_just_what_hangs_on_them(made):
+    slices = made / "results/small/slices"
     before = {path: path.stat().st_mtime_ns for path in slices.rglob("*.npz")}
+    assert len(before) == 2
 
-    # A caption concerns the figure alone.
-    captioned = products | {"figures": {"one": figure | {"caption": "New"}}}
-    write_small(small, **captioned)
-    assert jobs(snakemake(small, "-n")) == {"figure": 1, "all": 1}
+    # A caption concerns the figure alone, as does another drawing under the same name.
+    figures = {"model": MODEL, "section": SECTION | {"caption": "New"}}
+    write_small(made, **PRODUCTS | {"figures": figures})
+    assert jobs(snakemake(made, "-n")) == {"figure": 1, "all": 1}
+    figures = {"model": MODEL | {"drawing": "collision_system"}, "section": SECTION}
+    write_small(made, **PRODUCTS | {"figures": figures})
+    target = "results/small/figures/model.svg"
+    assert jobs(snakemake(made, "-n", target)) == {"figure": 1}
 
     # One more value on the fanned axis: its slice, and what hangs on the cube.
     axes = small_study()["axes"]
     wider = axes | {"mass_ratio": {"values": [0.1, 0.2, 0.3], "fan": True}}
-    write_small(small, axes=wider, **products)
-    output = snakemake(small)
+    write_small(made, axes=wider, **PRODUCTS)
+    output = snakemake(made)
     assert jobs(output) == {"simulate": 1, "gather": 1, "figure": 1, "table": 1, "all": 1}
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    with xr.open_dataset(small / "results/small/cube.nc") as cube:
+    with xr.open_dataset(made / "results/small/cube.nc") as cube:
         assert cube.mass_ratio.values.tolist() == [0.1, 0.2, 0.3]
 
     # One more value on an inner axis: all its slices.
     longer = wider | {"restitution": {"start": 0.3, "stop": 0.9, "num": 7}}
-    write_small(small, axes=longer, **products)
-    assert jobs(snakemake(small, "-n"))["simulate"] == 3
+    write_small(made, axes=longer, **PRODUCTS)
+    assert jobs(snakemake(made, "-n"))["simulate"] == 3
 
     # A touch is not an edit.
-    write_small(small, axes=wider, **products)
-    for path in (small / "workflow/scripts").glob("*.py"):
+    write_small(made, axes=wider, **PRODUCTS)
+    for path in (made / "workflow/scripts").glob("*.py"):
         path.touch()
-    assert "Nothing to be done" in snakemake(small)
+    assert "Nothing to be done" in snakemake(made)
 
 
-def test_edit_in_the_package_reruns_what_depends_on_it(small, tmp_path):
-    write_small(
-        small,
-        figures={"one": {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}},
-    )
-    package = small / "src"
+def test_edit_in_the_package_reruns_what_depends_on_it(made):
+    package = made / "src"
     shutil.copytree(ROOT / "src", package, ignore=shutil.ignore_patterns("__pycache__"))
     # The results are those of the same package elsewhere, whose compiled code is there already.
-    snakemake(small)
     environment = {"PYTHONPATH": str(package)}
-    assert "Nothing to be done" in snakemake(small, "-n", **environment)
+    assert "Nothing to be done" in snakemake(made, "-n", **environment)
 
     def append(name: str) -> None:
         path = package / "damper" / name
         path.write_text(path.read_text() + "\n# edited\n")
 
     append("figures/bifurcation.py")
-    assert jobs(snakemake(small, "-n", **environment)) == {"figure": 1, "all": 1}
+    assert jobs(snakemake(made, "-n", **environment)) == {"figure": 1, "all": 1}
     append("observers/impacts.py")  # also imported by bursts
     append("engine/search.py")
-    planned = jobs(snakemake(small, "-n", **environment))
-    assert planned == {"simulate": 2, "gather": 1, "figure": 1, "all": 1}
+    planned = jobs(snakemake(made, "-n", **environment))
+    assert planned["simulate"] == 2
+    assert planned["gather"] == planned["table"] == 1
 
 
 def test_one_job_per_point_and_what_each_stage_cost(small):
-    axes = small_study()["axes"] | {"restitution": {"values": [0.3, 0.45, 0.9]}}
-    axes = {name: spec | {"fan": True} for name, spec in axes.items()}
-    figure = {"kind": "bifurcation", "along": "restitution", "each": "mass_ratio"}
-    write_small(small, axes=axes, figures={"one": figure | {"at": {"frequency_ratio": 1.3}}})
+    """Runs that reach their number of events say so, and stop nothing else."""
+    axes = small_study()["axes"] | {"restitution": {"values": [0.45, 0.9]}}
+    write_small(small, axes={name: spec | {"fan": True} for name, spec in axes.items()})
+    (small / "config/config.yaml").write_text("studies: [small]\nengine: {max_events: 200}\n")
     output = snakemake(small)
-    assert jobs(output)["simulate"] == 6
-    cost = output[output.index("Cost by stage") :]
-    assert "simulate      6 jobs" in cost
-    assert "figure        2 jobs" in cost
-    assert len(list((small / "results/small/figures").glob("one_mass_ratio~*.png"))) == 2
+    assert jobs(output)["simulate"] == 4
+    assert "simulate      4 jobs" in output[output.index("Cost by stage") :]
     path = small / "results/small/slices/mass_ratio~0.1/frequency_ratio~1.3/restitution~0.45.npz"
     assert path.is_file()
     with xr.open_dataset(small / "results/small/cube.nc") as cube:
         direct = damper.simulate(
-            mass_ratio=0.1,
+            mass_ratio=[0.1, 0.2],
             damping_ratio=0.02,
             frequency_ratio=1.3,
             clearance=0.05,
-            restitution=[0.3, 0.45, 0.9],
+            restitution=[0.45, 0.9],
             transient=10,
             periods=5,
             observers=("stroboscopic_section", "bursts"),
+            max_events=200,
         )
-        np.testing.assert_array_equal(
-            cube.displacement.sel(mass_ratio=0.1, frequency_ratio=1.3), direct.displacement
-        )
-
-
-def test_max_events_is_said_in_the_cube_and_stops_nothing_else(small):
-    (small / "config/config.yaml").write_text("studies: [small]\nengine: {max_events: 60}\n")
-    snakemake(small)
-    with xr.open_dataset(small / "results/small/cube.nc") as cube:
-        assert set(np.unique(cube.status)) <= {0, 1}
-        assert (cube.status == 1).any()
-        assert np.isnan(cube.complete_fraction.where(cube.status == 1)).all()
-        assert (cube.chatter.values[cube.status.values == 1] == -1).all()
-
-
-#: A change to the small study, and what the message says of it.
-MISTAKES = [
-    (
-        {"axes": {"mass_ratio": {"valuse": [0.1]}}},
-        ["axes.mass_ratio", "'valuse'", "did you mean 'values'"],
-    ),
-    ({"transient": "many"}, ["transient", "'many'"]),
-    (
-        {"axes": {"mass_ratio": {"values": [0.1, 0.2], "fan": True, "follow": "up"}}},
-        ["axes.mass_ratio.fan", "follow (up)", "take away fan"],
-    ),
-    (
-        {"parameters": {"damping_ratio": 0.1, "clearance": 0.05, "K": 3}},
-        ["parameters.K", "did you mean 'stiffness'"],
-    ),
-    (
-        {"parameters": {"damping_ratio": 0.1, "clearance": 0.05, "stiffness": 3}},
-        ["stiffness (SI units)", "are mixed"],
-    ),
-    (
-        {"parameters": {"damping_ratio": -0.1, "clearance": 0.05}},
-        ["damping_ratio", "-0.1", "0 <= damping_ratio <= 10"],
-    ),
-    ({"observers": {"burst": {}}}, ["observers", "'burst'", "did you mean 'bursts'"]),
-    (
-        {"figures": {"f": {"kind": "bifurcaton"}}},
-        ["figures.f", "'bifurcaton'", "did you mean 'bifurcation'"],
-    ),
-]
-
-
-def test_each_bad_study_gives_one_message_and_keeps_results(small):
-    kept = small / "results/study_0/cube.nc"
-    kept.parent.mkdir(parents=True)
-    kept.write_text("made before")
-    for number, (change, _) in enumerate(MISTAKES):
-        write_small(small, **change)
-        (small / "config/studies/small.yaml").rename(small / f"config/studies/study_{number}.yaml")
-    studies = ", ".join(f"study_{number}" for number in range(len(MISTAKES)))
-    (small / "config/config.yaml").write_text(f"studies: [{studies}]\n")
-    output = snakemake(small, code=1)
-    assert "Traceback" not in output
-    messages = output.split("config/studies/study_")[1:]
-    for number, (_, expected) in enumerate(MISTAKES):
-        mine = [text for text in messages if text.startswith(f"{number}.yaml:")]
-        assert mine, output
-        for part in expected:
-            assert any(part in text for text in mine), (part, mine)
-    assert kept.read_text() == "made before"
+        there = cube.sel(frequency_ratio=1.3)
+        for name in ("displacement", "status", "chatter", "complete_fraction"):
+            np.testing.assert_array_equal(there[name], direct[name])
+        assert set(np.unique(cube.status)) == {0, 1}
 
 
 def test_all_mistakes_of_all_files_at_once(small):
+    """What is said of each mistake is in tests/study; here, that it is said, and harms nothing."""
+    kept = small / "results/small/cube.nc"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("made before")
     write_small(small, transient=-1, periods=0)
     (small / "config/studies/empty.yaml").write_text("")
     (small / "config/studies/broken.yaml").write_text("title: [")
@@ -475,6 +419,7 @@ def test_all_mistakes_of_all_files_at_once(small):
         "did you mean 'accuracy'",
     ):
         assert part in output
+    assert kept.read_text() == "made before"
 
 
 def test_unknown_target_is_refused(small):
@@ -483,18 +428,8 @@ def test_unknown_target_is_refused(small):
     assert "Traceback" not in output
 
 
-def test_reduced_calibration(tmp_path):
-    folder = copy_project(tmp_path)
-    arguments = ("--configfile", "config/ci.yaml")
-    planned = jobs(
-        snakemake(folder, "-n", "results/ci/calibration_a3/tables/ranking.md", *arguments)
-    )
-    assert planned == {"compile": 5, "simulate": 9, "gather": 2, "table": 1}
-
-    output = snakemake(folder, "calibration", *arguments)
-    assert {"calibration", "table", "figure"} < set(jobs(output))
-    made = folder / "results/ci"
-    assert not (made / "restitution").exists()
+def test_reduced_calibration(reduced):
+    made = reduced / "results/ci"
     for study in (
         "calibration_a3",
         "calibration_a3_compliant",
@@ -509,12 +444,11 @@ def test_reduced_calibration(tmp_path):
     for name in ("A1", "A3", "A4", "A5"):
         assert f"\n| {name} |" in text
     # On this grid, thinned out about it, the preset is the best set.
-    assert "is number 1 of 270 sets" in text
+    assert "is number 1 of 180 sets" in text
     text = (made / "calibration_a3_compliant/tables/bursts.md").read_text()
     assert "| contact stiffness ratio |" in text
-    # Three stiffnesses, with and without tension.
-    assert "of 90 sets" in text
-    assert "Nothing to be done" in snakemake(folder, "calibration", *arguments)
+    # Two stiffnesses, with and without tension.
+    assert "of 60 sets" in text
 
 
 def test_targets_are_made_when_asked_for(small):
