@@ -80,50 +80,47 @@ class Piece(NamedTuple):
     """Where it begins, how long it is, and where the step ends."""
 
 
-class Record(NamedTuple):
-    """What a run leaves; the arrays are written to."""
+class Tally(NamedTuple):
+    """What a run has come to so far. It is no array, which a step would pay for."""
 
-    notes: np.ndarray
-    """A row for each event: time, kind (as in `damper.engine.segment`), side, approach speed."""
-    counts: np.ndarray
-    """Number of events and of evaluations."""
-    sums: np.ndarray
-    """Work, loss in the dashpot, loss in impacts; largest penetration."""
-    balance: bool
-    """Whether to add up work and losses."""
+    events: int
+    evaluations: int
+    work: float
+    dissipated: float
+    lost: float
+    """Work of the force, what the dashpot took, and what impacts took."""
+    penetration: float
+    """Largest distance beyond a wall."""
 
 
-EVENTS, EVALUATIONS = range(2)
-WORK, DISSIPATED, LOST, PENETRATION = range(4)
 _WHEN, _KIND, _WALL, _SPEED = range(4)
 
 
 @by_model
-def begin(method: Any, start: Masses, time: float, record: Record) -> Any:
-    """State of a method at the start of a run: what it keeps from piece to piece."""
+def begin(method: Any, start: Masses, time: float, tally: Tally) -> Any:
+    """State of a method at the start of a run, what it keeps from piece to piece; and the tally."""
 
 
 @by_model
-def settle(method: Any, state: Any, time: float, index: int, record: Record) -> Any:
-    """State after the events at the end of a piece, here the one of step `index` (0: the start)."""
-    return state
+def settle(
+    method: Any, state: Any, time: float, index: int, notes: np.ndarray, tally: Tally
+) -> Any:
+    """State and tally after the events at the end of a piece, in step `index` (0: the start)."""
 
 
 @by_model
-def advance(method: Any, state: Any, piece: Piece, record: Record) -> Any:
+def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
     """Go to the end of a piece, or up to an event before that.
 
     Returns
     -------
-    state, duration, cut : NamedTuple, float, bool
+    state, tally, duration, cut : NamedTuple, Tally, float, bool
         The state then, how long that took, and whether an event has cut it short.
     """
 
 
 @by_model
-def inside(
-    method: Any, state: Any, after: Any, piece: Piece, part: float, record: Record
-) -> Masses:
+def inside(method: Any, state: Any, after: Any, piece: Piece, part: float) -> Masses:
     """State a time `part` after the start of a piece that leads from `state` to `after`."""
 
 
@@ -142,8 +139,8 @@ def run(
     most: int,
     times: np.ndarray,
     states: np.ndarray,
-    record: Record,
-) -> tuple[int, float]:
+    notes: np.ndarray,
+) -> tuple:
     """Run a method.
 
     Parameters
@@ -159,27 +156,29 @@ def run(
         Where states are wanted, ascending.
     states : ndarray (times + 1, 4)
         For those states, and for the one at the end.
-    record : Record
+    notes : ndarray (rows, 4)
+        For events: time, kind (as in `damper.engine.segment`), side, approach speed.
 
     Returns
     -------
     code, time : int, float
         Place of the outcome in `OUTCOMES`, or `FULL`, and how far it came.
+    rest : int or float
+        The fields of `Tally`.
     """
-    counts = record.counts
-    state = begin(method, start, span.start, record)
+    state, tally = begin(method, start, span.start, Tally(0, 0, 0.0, 0.0, 0.0, 0.0))
     steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
     time = opened = end = last = span.start
     done = 0.0
     index = taken = idle = 0
     code = DONE
     while True:
-        before = counts[EVENTS]
-        if before + _ROOM > len(record.notes):
+        before = tally.events
+        if before + _ROOM > len(notes):
             code = FULL
             break
-        state = settle(method, state, time, index, record)
-        if counts[EVENTS] > before:
+        state, tally = settle(method, state, time, index, notes, tally)
+        if tally.events > before:
             idle = 0 if time > last else idle + 1
             last = time
             if idle >= _IDLE:
@@ -194,15 +193,15 @@ def run(
             done = 0.0
             end = span.until if index == steps else span.start + index * span.step
             left = end - opened
-        if counts[EVALUATIONS] >= most:
+        if tally.evaluations >= most:
             code = CAP
             break
         piece = Piece(index, time, left, end)
-        after, duration, cut = advance(method, state, piece, record)
+        after, tally, duration, cut = advance(method, state, piece, tally)
         reached = time + duration if cut else end
         while taken < len(times) and times[taken] < reached:
             part = max(float(times[taken]) - time, 0.0)
-            _write(states[taken], inside(method, state, after, piece, part, record))
+            _write(states[taken], inside(method, state, after, piece, part))
             taken += 1
         state = after
         done = done + duration if cut else end - opened
@@ -215,7 +214,8 @@ def run(
     while code == DONE and taken < len(times) and times[taken] <= time:
         _write(states[taken], here)
         taken += 1
-    return code, time
+    events, evaluations, work, dissipated, lost, penetration = tally
+    return code, time, events, evaluations, work, dissipated, lost, penetration
 
 
 @compiled
@@ -227,14 +227,45 @@ def _write(row, state):
 
 
 @compiled
-def note(record: Record, time: float, kind: float, side: float, speed: float) -> None:
-    """Write down an event."""
-    row = record.notes[record.counts[EVENTS]]
+def note(
+    notes: np.ndarray, tally: Tally, time: float, kind: float, side: float, speed: float
+) -> Tally:
+    """Write down an event and count it."""
+    row = notes[tally.events]
     row[_WHEN] = time
     row[_KIND] = kind
     row[_WALL] = side
     row[_SPEED] = speed
-    record.counts[EVENTS] += 1
+    events, evaluations, work, dissipated, lost, penetration = tally
+    return Tally(events + 1, evaluations, work, dissipated, lost, penetration)
+
+
+@compiled
+def spend(tally: Tally, evaluations: int) -> Tally:
+    """Count evaluations."""
+    events, before, work, dissipated, lost, penetration = tally
+    return Tally(events, before + evaluations, work, dissipated, lost, penetration)
+
+
+@compiled
+def lose(tally: Tally, energy: float) -> Tally:
+    """Add what an impact takes."""
+    events, evaluations, work, dissipated, lost, penetration = tally
+    return Tally(events, evaluations, work, dissipated, lost + energy, penetration)
+
+
+@compiled
+def transfer(tally: Tally, work: float, dissipated: float) -> Tally:
+    """Add the work of the force, and what the dashpot takes."""
+    events, evaluations, before, taken, lost, penetration = tally
+    return Tally(events, evaluations, before + work, taken + dissipated, lost, penetration)
+
+
+@compiled
+def deepen(tally: Tally, depth: float) -> Tally:
+    """Take note of a distance beyond a wall."""
+    events, evaluations, work, dissipated, lost, penetration = tally
+    return Tally(events, evaluations, work, dissipated, lost, max(penetration, depth))
 
 
 def fixed_step(
@@ -267,15 +298,15 @@ def fixed_step(
         code, rows = FULL, _ROWS
         while code == FULL:
             states = np.full((len(times) + 1, 4), np.nan)
-            counts, sums = np.zeros(2, np.int64), np.zeros(4)
-            record = Record(np.empty((rows, 4)), counts, sums, bool(balance))
-            code, reached = run(*rest, states, record)
+            notes = np.empty((rows, 4))
+            code, reached, *tally = run(*rest, states, notes)
             rows *= 16
-        notes = record.notes[: counts[EVENTS]]
+        events, evaluations, *totals, penetration = tally
+        notes = notes[:events]
         impacts = notes[notes[:, _KIND] == IMPACT]
         residual = math.nan
         if balance and code == DONE:
-            residual = energy_residual(p, start, states[-1].tolist(), *sums[:PENETRATION].tolist())
+            residual = energy_residual(p, start, states[-1].tolist(), *totals)
         return Solution(
             impact_times=impacts[:, _WHEN].copy(),
             impact_sides=impacts[:, _WALL].copy(),
@@ -283,9 +314,9 @@ def fixed_step(
             stick_times=notes[notes[:, _KIND] == STICK, _WHEN],
             release_times=notes[notes[:, _KIND] == RELEASE, _WHEN],
             states=states[:-1],
-            penetration=float(sums[PENETRATION]),
+            penetration=float(penetration),
             energy_residual=residual,
-            evaluations=int(counts[EVALUATIONS]),
+            evaluations=int(evaluations),
             outcome=OUTCOMES[code],
             reached=float(reached),
         )

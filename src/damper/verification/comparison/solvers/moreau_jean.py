@@ -32,24 +32,23 @@ from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    DISSIPATED,
-    EVALUATIONS,
-    LOST,
-    PENETRATION,
-    WORK,
     Damper,
     Masses,
     advance,
     begin,
     common_velocity,
     damper_of,
+    deepen,
     fixed_step,
     force_at,
     impact_loss,
     inside,
+    lose,
     nearer_wall,
     note,
     settle,
+    spend,
+    transfer,
 )
 from damper.verification.comparison.solvers import Solver
 
@@ -82,6 +81,16 @@ class Contact(NamedTuple):
     """No event is read off before another."""
 
 
+class Impulse(NamedTuple):
+    """Whether a step had an impulse; its wall, gap and gap rate at the step's start; that time."""
+
+    acts: bool
+    side: float
+    gap: float
+    rate: float
+    time: float
+
+
 class State(NamedTuple):
     """State at the end of a step, with the force there."""
 
@@ -90,37 +99,40 @@ class State(NamedTuple):
     y: float
     u: float
     force: float
+    impulse: Impulse
     contact: Contact
 
 
 @begin.of(MoreauJean)
-def _begin(method, start, time, record):
+def _begin(method, start, time, tally):
     p = method.damper
     x, v, y, u = start
     if p.d == 0.0:
         # Between two walls at once, for good.
-        record.sums[LOST] += impact_loss(p.mu, u - v, 0.0)
+        tally = lose(tally, impact_loss(p.mu, u - v, 0.0))
         v = common_velocity(p.mu, v, u)
         u = v
     contact = Contact(0.0, time, False, False, 0, time, time)
-    return State(x, v, y, u, force_at(p, time), contact)
+    impulse = Impulse(False, 0.0, 0.0, 0.0, time)
+    return State(x, v, y, u, force_at(p, time), impulse, contact), tally
 
 
 @settle.of(MoreauJean)
-def _settle(method, state, time, index, record):
+def _settle(method, state, time, index, notes, tally):
     if index > 0:
-        depth = abs(state.y - state.x) - method.damper.d
-        record.sums[PENETRATION] = max(record.sums[PENETRATION], depth)
-    return state
+        tally = deepen(tally, abs(state.y - state.x) - method.damper.d)
+    contact, tally = _read(method, state, time, notes, tally)
+    x, v, y, u, force, impulse, _ = state
+    return State(x, v, y, u, force, impulse, contact), tally
 
 
 @advance.of(MoreauJean)
-def _advance(method, state, piece, record):
+def _advance(method, state, piece, tally):
     p = method.damper
-    x, v, y, u, force0, contact = state
+    x, v, y, u, force0, _, contact = state
     h = piece.left
     force1 = force_at(p, piece.end)
-    record.counts[EVALUATIONS] += 1
+    tally = spend(tally, 1)
     force = _mean(force0, force1)
 
     # The step without walls.
@@ -141,42 +153,39 @@ def _advance(method, state, piece, record):
         impulse = max(-(rate1 + p.r * rate0) / ease, 0.0)
         v1 += side * impulse / heavy
         u1 -= side * impulse / p.mu
-        if record.balance:
-            rate1 = -side * (u1 - v1)
-            record.sums[LOST] -= impulse * (_mean(rate0, rate1))
-    contact = _read(method, contact, impulse > 0.0, side, gap, rate0, piece, record)
+        tally = lose(tally, -impulse * _mean(rate0, -side * (u1 - v1)))
+    found = Impulse(impulse > 0.0, side, gap, rate0, piece.time)
     v_mean, u_mean = _mean(v, v1), _mean(u, u1)
-    if record.balance:
-        record.sums[WORK] += h * force * v_mean
-        record.sums[DISSIPATED] += h * 2.0 * p.zeta * v_mean * v_mean
-    after = State(x + h * v_mean, v1, y + h * u_mean, u1, force1, contact)
-    return after, h, False
+    tally = transfer(tally, h * force * v_mean, h * 2.0 * p.zeta * v_mean * v_mean)
+    after = State(x + h * v_mean, v1, y + h * u_mean, u1, force1, found, contact)
+    return after, tally, h, False
 
 
 @compiled
-def _read(method, contact, acts, side, gap, rate, piece, record):
+def _read(method, state, time, notes, tally):
     """What the impulse of a step means, or that there is none."""
-    wall, since, acted, stuck, free, parted, last = contact
+    acts, side, gap, rate, start = state.impulse
+    wall, since, acted, stuck, free, parted, last = state.contact
     if acts:
         if not acted and not stuck:
             wall = side
-            since = piece.time
+            since = start
             if rate < 0.0:
                 since = min(max(since - gap / rate, last), method.until)
-                note(record, since, IMPACT, side, -rate)
+                tally = note(notes, tally, since, IMPACT, side, -rate)
             last = since
         elif acted and not stuck and side == wall:
             stuck = True
-            note(record, since, STICK, side, 0.0)
+            tally = note(notes, tally, since, STICK, side, 0.0)
         free = 0
-        parted = piece.end
+        parted = time
     elif stuck:
         free += 1
         if free >= _APART:
             stuck = False
             last = parted
-            note(record, parted, RELEASE, wall, 0.0)
-    return Contact(wall, since, acts, stuck, free, parted, last)
+            tally = note(notes, tally, parted, RELEASE, wall, 0.0)
+    return Contact(wall, since, acts, stuck, free, parted, last), tally
 
 
 @compiled
@@ -185,7 +194,7 @@ def _mean(before, after):
 
 
 @inside.of(MoreauJean)
-def _inside(method, state, after, piece, part, record):
+def _inside(method, state, after, piece, part):
     share = part / piece.left
     return Masses(
         state.x + share * piece.left * _mean(state.v, after.v),

@@ -26,11 +26,6 @@ from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    DISSIPATED,
-    EVALUATIONS,
-    LOST,
-    PENETRATION,
-    WORK,
     Damper,
     Masses,
     advance,
@@ -38,14 +33,18 @@ from damper.verification.comparison.fixed_step import (
     common_velocity,
     contact_force,
     damper_of,
+    deepen,
     fixed_step,
     impact_loss,
     inside,
+    lose,
     masses,
     nearer_wall,
     note,
     rk4,
     settle,
+    spend,
+    transfer,
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solvers import Solver
@@ -76,7 +75,7 @@ class State(NamedTuple):
 
 
 @begin.of(Located)
-def _begin(method, start, time, record):
+def _begin(method, start, time, tally):
     p = method.damper
     x, v, y, u = start
     side = nearer_wall(x, y)
@@ -86,42 +85,42 @@ def _begin(method, start, time, record):
         gap = 0.0
     if p.d == 0.0:
         # Together for good, with no wall to leave.
-        record.sums[LOST] += impact_loss(p.mu, rate, 0.0)
-        return State(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
+        tally = lose(tally, impact_loss(p.mu, rate, 0.0))
+        return State(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING), tally
     due = NOTHING
     if gap == 0.0 and rate <= 0.0:
         due = IMPACT if rate < 0.0 else STICK
-    return State(x, v, gap, rate, side, False, due)
+    return State(x, v, gap, rate, side, False, due), tally
 
 
 @settle.of(Located)
-def _settle(method, state, time, index, record):
+def _settle(method, state, time, index, notes, tally):
     if state.due == NOTHING:
-        return state
+        return state, tally
     p = method.damper
     x, v, gap, rate, side, _, due = state
     if due == RELEASE:
-        note(record, time, RELEASE, side, 0.0)
-        return State(x, v, gap, rate, side, False, NOTHING)
+        tally = note(notes, tally, time, RELEASE, side, 0.0)
+        return State(x, v, gap, rate, side, False, NOTHING), tally
     arrived = max(-rate, 0.0)
     rate = p.r * arrived
     if due == IMPACT:
-        note(record, time, IMPACT, side, arrived)
-        record.sums[LOST] += impact_loss(p.mu, arrived, rate)
+        tally = note(notes, tally, time, IMPACT, side, arrived)
+        tally = lose(tally, impact_loss(p.mu, arrived, rate))
         v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
     common = v - side * p.mu / (1.0 + p.mu) * rate
-    record.counts[EVALUATIONS] += 1
+    tally = spend(tally, 1)
     a, j = contact_force(p, 1.0, x, common, time, side)
     rests = a > 0.0 and 2.0 * rate <= a * method.shortest
     if not (rests or (rate == 0.0 and a == 0.0 and j > 0.0)):
-        return State(x, v, gap, rate, side, False, NOTHING)
-    record.sums[LOST] += impact_loss(p.mu, rate, 0.0)
-    note(record, time, STICK, side, 0.0)
-    return State(x, common, gap, 0.0, side, True, NOTHING)
+        return State(x, v, gap, rate, side, False, NOTHING), tally
+    tally = lose(tally, impact_loss(p.mu, rate, 0.0))
+    tally = note(notes, tally, time, STICK, side, 0.0)
+    return State(x, common, gap, 0.0, side, True, NOTHING), tally
 
 
 @advance.of(Located)
-def _advance(method, state, piece, record):
+def _advance(method, state, piece, tally):
     p = method.damper
     x, v, gap, rate, side, stuck, _ = state
     time, left = piece.time, piece.left
@@ -149,27 +148,25 @@ def _advance(method, state, piece, record):
     if due != NOTHING:
         curve, dv, work, loss = rk4(p, mass, x, v, time, tau)
         evaluations += 4
-    record.counts[EVALUATIONS] += evaluations
-    if record.balance:
-        record.sums[WORK] += work
-        record.sums[DISSIPATED] += loss
+    tally = spend(tally, evaluations)
+    tally = transfer(tally, work, loss)
     if not stuck:
         gap += rate * tau + side * curve
         rate += side * dv
-        record.sums[PENETRATION] = max(record.sums[PENETRATION], -gap)
+        tally = deepen(tally, -gap)
     if due == RELEASE:
         rate = 0.0
     if due != NOTHING:
         gap = 0.0
-    return State(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due), tau, due != NOTHING
+    after = State(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due)
+    return after, tally, tau, due != NOTHING
 
 
 @inside.of(Located)
-def _inside(method, state, after, piece, part, record):
+def _inside(method, state, after, piece, part):
     p = method.damper
     mass = 1.0 + p.mu if state.stuck else 1.0
     curve, dv, _, _ = rk4(p, mass, state.x, state.v, piece.time, part)
-    record.counts[EVALUATIONS] += 4
     gap, rate = state.gap, state.rate
     if after.side != state.side:
         gap, rate = 2.0 * p.d - gap, -rate

@@ -31,11 +31,6 @@ from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.compliant.restitution import contact_damping
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
-    DISSIPATED,
-    EVALUATIONS,
-    LOST,
-    PENETRATION,
-    WORK,
     Damper,
     Masses,
     advance,
@@ -43,14 +38,18 @@ from damper.verification.comparison.fixed_step import (
     common_velocity,
     contact_force,
     damper_of,
+    deepen,
     fixed_step,
     force_at,
     impact_loss,
     inside,
+    lose,
     nearer_wall,
     note,
     rk4,
     settle,
+    spend,
+    transfer,
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solvers import Solver
@@ -77,32 +76,32 @@ class RigidState(NamedTuple):
 
 
 @begin.of(Rigid)
-def _begin_rigid(method, start, time, record):
+def _begin_rigid(method, start, time, tally):
     p = method.damper
     x, v, y, u = start
     if p.d > 0.0:
-        return RigidState(x, v, y, u, 0.0, False, 0.0)
+        return RigidState(x, v, y, u, 0.0, False, 0.0), tally
     # Together for good, with no wall to leave.
-    record.sums[LOST] += impact_loss(p.mu, u - v, 0.0)
+    tally = lose(tally, impact_loss(p.mu, u - v, 0.0))
     v = common_velocity(p.mu, v, u)
-    return RigidState(x, v, y, v, 0.0, True, y - x)
+    return RigidState(x, v, y, v, 0.0, True, y - x), tally
 
 
 @settle.of(Rigid)
-def _settle_rigid(method, state, time, index, record):
+def _settle_rigid(method, state, time, index, notes, tally):
     p = method.damper
     x, v, y, u, side, stuck, offset = state
     if stuck:
         if side != 0.0:
-            record.counts[EVALUATIONS] += 1
+            tally = spend(tally, 1)
             a, _ = contact_force(p, 1.0 + p.mu, x, v, time, side)
             if a < 0.0:
                 stuck = False
-                note(record, time, RELEASE, side, 0.0)
-        return RigidState(x, v, y, u, side, stuck, offset)
+                tally = note(notes, tally, time, RELEASE, side, 0.0)
+        return RigidState(x, v, y, u, side, stuck, offset), tally
     side = nearer_wall(x, y)
     depth = side * (y - x) - p.d
-    record.sums[PENETRATION] = max(record.sums[PENETRATION], depth)
+    tally = deepen(tally, depth)
     speed = side * (u - v)
     touches = depth >= 0.0 and speed > 0.0
     if index == 0:
@@ -110,30 +109,29 @@ def _settle_rigid(method, state, time, index, record):
     if touches:
         rebound = p.r * speed
         if speed > 0.0:
-            note(record, time, IMPACT, side, speed)
-            record.sums[LOST] += impact_loss(p.mu, speed, rebound)
+            tally = note(notes, tally, time, IMPACT, side, speed)
+            tally = lose(tally, impact_loss(p.mu, speed, rebound))
             v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
             u = v - side * rebound
         common = common_velocity(p.mu, v, u)
-        record.counts[EVALUATIONS] += 1
+        tally = spend(tally, 1)
         a, j = contact_force(p, 1.0, x, common, time, side)
         rests = a > 0.0 and 2.0 * rebound <= a * method.step
         if rests or (rebound == 0.0 and a == 0.0 and j > 0.0):
             stuck = True
             offset = y - x
-            record.sums[LOST] += impact_loss(p.mu, rebound, 0.0)
+            tally = lose(tally, impact_loss(p.mu, rebound, 0.0))
             v = u = common
-            note(record, time, STICK, side, 0.0)
-    return RigidState(x, v, y, u, side, stuck, offset)
+            tally = note(notes, tally, time, STICK, side, 0.0)
+    return RigidState(x, v, y, u, side, stuck, offset), tally
 
 
 @compiled
-def _fly(method, state, time, h, record):
+def _fly(method, state, time, h):
     """State and energies a time h later, without walls."""
     p = method.damper
     mass = 1.0 + p.mu if state.stuck else 1.0
     curve, dv, work, loss = rk4(p, mass, state.x, state.v, time, h)
-    record.counts[EVALUATIONS] += 4
     x = state.x + (state.v * h + curve)
     v = state.v + dv
     if state.stuck:
@@ -142,18 +140,16 @@ def _fly(method, state, time, h, record):
 
 
 @advance.of(Rigid)
-def _advance_rigid(method, state, piece, record):
-    end, work, loss = _fly(method, state, piece.time, piece.left, record)
-    if record.balance:
-        record.sums[WORK] += work
-        record.sums[DISSIPATED] += loss
+def _advance_rigid(method, state, piece, tally):
+    end, work, loss = _fly(method, state, piece.time, piece.left)
+    tally = spend(transfer(tally, work, loss), 4)
     after = RigidState(end.x, end.v, end.y, end.u, state.side, state.stuck, state.offset)
-    return after, piece.left, False
+    return after, tally, piece.left, False
 
 
 @inside.of(Rigid)
-def _inside_rigid(method, state, after, piece, part, record):
-    here, _, _ = _fly(method, state, piece.time, part, record)
+def _inside_rigid(method, state, after, piece, part):
+    here, _, _ = _fly(method, state, piece.time, part)
     return here
 
 
@@ -189,55 +185,53 @@ class CompliantState(NamedTuple):
 
 
 @begin.of(Compliant)
-def _begin_compliant(method, start, time, record):
+def _begin_compliant(method, start, time, tally):
     x, v, y, u = start
-    return CompliantState(x, v, y, u, 0.0, 0.0, False, False, time)
+    return CompliantState(x, v, y, u, 0.0, 0.0, False, False, time), tally
 
 
 @settle.of(Compliant)
-def _settle_compliant(method, state, time, index, record):
+def _settle_compliant(method, state, time, index, notes, tally):
     d = method.damper.d
     x, v, y, u, speed, wall, pressed, stuck, began = state
     side = nearer_wall(x, y)
     gap = d - side * (y - x)
     if index == 0 and gap >= -slack(d, x, y):
         gap = max(gap, 0.0)
-    record.sums[PENETRATION] = max(record.sums[PENETRATION], -gap)
+    tally = deepen(tally, -gap)
     pushes = method.tension or method.k * gap - method.c * side * (u - v) < 0.0
     now = gap < 0.0 and pushes
     if pressed and not (now and side == wall):
         pressed = False
         if stuck:
             stuck = False
-            note(record, time, RELEASE, wall, 0.0)
+            tally = note(notes, tally, time, RELEASE, wall, 0.0)
     if gap < 0.0 and side != wall and index > 0:
-        note(record, time, IMPACT, side, max(side * speed, side * (u - v), 0.0))
+        tally = note(notes, tally, time, IMPACT, side, max(side * speed, side * (u - v), 0.0))
     wall = side if gap < 0.0 else 0.0
     if now and not pressed:
         pressed = True
         began = time
     if pressed and not stuck and time - began >= method.lasting:
         stuck = True
-        note(record, time, STICK, side, 0.0)
-    return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began)
+        tally = note(notes, tally, time, STICK, side, 0.0)
+    return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began), tally
 
 
 @advance.of(Compliant)
-def _advance_compliant(method, state, piece, record):
+def _advance_compliant(method, state, piece, tally):
     x, v, y, u, _, wall, pressed, stuck, began = state
     speed = u - v
     x, v, y, u, work, loss, taken = _step(method, x, v, y, u, piece.time, piece.left)
-    record.counts[EVALUATIONS] += 4
-    if record.balance:
-        record.sums[WORK] += work
-        record.sums[DISSIPATED] += loss
-        record.sums[LOST] += taken
-    return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began), piece.left, False
+    tally = spend(tally, 4)
+    tally = transfer(tally, work, loss)
+    tally = lose(tally, taken)
+    after = CompliantState(x, v, y, u, speed, wall, pressed, stuck, began)
+    return after, tally, piece.left, False
 
 
 @inside.of(Compliant)
-def _inside_compliant(method, state, after, piece, part, record):
-    record.counts[EVALUATIONS] += 4
+def _inside_compliant(method, state, after, piece, part):
     x, v, y, u, _, _, _ = _step(method, state.x, state.v, state.y, state.u, piece.time, part)
     return Masses(x, v, y, u)
 
