@@ -5,11 +5,12 @@ from pathlib import Path
 from damper.sweep.cube import write_cube
 from damper.verification.comparison.cube import gather_timings
 from damper.verification.comparison.scene import read_scene
-from damper.verification.comparison.timings import machine, time_solvers
+from damper.verification.comparison.timings import machine, time_peers, time_solvers
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}
-arrays = time_solvers(scenes, params.solvers, params.repeats, params.cap, params.spend)
+given = scenes, params.solvers, params.repeats, params.cap, params.spend
+arrays = time_solvers(*given) | time_peers(*given)
 attributes = {**params.about, **machine(), "code_digest": params.code}
 cube = gather_timings(arrays, list(scenes), params.solvers, params.titles, attributes)
 write_cube(cube, Path(snakemake.output[0]))

@@ -13,7 +13,7 @@ from damper.verification.comparison import runs, timings
 from damper.verification.comparison.runs import NOT_APPLICABLE
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.solution import OUTCOMES, STALLED, Solution
-from damper.verification.comparison.timings import PACKAGES, machine, time_solvers
+from damper.verification.comparison.timings import PACKAGES, machine, time_peers, time_solvers
 
 VALUES = {
     "mass_ratio": 0.1,
@@ -129,3 +129,26 @@ def test_machine_is_named() -> None:
     assert set(found) == {"processor", "cores", "system", "python", *PACKAGES}
     assert all(found.values())
     assert found["numpy"] == np.__version__
+
+
+def test_a_call_is_told_apart_from_the_motion(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = fake()
+
+    def solve(scene: Any, setting: float, **_: Any) -> Solution:
+        clock.now += 0.25 + 0.5 * scene.until
+        return Solution(impact_times=np.arange(round(scene.until)), reached=scene.until)
+
+    timed = SimpleNamespace(**vars(made) | {"solve": solve})
+    use(monkeypatch, exact=timed, rk45=timed)
+    found = time_peers({"a": RIGID}, {"exact": [0.5], "rk45": [0.5]}, 3, 2.0)
+    values = [found[name][0, 0, 0] for name in ("call_time", "stretch_time", "stretch_impacts")]
+    assert values == pytest.approx([0.25, 0.5 * 6.0, 6.0], rel=1e-4)
+    assert np.isnan(found["call_time"][0, 1]).all()  # neither the engine nor its peer
+
+
+def test_a_peer_that_fails_has_no_cost(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, rk4_located=clock.solver("rk4_located", 1.0, outcome=STALLED))
+    found = time_peers({"a": RIGID}, {"rk4_located": [0.5]}, 1, 2.0)
+    assert np.isnan(found["stretch_time"]).all()

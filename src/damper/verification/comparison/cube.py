@@ -54,6 +54,9 @@ _TIMES = {
     "run_time_low": ("run time, lower quartile", "s"),
     "run_time_high": ("run time, upper quartile", "s"),
     "repeats": ("repetitions timed", "1"),
+    "call_time": ("fixed cost of a call: run time of a run that ends at once", "s"),
+    "stretch_time": ("run time beyond that, in a long run, for each length of the scene", "s"),
+    "stretch_impacts": ("impacts in a long run for each length of the scene", "1"),
 }
 _FIRST = {
     "import_time": ("import of the solver in a new process", "s"),
@@ -139,7 +142,7 @@ def gather_timings(
     Parameters
     ----------
     arrays : mapping of str to ndarray
-        What `damper.verification.comparison.timings.time_solvers` returned.
+        What `time_solvers` and `time_peers` of `damper.verification.comparison.timings` returned.
     scenes : sequence of str
         Names of the scenes, in the order given there.
     settings, titles : mapping

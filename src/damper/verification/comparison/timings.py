@@ -13,16 +13,19 @@ import platform
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from math import nan
+from statistics import median
 from time import perf_counter
 
 import numpy as np
 
 from damper.engine.compiled import compile_at_once
+from damper.verification.comparison.best import LONGER, PEERS
 from damper.verification.comparison.runs import NOT_APPLICABLE, most_evaluations, solver_names
 from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import OUTCOMES, Solution
+from damper.verification.comparison.solution import FINISHED, OUTCOMES, Solution
 from damper.verification.comparison.solvers import load
 from damper.verification.cost.machine import processor
 
@@ -30,6 +33,8 @@ from damper.verification.cost.machine import processor
 SHORTEST = 1e-3
 #: New processes of which the median is the cost of a solver's first use.
 PROCESSES = 3
+#: Length of a run that ends at once, in that of the scene.
+_AT_ONCE = 1e-6
 #: Packages named with the machine.
 PACKAGES = ("numpy", "numba", "scipy")
 
@@ -125,6 +130,58 @@ def time_solvers(
     return arrays
 
 
+def time_peers(
+    scenes: Mapping[str, Scene],
+    settings: Mapping[str, Sequence[float]],
+    repeats: int,
+    cap: float,
+    spend: float = 0.2,
+) -> dict[str, np.ndarray]:
+    """Tell the fixed cost of a call apart from what the motion costs, for the solvers in `PEERS`.
+
+    Parameters
+    ----------
+    scenes, settings, repeats, cap, spend
+        As for `time_solvers`.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Of shape (scene, solver, level), NaN for other solvers and for runs that fail: ``call_time``
+        of a run that ends at once; ``stretch_time`` and ``stretch_impacts``, the further time and
+        the impacts of a run `LONGER` times as long as the scene, both over `LONGER`.
+    """
+    names = solver_names(settings)
+    shape = (len(scenes), len(names), max(map(len, settings.values())))
+    found = ("call_time", "stretch_time", "stretch_impacts")
+    arrays = {name: np.full(shape, nan) for name in found}
+    compile_at_once()
+    for number, scene in enumerate(scenes.values()):
+        start, length = scene.state.time, scene.until - scene.state.time
+        short = replace(scene, until=start + _AT_ONCE * length)
+        long = replace(scene, until=start + LONGER * length)
+        pairs = {
+            (row, level): (
+                _Point(_bare(name, short, setting, cap)),
+                _Point(_bare(name, long, setting, LONGER * cap)),
+            )
+            for row, name in enumerate(names)
+            if name in PEERS and scene.model in load(name).models
+            for level, setting in enumerate(settings[name])
+        }
+        for call, _ in pairs.values():
+            call.run()
+        _take_turns([point for pair in pairs.values() for point in pair], repeats, spend)
+        for (row, level), (call, stretch) in pairs.items():
+            if call.outcome == stretch.outcome == FINISHED:
+                fixed = median(call.samples)
+                times = fixed, (median(stretch.samples) - fixed) / LONGER
+                values = *times, stretch.impacts / LONGER
+                for name, value in zip(found, values, strict=True):
+                    arrays[name][number, row, level] = value
+    return arrays
+
+
 def first_use(name: str, scene: Scene, setting: float, cap: float) -> tuple[float, float]:
     """Seconds to import a solver, and of its first run beyond its second, in new processes."""
     given = pickle.dumps((scene, setting, most_evaluations(load(name), cap)))
@@ -168,6 +225,7 @@ class _Point:
         self.samples: list[float] = []
         self.spent = 0.0
         self.outcome = ""
+        self.impacts = 0
 
     def sample(self) -> None:
         started = perf_counter()
@@ -177,6 +235,7 @@ class _Point:
         self.spent += spent
         if not self.outcome:
             self.outcome = solution.outcome
+            self.impacts = len(solution.impact_times)
             self.calls = max(math.ceil(SHORTEST / max(spent, 1e-9)), 1)
             if self.calls > 1:  # too short to count
                 self.sample()

@@ -18,6 +18,8 @@ from damper.verification.comparison.best import (
     BASE,
     FILES,
     GOOD,
+    LONGER,
+    PEERS,
     check_same_runs,
     relative_to_base,
     time_to_reach,
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Errors for which the time is told.
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
+#: And for which the engine is compared with RK4.
+TARGETS_OF_PEERS = (1e-4, 1e-6, 1e-9, 1e-12)
 #: And of what.
 WANTED = ("impact_time_error", "state_error")
 
@@ -69,6 +73,7 @@ def _times_csv(errors: xr.Dataset, timings: xr.Dataset) -> str:
             *("scene", "solver", "setting_name", "setting", "verdict", *WANTED),
             *("run_time", "run_time_low", "run_time_high", "repeats"),
             *("time_per_impact", "time_per_period", "import_time", "warm_up_time"),
+            *("call_time", "stretch_time", "stretch_impacts"),
         ]
     )
     for scene, solver, place in places(errors):
@@ -82,6 +87,7 @@ def _times_csv(errors: xr.Dataset, timings: xr.Dataset) -> str:
                 *(time.run_time, time.run_time_low, time.run_time_high, time.repeats),
                 *(_per_impact(one, time), time.run_time / one.periods),
                 *(times.import_time, times.warm_up_time),
+                *(time.call_time, time.stretch_time, time.stretch_impacts),
             ]
             writer.writerow(
                 [
@@ -123,6 +129,7 @@ def _times_markdown(errors: xr.Dataset, timings: xr.Dataset) -> str:
             heads = ["solver", *(f"{target:.0e}".replace("e-0", "e-") for target in TARGETS)]
             lines += ["", f"### {capital(str(errors.title.sel(scene=scene).item()))}", ""]
             lines += markdown_table([*heads, "per impact", "per period"], rows)
+    lines += _peers_lines(errors, timings)
     lines += ["", "## First use", ""]
     rows = [
         [
@@ -134,6 +141,56 @@ def _times_markdown(errors: xr.Dataset, timings: xr.Dataset) -> str:
     ]
     lines += markdown_table(["solver", "import", "warm-up"], rows)
     return "\n".join(lines) + "\n"
+
+
+def _peers_lines(errors: xr.Dataset, timings: xr.Dataset) -> list[str]:
+    """The engine beside RK4 with located impacts: per call, and per impact in long runs."""
+    if not set(PEERS) <= set(errors.solver.values.tolist()):
+        return []
+    engine, peer = PEERS
+    lines = [
+        "",
+        "## Exact engine and compiled RK4 with located impacts",
+        "",
+        "How many times the engine's time RK4 takes, each at its cheapest good level whose error "
+        "of impact times is no larger than the column's. Per call: the scene alone, with the fixed "
+        "cost of a Python call, which is most of the engine's time here. Per impact: without that "
+        f"cost, in runs {LONGER} times as long.",
+        "",
+    ]
+    ratios = [
+        [
+            relative_to_base(time_to_reach(errors, timings, "impact_time_error", target, time)).sel(
+                solver=peer
+            )
+            for time in ("run_time", "stretch_time")
+        ]
+        for target in TARGETS_OF_PEERS
+    ]
+    calls = timings.call_time.median("level")
+    impacts = (timings.stretch_time / timings.stretch_impacts).median("level")
+    rows = []
+    for scene in errors.scene.values.tolist():
+        here = errors.sel(scene=scene)
+        if (here.verdict.sel(solver=peer) < 0).all():
+            continue
+        found = [
+            calls.sel(scene=scene, solver=engine),
+            calls.sel(scene=scene, solver=peer),
+            impacts.sel(scene=scene, solver=engine),
+        ]
+        pairs = [[float(ratio.sel(scene=scene)) for ratio in pair] for pair in ratios]
+        rows.append(
+            [
+                capital(str(here.title.item())),
+                *(_time_text(float(value)) for value in found),
+                *("–" if math.isnan(sum(pair)) else "; ".join(map(short, pair)) for pair in pairs),
+            ]
+        )
+    targets = [f"{target:.0e}".replace("e-0", "e-") for target in TARGETS_OF_PEERS]
+    heads = ["scene", "a call: engine", "RK4", "an impact: engine"]
+    heads += [f"{target}: per call; per impact" for target in targets]
+    return lines + markdown_table(heads, rows)
 
 
 def _rates(place: xr.Dataset, times: xr.Dataset) -> list[str]:
