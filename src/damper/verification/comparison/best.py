@@ -17,7 +17,7 @@ BASE = "exact"
 PEERS = (BASE, "rk4_located")
 #: Length of their runs that are told by the impact, in that of the scene.
 LONGER = 20
-GOOD = VERDICTS.index("good")
+GOOD_RUN = VERDICTS.index("good")
 
 
 def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
@@ -34,7 +34,7 @@ def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
     -------
     xarray.DataArray
     """
-    return errors[name].where(errors.verdict == GOOD).min("level")
+    return errors[name].where(errors.verdict == GOOD_RUN).min("level")
 
 
 def time_to_reach(
@@ -63,7 +63,7 @@ def time_to_reach(
         When the two are not of the same runs.
     """
     check_same_runs(errors, timings)
-    reached = (errors.verdict == GOOD) & (errors[name] <= target)
+    reached = (errors.verdict == GOOD_RUN) & (errors[name] <= target)
     return timings[time].where(reached).min("level")
 
 

@@ -30,7 +30,7 @@ _NONE: dict[str, Any] = {}
 _MODELS = ("rigid", "compliant")
 
 
-class Scene(Strict):
+class SceneSettings(Strict):
     """One run that all solvers are compared on."""
 
     title: Annotated[str, Text(), Field(description="A few words, for panels and tables.")]
@@ -54,7 +54,7 @@ class Scene(Strict):
         return values_of(self.parameters)
 
     @classmethod
-    def relate(cls, data: dict[str, Any], model: Scene | None, faults: Faults) -> None:
+    def relate(cls, data: dict[str, Any], model: SceneSettings | None, faults: Faults) -> None:
         if model is None:
             return
         given = {n: value for n, value in model.values.items() if n not in INITIAL_NAMES}
@@ -92,14 +92,14 @@ _Tables = tables_of(TABLES)
 class Comparison(Verification):
     """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
 
-    entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": Scene}
+    entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": SceneSettings}
     figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
     table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
 
     kind: Annotated[str, Choice("comparison"), Field(description="That it is such a study.")]
     scenes: Annotated[
-        dict[str, Scene],
-        Section(Scene.entry, "scene", of=Scene, dropped=True),
+        dict[str, SceneSettings],
+        Section(SceneSettings.entry, "scene", of=SceneSettings, dropped=True),
         Field(description="Name -> what is simulated."),
     ]
     solvers: Annotated[

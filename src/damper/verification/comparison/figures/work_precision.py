@@ -15,7 +15,7 @@ from damper.verification.base import (
     Made,
     OptionalCaption,
 )
-from damper.verification.comparison.best import FILES, GOOD, check_same_runs
+from damper.verification.comparison.best import FILES, GOOD_RUN, check_same_runs
 from damper.verification.comparison.errors import VERDICTS
 from damper.verification.comparison.marks import FAILURES, line_of
 
@@ -175,7 +175,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> 
         place = scene.sel(solver=solver)
         time, verdict = place.run_time.values, place.verdict.values
         look = line_of(solver)
-        shown = np.where(verdict == GOOD, np.clip(place[error].values, FLOOR, _TOP), np.nan)
+        shown = np.where(verdict == GOOD_RUN, np.clip(place[error].values, FLOOR, _TOP), np.nan)
         ax.plot(time, shown, **look, zorder=3)
         nothing &= not np.isfinite(shown).any()
         for name, height in lanes.items():

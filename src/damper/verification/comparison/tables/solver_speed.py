@@ -17,7 +17,7 @@ from damper.verification.base import (
 from damper.verification.comparison.best import (
     BASE,
     FILES,
-    GOOD,
+    GOOD_RUN,
     LONGER,
     PEERS,
     check_same_runs,
@@ -194,7 +194,7 @@ def _peers_lines(errors: xr.Dataset, timings: xr.Dataset) -> list[str]:
 
 
 def _rates(place: xr.Dataset, times: xr.Dataset) -> list[str]:
-    good = np.flatnonzero(place.verdict.values == GOOD)
+    good = np.flatnonzero(place.verdict.values == GOOD_RUN)
     if not good.size:
         return ["–", "–"]
     one, time = place.isel(level=int(good[-1])), times.isel(level=int(good[-1]))
