@@ -15,7 +15,7 @@ from damper.verification.base import (
     Made,
 )
 from damper.verification.comparison.best import (
-    GOOD,
+    GOOD_RUN,
 )
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import MEASURES, MISSES, VERDICTS
@@ -167,7 +167,7 @@ def _errors_markdown(errors: xr.Dataset) -> str:
         rows = []
         for solver in errors.solver.values.tolist():
             place = here.sel(solver=solver)
-            good = np.flatnonzero(place.verdict.values == GOOD)
+            good = np.flatnonzero(place.verdict.values == GOOD_RUN)
             row = [str(place.label.item())]
             if good.size:
                 one = place.isel(level=int(good[-1]))
