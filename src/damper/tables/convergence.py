@@ -117,7 +117,9 @@ def rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]
 
     for name in variables:
         if name not in cube:
-            raise ValueError(f"no variable {name!r}: must be one of {', '.join(cube.data_vars)}")
+            raise ValueError(
+                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
+            )
     contact = MODEL_NAMES["compliant"]
     fixed = {}
     for name in ALL:
@@ -167,7 +169,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[s
     rigid = rigid_values(cube, variables)
     stiffness = cube[along].values
     lines = settings.get("lines")
-    values = cube[lines].values.tolist() if lines else [None]
+    values: list[Any] = cube[lines].values.tolist() if lines else [None]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     head = [along, *([lines] if lines else [])]

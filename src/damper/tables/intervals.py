@@ -115,16 +115,14 @@ def chatter_intervals(
             grid += list(place.chatter_by_threshold.transpose("threshold", along).values)
         chatter_at = ChatterAt(along, scalars | where, thresholds, settings)
         for k, name in _without_repeats(names):
+
+            def one_at(value: float, at: ChatterAt = chatter_at, k: int = k) -> int:
+                return at(value)[k]
+
             for predicate, holds in PREDICATES.items():
                 found += [
                     Interval(where, name, predicate, *interval)
-                    for interval in intervals(
-                        values,
-                        grid[k],
-                        holds,
-                        lambda value, at=chatter_at, k=k: at(value)[k],
-                        resolution,
-                    )
+                    for interval in intervals(values, grid[k], holds, one_at, resolution)
                 ]
     return found
 
@@ -213,7 +211,7 @@ def to_markdown(
 
     # Fractions only: an absolute speed is not on their scale.
     fractions = [observer["threshold"], *observer.get("compare_thresholds", ())]
-    sizes = {_fraction(value) for value in fractions} - {None}
+    sizes = {size for value in fractions if (size := _fraction(value)) is not None}
     compared = [threshold_name(size) for size in sorted(sizes)]
     if len(compared) > 1:
         columns = [(predicate, name) for predicate in PREDICATES for name in compared]

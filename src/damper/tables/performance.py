@@ -146,15 +146,15 @@ def best_clearances(cube: xr.Dataset, along: str, over: str, damped: float) -> l
         ratio = line.amplitude_ratio.values
         low = int(np.argmin(ratio))
         point = line.isel({along: low})
+        before, after = (
+            float(worst[k]) if 0 <= k < worst.size else math.nan for k in (place - 1, place + 1)
+        )
         found.append(
             Best(
                 where,
                 float(here[over][place]),
                 float(worst[place]),
-                tuple(
-                    float(worst[k]) if 0 <= k < worst.size else math.nan
-                    for k in (place - 1, place + 1)
-                ),
+                (before, after),
                 float((line.peak_displacement / line.amplitude_ratio).max()),
                 float(_cells(line[along].values)[ratio < damped].sum()),
                 float(ratio[low]),

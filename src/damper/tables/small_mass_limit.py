@@ -194,8 +194,8 @@ def to_markdown(found: Sequence[Border], over: str, resolution: float, about: Ab
         else:
             row += ["none", "none", "none", "none"]
         rows.append(row)
-    known = [abs(item.difference) for item in found if math.isfinite(item.difference)]
-    largest = f"{max(known):.1e}" if known else "none"
+    distances = [abs(item.difference) for item in found if math.isfinite(item.difference)]
+    largest = f"{max(distances):.1e}" if distances else "none"
     what = over.replace("_", " ")
     lines = [
         f"# {about.title}: the small-mass limit",

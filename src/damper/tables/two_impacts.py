@@ -129,9 +129,11 @@ def ranges(cube: xr.Dataset, along: str, resolution: float) -> Iterator[Range]:
 
         states = [state_at(value) for value in grid]
         for kind, least in RANGES.items():
-            for lower, upper, _, cut in intervals(
-                grid, states, lambda state, least=least: state >= least, state_at, resolution
-            ):
+
+            def holds(state: int, least: int = least) -> bool:
+                return state >= least
+
+            for lower, upper, _, cut in intervals(grid, states, holds, state_at, resolution):
                 yield Range(where, kind, lower, upper, cut)
 
 
@@ -213,10 +215,10 @@ def to_csv(found: Sequence[Range], compared: Sequence[Comparison], along: str) -
     others = list(compared[0].where)
     numbers = ("simulated", "compared", "settled", "median", "largest", "largest_settled")
     writer.writerow([*others, "row", f"{along}_lower", f"{along}_upper", "cut", *numbers])
-    for item in found:
-        place = [f"{value:g}" for value in item.where.values()]
-        ends = [f"{item.lower:.6g}", f"{item.upper:.6g}", str(item.cut).lower()]
-        writer.writerow([*place, item.kind, *ends, *([""] * len(numbers))])
+    for span in found:
+        place = [f"{value:g}" for value in span.where.values()]
+        ends = [f"{span.lower:.6g}", f"{span.upper:.6g}", str(span.cut).lower()]
+        writer.writerow([*place, span.kind, *ends, *([""] * len(numbers))])
     for item in compared:
         place = [f"{value:g}" for value in item.where.values()]
         counts = [str(getattr(item, name)) for name in numbers[:3]]
