@@ -124,7 +124,7 @@ def draw(
         panel = place if value is None else place.sel({rows: value})
         for ax, quantity in zip(row, QUANTITIES, strict=True):
             _panel(ax, panel, quantity)
-        if value is not None:
+        if rows:
             row[0].set_title(place_text(place, rows, value), loc="left")
     units = place.rebound_speed.attrs["units"]
     for ax in axes[-1]:

@@ -47,11 +47,14 @@ if TYPE_CHECKING:
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
-_DIRECTIONS = {"up": (BLACK, 0.9, 2.1), "down": (VERMILION, 1.9, 2.0)}
+_DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
+    "up": (BLACK, 0.9, 2.1),
+    "down": (VERMILION, 1.9, 2.0),
+}
 _SINGLE = (BLACK, 0.9, 2.0)
-_LABELS = {"up": "continued upwards", "down": "continued downwards"}
+_LABELS: dict[str | None, str] = {"up": "continued upwards", "down": "continued downwards"}
 #: Distance of the bars of both directions above the panels, in points.
-_STRIPS = {"up": 9.0, "down": 3.0}
+_STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
@@ -193,7 +196,7 @@ def draw(
         for ax, name in zip(row, variables, strict=True):
             _points(ax, panel, along, name)
         _mark_chatter(row, panel, along)
-        titles = [] if value is None else [place_text(place, rows, value)]
+        titles = [place_text(place, rows, value)] if rows else []
         if mark is not None:
             for ax in row:
                 _bracket(ax, mark)
@@ -210,7 +213,7 @@ def draw(
             ax.set_ylabel(label(name, VARIABLE_SYMBOLS[name], place[name].attrs["units"]))
     for ax in axes[-1]:
         ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
-    figure.get_layout_engine().set(wspace=0.06)
+    figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
     figure.align_ylabels()
     head(figure, place, caption, remarks=_remarks(place, variables[0]))
     legend(figure, [*_handles(place, mark_label), *drawn.values()])
@@ -257,8 +260,9 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
         x = np.repeat(grid, samples.shape[1])
         # Rasterised: tens of thousands of vector points make files that no reader opens.
-        style = {"ms": size, "mew": 0.0, "color": colour, "zorder": order, "rasterized": True}
-        ax.plot(x, samples.ravel(), ".", **style)
+        ax.plot(
+            x, samples.ravel(), ".", ms=size, mew=0.0, color=colour, zorder=order, rasterized=True
+        )
     if len(grid) > 1:
         ax.set_xlim(grid.min(), grid.max())
     finite = panel[name].values[np.isfinite(panel[name].values)]
@@ -323,7 +327,7 @@ def _strip(ax: Axes, direction: str) -> None:
 def _raised(ax: Axes, points: float) -> ScaledTranslation:
     from matplotlib.transforms import ScaledTranslation
 
-    return ScaledTranslation(0.0, points / 72.0, ax.get_figure().dpi_scale_trans)
+    return ScaledTranslation(0.0, points / 72.0, ax.figure.dpi_scale_trans)
 
 
 def _remarks(place: xr.Dataset, variable: str) -> list[str]:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _PANEL = 1.35
 """Height of a panel in inches."""
-_STYLES = (
+_STYLES: tuple[dict[str, Any], ...] = (
     {"color": BLUE, "marker": "o", "ls": "-"},
     {"color": VERMILION, "marker": "s", "ls": "--"},
 )
@@ -131,7 +131,7 @@ def draw(
         units = label("", "", attrs.get("units", "1"))
         ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
     for value, look in zip(values, _STYLES, strict=False):
-        if value is not None:
+        if lines:
             text = _TENSION.get(value) if lines == "contact_tension" else None
             text = text or place_text(place, lines, value)
             handles.append(Line2D([], [], lw=0.9, ms=2.8, label=text, **look))

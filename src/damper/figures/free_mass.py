@@ -257,11 +257,11 @@ def _dimensions(ax: Axes, burst: Burst) -> None:
     if burst.release > burst.end:
         spans.append((burst.end, burst.release, f"sticking {burst.sticking:.3f}", "right"))
         ax.plot([burst.release] * 2, [0.0, 1.1], transform=over, clip_on=False, **_MARK)
-    for first, last, words, place in spans:
+    for start, end, words, place in spans:
         arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0}
-        ends = {"xycoords": over, "textcoords": over, "annotation_clip": False}
-        ax.annotate("", (last, 1.08), (first, 1.08), arrowprops=arrow | _MARK, **ends)
-        middle = 0.5 * (first + last) if place == "center" else _window(burst)[1]
+        ends: dict[str, Any] = {"xycoords": over, "textcoords": over, "annotation_clip": False}
+        ax.annotate("", (end, 1.08), (start, 1.08), arrowprops=arrow | _MARK, **ends)
+        middle = 0.5 * (start + end) if place == "center" else _window(burst)[1]
         ax.text(middle, 1.13, words, transform=over, ha=place, va="bottom", fontsize=7.0)
 
 

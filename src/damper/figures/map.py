@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -140,7 +140,8 @@ class Map(FigureSettings):
 
     @classmethod
     def _fits_limit(cls, settings: dict[str, Any], faults: Faults) -> None:
-        variable, axes = settings.get("variable"), [settings.get("x"), settings.get("y")]
+        variable = settings.get("variable")
+        axes: list[Any] = [settings.get("x"), settings.get("y")]
         if isinstance(variable, str) and variable not in _OF_BURSTS:
             message = f"the small-mass limit does not speak of '{variable}'"
             faults.add(("theory",), message, f"a map of {words(_OF_BURSTS)}")
@@ -207,9 +208,9 @@ def draw(
             for handle in import_module(THEORY[theory]).overlay(ax, panel, x, y):
                 marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, variable, values)
-        if value is not None:
+        if panels:
             ax.set_title(place_text(place, panels, value), loc="left")
-    _label(axes, place, x, y, columns)
+    _label(figure, axes, place, x, y, columns)
     if variable not in _CLASSES:
         _colour_bar(figure, axes, mesh, place[variable])
     head(figure, place, caption)
@@ -317,14 +318,16 @@ def _best(
         "mew": 0.4,
     }
     ax.plot(panel[x].values[known], panel[y].values[rows], **style)
-    name = next(iter(panel.data_vars)).replace("_", " ")
+    name = str(next(iter(panel.data_vars))).replace("_", " ")
     extreme = "least" if best == "min" else "greatest"
     text = f"{SYMBOLS[y]} of the {extreme} {name} for each {SYMBOLS[x]}"
     return {text: Line2D([], [], label=text, **style)}
 
 
-def _label(axes: list[Axes], place: xr.Dataset, x: str, y: str, columns: int) -> None:
-    width = axes[0].get_figure().get_figwidth()
+def _label(
+    figure: Figure, axes: list[Axes], place: xr.Dataset, x: str, y: str, columns: int
+) -> None:
+    width = figure.get_figwidth()
     for index, ax in enumerate(axes):
         if index + columns >= len(axes):  # none below
             ax.set_xlabel(place_label(place, x, 0.9 * width / columns))
@@ -338,7 +341,8 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
     from matplotlib.ticker import MaxNLocator
 
     low, high = _range(array)
-    first, last = max(low, mesh.norm.vmin), min(high, mesh.norm.vmax)
+    norm: Any = mesh.norm  # its limits are known by now
+    first, last = max(low, norm.vmin), min(high, norm.vmax)
     beyond = {(True, False): "min", (False, True): "max", (True, True): "both"}
     extend = beyond.get((low < first, high > last), "neither")
     bar = figure.colorbar(mesh, ax=axes, aspect=30, pad=0.02, extend=extend)
@@ -349,8 +353,8 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
         bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
         if first < last:  # the colours that occur
             bar.ax.set_ylim(first, last)
-    elif isinstance(mesh.norm, BoundaryNorm):
-        bar.set_ticks(0.5 * (mesh.norm.boundaries[1:] + mesh.norm.boundaries[:-1]))
+    elif isinstance(norm, BoundaryNorm):
+        bar.set_ticks(0.5 * (norm.boundaries[1:] + norm.boundaries[:-1]))
     elif whole(array):
         bar.locator = MaxNLocator(integer=True, min_n_ticks=1)
     bar.minorticks_off()
@@ -359,7 +363,7 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
 def _ratio_ticks(low: float, high: float) -> list[float]:
     from matplotlib.ticker import MaxNLocator
 
-    ticks = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+    ticks: Sequence[float] = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
     if high < 3.0 * low:
         ticks = MaxNLocator(6).tick_values(low, high)
     return [float(tick) for tick in ticks if low <= tick <= high]

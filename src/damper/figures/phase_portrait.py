@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -112,7 +112,7 @@ def draw(
     _frame_section(axes[2, 0], place)
     for column, value in zip(axes.T, values, strict=True):
         run = place if value is None else place.sel({columns: value})
-        text = "" if value is None else place_text(place, columns, value)
+        text = place_text(place, columns, value) if columns else ""
         _portrait(column[0], run, text)
         _relative(column[1], run, text)
         _section(column[2], run, text)
@@ -173,7 +173,8 @@ def _title(ax: Axes, text: str, rest: str) -> None:
 
 def _frame_section(ax: Axes, place: xr.Dataset) -> None:
     """Set scales on which a single point does not fill a panel with its rounding errors."""
-    for name, set_limits in zip(_SECTION, (ax.set_xlim, ax.set_ylim), strict=True):
+    setters: tuple[Callable[..., Any], ...] = (ax.set_xlim, ax.set_ylim)
+    for name, set_limits in zip(_SECTION, setters, strict=True):
         values = place[name].values
         values = values[np.isfinite(values)]
         if not values.size:

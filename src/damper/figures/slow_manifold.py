@@ -109,7 +109,7 @@ def draw(
         panel = place if value is None else place.sel({panels: value})
         for kind in _panel(ax, panel):
             drawn[kind] = True
-        if value is not None:
+        if panels:
             ax.set_title(place_text(place, panels, value), loc="left")
         if index + columns >= len(shown):
             ax.set_xlabel("amplitude of the primary\nover the clearance $\\xi$")

@@ -30,7 +30,10 @@ _HEADING, _LABEL, _LEGEND = 16.0, 19.0, 21.0
 
 
 def select(
-    cube: xr.Dataset, variables: Sequence[str], at: Mapping[str, Any] | None, keep: Collection[str]
+    cube: xr.Dataset,
+    variables: Sequence[str],
+    at: Mapping[str, Any] | None,
+    keep: Collection[str | None],
 ) -> xr.Dataset:
     """Return the variables at the given values, with no dimensions but `keep`.
 
@@ -41,7 +44,7 @@ def select(
     at : mapping, optional
         Value of each dimension that is not kept; those of length one need none.
     keep : collection of str
-        Dimensions that the figure shows.
+        Dimensions that the figure shows; None stands for none.
 
     Returns
     -------
@@ -55,7 +58,9 @@ def select(
     """
     for name in variables:
         if name not in cube:
-            raise ValueError(f"no variable {name!r}: must be one of {', '.join(cube.data_vars)}")
+            raise ValueError(
+                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
+            )
     place = cube[list(variables)]
     for name, value in (at or {}).items():
         if name in place.dims:

@@ -97,7 +97,7 @@ def style() -> Iterator[None]:
     """Draw and save inside this context."""
     import matplotlib as mpl
 
-    with mpl.rc_context({**mpl.rcParamsDefault, "backend": "agg", **_STYLE}):
+    with mpl.rc_context({**mpl.rcParamsDefault, "backend": "agg", **_STYLE}):  # type: ignore[dict-item]
         yield
 
 

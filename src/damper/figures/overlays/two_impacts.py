@@ -78,8 +78,8 @@ def overlay(
         held = points[stable, column]
         ax.set_ylim(_with(limits, held))
         for where, width in ((exists, _EXISTS), (stable, _STABLE)):
-            _bars(ax, values, where.any(axis=1), width)
-    return _handles(stable.any(), (exists & ~stable).any())
+            _bars(ax, values, np.asarray(where.any(axis=1)), width)
+    return _handles(bool(stable.any()), bool((exists & ~stable).any()))
 
 
 def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
