@@ -197,7 +197,7 @@ def _score_a4(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 def _half_to_the(exponent: xr.DataArray) -> xr.DataArray:
     import numpy as np
 
-    return np.exp2(-exponent)
+    return np.exp2(-exponent)  # type: ignore[return-value]
 
 
 def _part(some: xr.DataArray, of_all: xr.DataArray) -> xr.DataArray:

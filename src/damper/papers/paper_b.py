@@ -275,7 +275,7 @@ def _score_trend(cube: xr.Dataset, axis: str) -> Scored:
     after = after.assign_coords({axis: before[axis]})
     # Steps that say nothing: nothing chatters on either side, or the frequency is elsewhere.
     known = (before + after) > 0.0
-    votes = np.sign(before - after).where(known)
+    votes = np.sign(before - after).where(known)  # type: ignore[attr-defined]
     value = votes.mean(("mass_ratio", "frequency_ratio")).fillna(0.0)
     return Scored(value.clip(min=0.0), {})
 

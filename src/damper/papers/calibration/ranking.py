@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -41,13 +41,13 @@ class Ranking:
         """Return the flat indices of the sets, best first; equals in the order of the axes."""
         return np.argsort(-self.scores[JOINED].values.ravel(), kind="stable")
 
-    def places(self, indices: Sequence[int]) -> Iterator[dict[str, Any]]:
+    def places(self, indices: Iterable[int]) -> Iterator[dict[str, Any]]:
         """Yield the coordinates of sets."""
         joined = self.scores[JOINED]
         for index in indices:
             where = np.unravel_index(int(index), joined.shape)
             yield {
-                name: joined[name].values[k].item()
+                str(name): joined[name].values[k].item()
                 for name, k in zip(joined.dims, where, strict=True)
             }
 
@@ -107,7 +107,7 @@ def rank(
     found: dict[str, Scored] = {name: SCORES[name].measure(cube, tolerances) for name in statements}
     own = {name: each.score for name, each in found.items()}
     measured = {text: array for each in found.values() for text, array in each.measured.items()}
-    sets = list(dict.fromkeys(dim for array in own.values() for dim in array.dims))
+    sets = list(dict.fromkeys(str(dim) for array in own.values() for dim in array.dims))
     fitted = dict(own)
     freed: dict[str, dict[str, xr.DataArray]] = {}
     for name, other in (also or {}).items():
@@ -118,7 +118,7 @@ def rank(
         if not arrays[0].sizes.get(dim, 1):
             raise ValueError(f"{dim}: the studies that are joined have no value in common")
     aligned = dict(zip(fitted, arrays, strict=True))
-    product = 1.0
+    product: Any = 1.0
     for array in aligned.values():
         product = product * array
     joined = (product ** (1.0 / len(aligned))).transpose(*sets)
@@ -132,7 +132,7 @@ def _at_its_best(
     array: xr.DataArray, sets: Sequence[str]
 ) -> tuple[xr.DataArray, dict[str, xr.DataArray]]:
     """Return the best score over the dimensions that are not the sets', and where it is."""
-    free = [dim for dim in array.dims if dim not in sets]
+    free = [str(dim) for dim in array.dims if dim not in sets]
     if not free:
         return array, {}
     where = array.argmax(free)

@@ -102,7 +102,9 @@ class Scores(Product):
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Scores | None, faults: Faults) -> None:
-        for name in model.beside if model is not None else ():
+        if model is None:
+            return
+        for name in model.beside:
             if name in model.statements:
                 message = f"'{name}' is among the statements that this study tests"
                 faults.add(("also", name), message, "each statement once")

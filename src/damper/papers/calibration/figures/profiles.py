@@ -106,8 +106,8 @@ def draw(
     }
     found = ranked(cube, settings)
     joined = found.scores[JOINED]
-    along = [dim for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
-    split = [dim for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]
+    along = [str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
+    split = [str(dim) for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]
     rows = [
         dict(zip(split, values, strict=True))
         for values in product(*(joined[dim].values.tolist() for dim in split))
@@ -137,7 +137,7 @@ def _lines(found: Ranking) -> list[tuple[xr.DataArray, dict[str, Any]]]:
     """Return what is drawn, statements first, and how."""
     drawn = []
     for index, (name, array) in enumerate(found.own.items()):
-        style = {
+        style: dict[str, Any] = {
             "color": _COLOURS[index % len(_COLOURS)],
             "ls": _DASHES[index % len(_DASHES)],
             "lw": 1.1,
@@ -155,7 +155,7 @@ def _curve(
         return
     array = array.sel({name: value for name, value in line.items() if name in array.dims})
     profile = array.max([dim for dim in array.dims if dim != axis]).sortby(axis)
-    marked = {"marker": "o", "ms": 1.8} if profile.size <= _MOST_MARKED else {}
+    marked: dict[str, Any] = {"marker": "o", "ms": 1.8} if profile.size <= _MOST_MARKED else {}
     ax.plot(profile[axis].values, profile.values, **style, **marked)
 
 

@@ -80,7 +80,7 @@ def _rows(found: Ranking, count: int) -> Iterator[dict[str, Any]]:
     for number, place in enumerate(found.places(found.order()[:count]), start=1):
         here = found.scores.sel(place)
         scores = {JOINED: float(here[JOINED])}
-        scores |= {name: float(here[name]) for name in here if name != JOINED}
+        scores |= {str(name): float(here[name]) for name in here if name != JOINED}
         free = {
             f"{name}: best {axis}": _number(where, place)
             for name, axes in found.freed.items()
@@ -91,7 +91,7 @@ def _rows(found: Ranking, count: int) -> Iterator[dict[str, Any]]:
 
 
 def _number(array: xr.DataArray, place: Mapping[str, Any]) -> float:
-    return float(array.sel({name: place[name] for name in array.dims}))
+    return float(array.sel({name: place[str(name)] for name in array.dims}))
 
 
 def _to_csv(rows: list[dict[str, Any]]) -> str:
@@ -183,7 +183,7 @@ def _pinned(found: Ranking, doubled: Ranking | None) -> list[str]:
     heads = ["parameter", *names, "all hold", "all hold, tolerances doubled"]
     rows = []
     for axis in scores[JOINED].dims:
-        row = [axis.replace("_", " ")]
+        row = [str(axis).replace("_", " ")]
         for array in (*(found.own[name] for name in names), *together):
             if axis not in array.dims:
                 row.append("")
