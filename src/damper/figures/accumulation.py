@@ -43,7 +43,7 @@ _ORDERS: dict[str, tuple[str, str, int, str]] = {
     "first": (VERMILION, "o", 2, "--"),
     "second": (BLUE, "^", 3, "-."),
 }
-_BLURRED = {"color": "#E4E4E4", "lw": 0.0}
+_BLURRED: dict[str, Any] = {"color": "#E4E4E4", "lw": 0.0}
 _GUIDE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
 #: Part of a panel's height that is added above the points for its legend.
 _HEADROOM = 0.25
@@ -185,7 +185,7 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
 
     colour, marker, exponent, dashes = _ORDERS[order]
     slope, points = found.slope()
-    style = {"ls": dashes, **_GUIDE}
+    style: dict[str, Any] = {"ls": dashes, **_GUIDE}
     if points:
         speed = found.speed[found.asymptotic]
         size = np.abs(found.error[found.asymptotic])
@@ -201,7 +201,14 @@ def _handles() -> list[Artist]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    rim = {"ls": "", "marker": "o", "ms": 4.5, "color": "#BBBBBB", "mew": 0.7, "mec": BLACK}
+    rim: dict[str, Any] = {
+        "ls": "",
+        "marker": "o",
+        "ms": 4.5,
+        "color": "#BBBBBB",
+        "mew": 0.7,
+        "mec": BLACK,
+    }
     return [
         Line2D([], [], label="first impact of a burst (black rim)", **rim),
         *(

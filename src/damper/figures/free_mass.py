@@ -54,14 +54,14 @@ _IMPACT, _STICKING = 0, 1
 _MOST_POINTS = 5_000
 #: Part of a burst's length that is shown before and after it.
 _MARGIN = 0.12
-_LINE = {"color": BLACK, "lw": 0.6}
-_WALL = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
+_LINE: dict[str, Any] = {"color": BLACK, "lw": 0.6}
+_WALL: dict[str, Any] = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
 _CHATTER = {True: ("complete chatter", BLUE), False: ("incomplete chatter", ORANGE)}
 _DURATIONS: dict[bool, dict[str, Any]] = {
     complete: {"ls": "", "marker": marker, "ms": 3.2, "mec": BLACK, "mew": 0.4}
     for complete, marker in ((True, "o"), (False, "s"))
 }
-_SHADE = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
+_SHADE: dict[str, Any] = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
 _STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
 _MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
 

@@ -52,8 +52,8 @@ _SHADES: dict[bool, dict[str, Any]] = {
     True: {"facecolor": BLUE, "alpha": 0.3, "lw": 0.0},
     False: {"facecolor": "#FBE7C2", "edgecolor": ORANGE, "hatch": "////", "lw": 0.0},
 }
-_FREE = {"color": BLACK, "lw": 0.8}
-_WALL = {"color": "#777777", "lw": 0.6}
+_FREE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
+_WALL: dict[str, Any] = {"color": "#777777", "lw": 0.6}
 #: Height of a panel in inches.
 _PANEL = 0.82
 #: Points in all panels up to which lines stay vectors.

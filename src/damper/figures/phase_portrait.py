@@ -38,10 +38,10 @@ _MOTION = (
     "trajectory_events_left_out",
 )
 _SECTION = ("displacement", "velocity")
-_PRIMARY = {"color": BLACK, "lw": 0.4}
-_RELATIVE = {"color": BLUE, "lw": 0.4}
-_WALL = {"color": "#777777", "lw": 0.8}
-_BEYOND = {"facecolor": "#E8E8E8", "lw": 0.0}
+_PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.4}
+_RELATIVE: dict[str, Any] = {"color": BLUE, "lw": 0.4}
+_WALL: dict[str, Any] = {"color": "#777777", "lw": 0.8}
+_BEYOND: dict[str, Any] = {"facecolor": "#E8E8E8", "lw": 0.0}
 #: Part of the clearance that is shown beyond each wall.
 _MARGIN = 0.15
 #: Points of a motion up to which its lines stay vectors.

@@ -30,10 +30,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_STABLE = {"color": BLACK, "lw": 0.8}
-_UNSTABLE = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
-_FOLD = {"color": BLACK, "ls": "", "marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.8}
-_LIMIT = {"color": BLACK, "ls": "", "marker": "s", "ms": 3.4, "mfc": "white", "mew": 0.8}
+_STABLE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
+_UNSTABLE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
+_FOLD: dict[str, Any] = {
+    "color": BLACK,
+    "ls": "",
+    "marker": "o",
+    "ms": 3.6,
+    "mfc": "white",
+    "mew": 0.8,
+}
+_LIMIT: dict[str, Any] = {
+    "color": BLACK,
+    "ls": "",
+    "marker": "s",
+    "ms": 3.4,
+    "mfc": "white",
+    "mew": 0.8,
+}
 #: Cycles with two impacts, one on each wall, and all others -> how they are drawn.
 _CYCLES: dict[bool, dict[str, Any]] = {
     False: {"color": ORANGE, "ls": "", "marker": ".", "ms": 2.8, "mew": 0.0, "rasterized": True},

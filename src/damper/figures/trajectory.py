@@ -41,10 +41,10 @@ _VARIABLES = (
 )
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
-_PRIMARY = {"color": BLACK, "lw": 0.9}
-_FREE = {"color": VERMILION, "lw": 0.9, "ls": "-"}
-_WALL = {"color": "#777777", "lw": 0.5}
-_BETWEEN = {"color": "#E8E8E8", "lw": 0.0}
+_PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.9}
+_FREE: dict[str, Any] = {"color": VERMILION, "lw": 0.9, "ls": "-"}
+_WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
+_BETWEEN: dict[str, Any] = {"color": "#E8E8E8", "lw": 0.0}
 
 
 class Trajectory(FigureSettings):

@@ -70,7 +70,7 @@ _BRANCHES = {
     ("direction", "down"): "continued downwards",
 }
 
-_STYLE = {
+_STYLE: dict[str, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.0,
     "axes.labelsize": 8.0,

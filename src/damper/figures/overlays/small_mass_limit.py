@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 31) ** 3])
-_CURVE = {"color": VERMILION, "lw": 0.9}
+_CURVE: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
 def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
