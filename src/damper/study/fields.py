@@ -90,8 +90,11 @@ class Strict(BaseModel):
             made["anyOf"] = [alone, whole]
         return reference
 
+    # In place of pydantic's own method of this name, which is deprecated and not used.
     @classmethod
-    def schema(cls, handler: GetJsonSchemaHandler, name: str | None = None) -> Schema:
+    def schema(  # type: ignore[override]
+        cls, handler: GetJsonSchemaHandler, name: str | None = None
+    ) -> Schema:
         """Return the JSON schema of what may be written for `name`."""
         # Pydantic leaves out the name of what has only one place, and would write it out again.
         label = {"ref": f"{cls.__module__}.{cls.__qualname__}:{id(cls)}"}
@@ -454,7 +457,7 @@ class Section(Kind):
             return made
         return once(handler, f"{self.what}_{self.of.__name__}:{'-'.join(self.names)}", made)
 
-    def _entry_schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
+    def _entry_schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema | bool:
         if not isinstance(self.of, Mapping):
             made = self.of.schema(handler, None) | self.of.schema(handler, name)
         elif name is not None:
@@ -471,7 +474,7 @@ def of_kind(kind: str, made: Schema) -> Schema:
 
 def kind_of(field: FieldInfo) -> Kind | type[Strict]:
     """Return what says what a field may be: a kind, or the class of a mapping."""
-    found = next((kind for kind in field.metadata if isinstance(kind, Kind)), field.annotation)
+    found: Any = next((kind for kind in field.metadata if isinstance(kind, Kind)), field.annotation)
     assert isinstance(found, Kind) or issubclass(found, Strict)
     return found
 
@@ -485,7 +488,7 @@ def default_of(field: FieldInfo) -> Any:
     return list(field.default) if isinstance(field.default, tuple) else field.default
 
 
-def first_line(cls: type) -> str:
+def first_line(cls: object) -> str:
     """Return the first line of a docstring."""
     return (cls.__doc__ or "").strip().split("\n")[0]
 
@@ -542,7 +545,7 @@ def wrong(what: str, value: object, allowed: str, hint: str = "") -> PydanticCus
     return fault(f"{what} (value: {show(value)}{hint})", allowed)
 
 
-def faults_of(error: ValidationError) -> list[tuple[Loc, dict[str, str]]]:
+def faults_of(error: ValidationError) -> list[tuple[Loc, dict[str, Any]]]:
     """Return the faults in pydantic's error: where, and what `fault` was told."""
     lines = error.errors(include_url=False, include_input=False)
     # A missing key is told by `Strict`, in better words.

@@ -63,7 +63,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _check_parts(study, faults)
         _check_records(study, faults)
     _follow_one(sound, faults)
-    values = {name: axis and axis_values(axis) for name, axis in sound.items()}
+    values = {name: axis_values(axis) if axis else None for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
     if not isinstance(observers, dict):
         return
@@ -81,7 +81,8 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
 
 def _check_stretch(study: Study, faults: Faults) -> None:
     """Refuse a sampled stretch that leaves the record, and a figure that starts after it."""
-    sampled = study.observers.get("trajectory")
+    # The classes of observers' settings are made when they are asked for.
+    sampled: Any = study.observers.get("trajectory")
     if sampled is None:
         return
     loc = ("observers", "trajectory")
@@ -104,7 +105,7 @@ def _check_stretch(study: Study, faults: Faults) -> None:
 
 def _check_parts(study: Study, faults: Faults) -> None:
     """Refuse a part of the record that begins after it."""
-    counted = study.observers.get("chatter_bursts")
+    counted: Any = study.observers.get("chatter_bursts")
     for i, start in enumerate(counted.since if counted else ()):
         if start >= study.periods:
             message = f"begins {start:g} periods into a record of {study.periods}"
@@ -114,7 +115,7 @@ def _check_parts(study: Study, faults: Faults) -> None:
 
 def _check_records(study: Study, faults: Faults) -> None:
     """Refuse figures and tables of single bursts where bursts are not listed."""
-    bursts = study.observers.get("bursts")
+    bursts: Any = study.observers.get("bursts")
     if bursts is None or bursts.records:  # the products themselves tell if there are none
         return
     for section, stem, product in study.products():

@@ -299,7 +299,8 @@ def _kind(setting: Setting) -> Kind:
         return Choice(*setting.choices)
     if isinstance(setting.default, bool):
         return Flag()
-    number = Number(whole=setting.whole, units=setting.units, **setting.bounds)
+    bounds: dict[str, Any] = setting.bounds
+    number = Number(whole=setting.whole, units=setting.units, **bounds)
     return ListOf(number, setting.least) if isinstance(setting.default, tuple) else number
 
 
