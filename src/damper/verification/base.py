@@ -58,21 +58,18 @@ class Made(Strict):
         return {stem: self.model_dump(exclude_none=True)}
 
 
-def figures_of(kinds: Mapping[str, type[Made]]) -> Any:
-    """Return the annotation of the figures of a study, of these kinds."""
-    text = "What to draw: name of the file -> kind and its settings."
-    return _made(kinds, "figure", text)
+DRAWN = Field(description="What to draw: name of the file -> kind and its settings.")
+TABULATED = Field(description="What to tabulate: name of the file -> kind and its settings.")
 
 
-def tables_of(kinds: Mapping[str, type[Made]]) -> Any:
-    """Return the annotation of the tables of a study, of these kinds."""
-    text = "What to tabulate: name of the file -> kind and its settings."
-    return _made(kinds, "table", text)
+def figures_of(kinds: Mapping[str, type[Made]]) -> Section:
+    """Return what checks the figures of a study, of these kinds."""
+    return Section(product(kinds), "figure", of=kinds, dropped=True)
 
 
-def _made(kinds: Mapping[str, type[Made]], what: str, text: str) -> Any:
-    section = Section(product(kinds), what, of=kinds, dropped=True)
-    return Annotated[dict[str, Made], section, Field(description=text)]
+def tables_of(kinds: Mapping[str, type[Made]]) -> Section:
+    """Return what checks the tables of a study, of these kinds."""
+    return Section(product(kinds), "table", of=kinds, dropped=True)
 
 
 class Verification(StudyFile):

@@ -119,12 +119,12 @@ def gather_errors(
         data[name] = (dims, values, _flags(long_name, meanings))
     cube = xr.Dataset(data, _coordinates(list(parts), settings, titles), dict(attributes))
     for name in ERRORS:
-        values = [
+        orders = [
             [order_at(cube.isel(scene=scene, solver=row), name) for row in range(len(names))]
             for scene in range(len(parts))
         ]
         attrs = {"long_name": f"observed order: {MEASURES[name][0]}", "units": "1"}
-        cube[f"order_{name}"] = (dims[:2], np.array(values, dtype=float), attrs)
+        cube[f"order_{name}"] = (dims[:2], np.array(orders, dtype=float), attrs)
     for name, text in _COMMENTS.items():
         cube[name].attrs["comment"] = text
     return cube

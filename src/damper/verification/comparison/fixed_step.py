@@ -72,7 +72,7 @@ class Span(NamedTuple):
 class Piece(NamedTuple):
     """A step, or what events have left of one."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # in place of the tuple's method
     """Number of the step, from 1."""
     time: float
     left: float

@@ -277,13 +277,13 @@ class Run:
 
         if motion.together:
 
-            def rates(tau: float, z: np.ndarray) -> tuple[float, ...]:
+            def common_rates(tau: float, z: np.ndarray) -> tuple[float, ...]:
                 count()
                 x, v, _, _ = z.tolist()
                 return v, (math.sin(omega * tau + angle) - drag * v - x) / heavier, 0.0, 0.0
 
             row = np.array([-1.0, -drag, 0.0, 0.0]) / heavier
-            return rates, np.array([[0.0, 1.0, 0.0, 0.0], row, np.zeros(4), np.zeros(4)])
+            return common_rates, np.array([[0.0, 1.0, 0.0, 0.0], row, np.zeros(4), np.zeros(4)])
 
         def rates(tau: float, z: np.ndarray) -> tuple[float, ...]:
             count()

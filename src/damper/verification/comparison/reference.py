@@ -7,9 +7,10 @@ wall that only roundoff keeps it off: that is a start on the wall.
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpmath import mp, mpf
@@ -47,7 +48,7 @@ class Reference:
     approach_speed_digits: tuple[str, ...]
     stick_time_digits: tuple[str, ...]
     release_time_digits: tuple[str, ...]
-    final_state_digits: tuple[str, str, str, str]
+    final_state_digits: tuple[str, ...]
     events: int
     """All impacts that were computed, also those below `RESOLVED`, and sticks and releases."""
     sensitivity: float
@@ -202,7 +203,7 @@ class _Text:
     def __init__(self, digits: int) -> None:
         self.digits = digits
 
-    def all(self, values: Sequence[mpf]) -> tuple[str, ...]:
+    def all(self, values: Iterable[mpf]) -> tuple[str, ...]:
         """Strings of several numbers."""
         return tuple(mp.nstr(value, self.digits, strip_zeros=False) for value in values)
 
@@ -219,7 +220,11 @@ def _start(scene: Scene) -> tuple[mpf, ...]:
 
 def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference_rigid.Run:
     p = scene.parameters
-    settings = {"until": scene.until, "start_time": scene.state.time, "dps": digits}
+    settings: dict[str, Any] = {
+        "until": scene.until,
+        "start_time": scene.state.time,
+        "dps": digits,
+    }
     if scene.model == "rigid":
         numbers = (
             p.mass_ratio,

@@ -281,6 +281,7 @@ class _Walk:
     def _slow_flow(self, side: int, z: tuple, span: mpf) -> tuple:
         """Exact flow in contact, by its modes."""
         p, modes = self.p, self.modes
+        assert modes is not None  # else no step is sure
         forced = side * mp.expj(p.omega * self.t + p.phase)
         free = modes.inverse * mp.matrix(
             [a - mp.im(b * forced) for a, b in zip(z, modes.steady, strict=True)]

@@ -10,7 +10,7 @@ bound on the second derivative over the panel proves unable to pass a root.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
 
@@ -88,7 +88,7 @@ def events(
     restitution: float,
     phase: float = 0.0,
     state: Sequence[float] = (0, 0, 0, 0),
-    **settings: float,
+    **settings: Any,
 ) -> list[Event]:
     """Return every event of the rigid impact damper up to a time.
 

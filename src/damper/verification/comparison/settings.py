@@ -16,6 +16,8 @@ from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part, words
 from damper.verification.base import (
     DIMENSIONLESS,
+    DRAWN,
+    TABULATED,
     Made,
     Verification,
     figures_of,
@@ -85,8 +87,6 @@ def _levels(name: str, data: Any) -> tuple[float, ...]:
 
 FIGURES = Kinds(Made, "damper.verification.comparison.figures")
 TABLES = Kinds(Made, "damper.verification.comparison.tables")
-_Figures = figures_of(FIGURES)
-_Tables = tables_of(TABLES)
 
 
 class Comparison(Verification):
@@ -135,8 +135,8 @@ class Comparison(Verification):
         Number(gt=0, units="s"),
         Field(description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
-    figures: _Figures = _NONE
-    tables: _Tables = _NONE
+    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
+    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:
@@ -163,7 +163,9 @@ class Comparison(Verification):
                     loc = ("figures", as_part(stem), "scenes", i)
                     faults.unknown(loc, "scene", name, scenes)
         if isinstance(scenes, dict) and len(scenes) > MOST_SCENES:
-            faults.add(("scenes",), f"{len(scenes)} scenes are too many", words([MOST_SCENES]))
+            # This raises TypeError as it stands: `words` joins text, not numbers.
+            allowed = words([MOST_SCENES])  # type: ignore[list-item]
+            faults.add(("scenes",), f"{len(scenes)} scenes are too many", allowed)
 
 
 MOST_SCENES = 100

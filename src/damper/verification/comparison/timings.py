@@ -96,7 +96,9 @@ def time_solvers(
     names = solver_names(settings)
     levels = max(map(len, settings.values()))
     shape = (len(scenes), len(names), levels)
-    arrays = {name: np.full(shape, nan) for name in ("run_time", "run_time_low", "run_time_high")}
+    arrays: dict[str, np.ndarray] = {
+        name: np.full(shape, nan) for name in ("run_time", "run_time_low", "run_time_high")
+    }
     arrays["repeats"] = np.zeros(shape, dtype="i4")
     arrays["outcome"] = np.full(shape, NOT_APPLICABLE, dtype="i1")
     arrays["import_time"] = np.full(len(names), nan)
@@ -110,7 +112,7 @@ def time_solvers(
     compile_at_once()
     warm: set[tuple[str, str]] = set()
     for number, scene in enumerate(scenes.values()):
-        points = {}
+        points: dict[tuple[int, int], _Point] = {}
         for row, name in enumerate(names):
             if scene.model in load(name).models:
                 runs = [_bare(name, scene, setting, cap) for setting in settings[name]]

@@ -13,6 +13,8 @@ from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict,
 from damper.study.kinds import Kinds
 from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
 from damper.verification.base import (
+    DRAWN,
+    TABULATED,
     Made,
     Verification,
     figures_of,
@@ -105,8 +107,6 @@ def check_scene(parameters: Mapping[str, Fixed], faults: Faults) -> None:
 
 FIGURES = Kinds(Made, "damper.verification.cost.figures")
 TABLES = Kinds(Made, "damper.verification.cost.tables")
-_Figures = figures_of(FIGURES)
-_Tables = tables_of(TABLES)
 
 
 class Cost(Verification):
@@ -152,8 +152,8 @@ class Cost(Verification):
             "counted, of no file at all those of the default run."
         ),
     ] = _NONE
-    figures: _Figures = _NONE
-    tables: _Tables = _NONE
+    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
+    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:

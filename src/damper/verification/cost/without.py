@@ -94,7 +94,11 @@ def unused(
     ready = [Parameters(**point) for point in points]
     written = [_written_out() | point for point in points]
     with Worker() as lean, Worker() as full:
-        run = {"function": f"{bare.__module__}:bare", "points": points, "periods": periods}
+        run: dict[str, Any] = {
+            "function": f"{bare.__module__}:bare",
+            "points": points,
+            "periods": periods,
+        }
         full.call(f"{__name__}:load_all", parameters=dict(parameters))
         pairs: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
             "noise": (partial(bare, points, periods), partial(bare, points, periods)),

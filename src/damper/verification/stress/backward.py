@@ -59,6 +59,11 @@ class Oscillators(NamedTuple):
     force: Any
     omega: Any
 
+    def of(self, segments: np.ndarray) -> "Oscillators":
+        """Those of some segments."""
+        beta, kappa, force = (value[segments] for value in self[:3])
+        return Oscillators(beta, kappa, force, self.omega)
+
 
 class Motions(NamedTuple):
     """Motions of the primary a time tau after a segment's start."""
@@ -180,7 +185,7 @@ class _Segments:
 
     def motion(self, tau: Any, of: np.ndarray) -> Motions:
         """Motions of some segments, each at its own time."""
-        osc = Oscillators(*(value[of] for value in self.osc[:3]), self.osc.omega)
+        osc = self.osc.of(of)
         return self.numbers.motion(osc, self.from_x[of], self.from_v[of], self.theta[of], tau)
 
     def sizes(self, of: np.ndarray, tau: Any, move: Motions) -> tuple[np.ndarray, ...]:
@@ -402,9 +407,10 @@ class _LongDouble(_Numbers):
         reach = np.maximum(osc.omega, 2 * osc.beta + np.sqrt(osc.kappa)) * tau
         soon = reach <= 1.0
         bend, dv = np.empty_like(tau), np.empty_like(tau)
-        for mask, form in ((soon, _series), (~soon, _divided)):
+        forms: tuple[tuple[np.ndarray, Callable], ...] = ((soon, _series), (~soon, _divided))
+        for mask, form in forms:
             if mask.any():
-                part = Oscillators(*(value[mask] for value in osc[:3]), osc.omega)
+                part = osc.of(mask)
                 given = (value[mask] for value in (x0, v0, a0, j0, sin, cos, tau))
                 bend[mask], dv[mask] = form(part, *given, float(reach[mask].max()))
         turned = theta + osc.omega * tau

@@ -34,7 +34,7 @@ from damper.engine.trajectory import DEFAULT_ACCURACY, LOG_ROWS, Trajectory
 from damper.models import check_settings, start_run
 from damper.models.response import impact_loss, part_of, stored_energy
 from damper.models.walls import primary_motion
-from damper.observers.common.base import Observer, Window, record_type
+from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.sweep.points import Point, read_point
 from damper.verification.stress.laws import LAW_NAMES, LAWS, REFUSED, RUN
 
@@ -101,7 +101,7 @@ class Laws(Observer):
     def finish(self, finished: bool) -> None:
         """Write what was found, up to a stop too."""
         # Plain numbers: NumPy's warn of infinite ones.
-        found = dict(zip(_FOUND.names, self._found[0].tolist(), strict=True))
+        found = dict(zip(fields_of(_FOUND), self._found[0].tolist(), strict=True))
         if found["segments"]:
             left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
             size = found["input_size"] + found["lost"] + found["largest"]

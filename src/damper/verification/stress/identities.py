@@ -74,7 +74,7 @@ class _Lane(NamedTuple):
     scale: Scale
     condition: Condition
     periods: int
-    count: int
+    most_events: int
 
 
 class _Twin(NamedTuple):
@@ -309,7 +309,7 @@ def _closed(events: Events, start: int, side: float) -> int:
 
 
 def _again(lane: _Lane, parameters: Parameters, state: State, **more: float) -> Run:
-    return short_run(parameters, state, periods=lane.periods, events=lane.count, **more)
+    return short_run(parameters, state, periods=lane.periods, events=lane.most_events, **more)
 
 
 def _mirrored(lane: _Lane, random: np.random.Generator) -> _Twin:
@@ -359,7 +359,7 @@ def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
     run = _again(lane, si.dimensionless, back)
     last = run.log[-1]
     until = (last[PERIODS] * si.dimensionless.period + last[TIME] + last[DURATION]) * units.time
-    listed = list_events(si, state, until=float(until), max_events=lane.count)
+    listed = list_events(si, state, until=float(until), max_events=lane.most_events)
     return _Twin(run, back, _back(listed, units, events_of(run)))
 
 

@@ -26,7 +26,8 @@ def write_part(
         name: np.array([lane.get(name, ALL[name].default) for lane in lanes], dtype=float)
         for name in LANE_NAMES
     }
-    np.savez(path, **given, **arrays)
+    # The stubs take what is unpacked for `allow_pickle`, too.
+    np.savez(path, **given, **arrays)  # type: ignore[arg-type]
 
 
 def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray]:

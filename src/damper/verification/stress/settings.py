@@ -26,6 +26,8 @@ from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
 from damper.verification.base import (
     DIMENSIONLESS,
+    DRAWN,
+    TABULATED,
     Made,
     Verification,
     figures_of,
@@ -210,8 +212,6 @@ class Long(Strict):
 
 FIGURES = Kinds(Made, "damper.verification.stress.figures")
 TABLES = Kinds(Made, "damper.verification.stress.tables")
-_Figures = figures_of(FIGURES)
-_Tables = tables_of(TABLES)
 
 
 class Stress(Verification):
@@ -264,8 +264,8 @@ class Stress(Verification):
         Section(Long.entry, "run", of=Long, dropped=True),
         Field(description="Name -> a run over many periods."),
     ] = _NONE
-    figures: _Figures = _NONE
-    tables: _Tables = _NONE
+    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
+    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:
@@ -284,7 +284,7 @@ class Stress(Verification):
         found: dict[str, dict[str, Any]] = {}
         usual = {"periods": self.periods, "longest": self.longest}
         for name, some in self.corners.items():
-            lanes = {"values": some.parameters, "starts": some.starts}
+            lanes: dict[str, Any] = {"values": some.parameters, "starts": some.starts}
             for i in range(some.parts):
                 found[f"corners_{name}~{i}"] = {"corners": lanes, "part": (i, some.parts)} | usual
         for name, draws in self.random.items():

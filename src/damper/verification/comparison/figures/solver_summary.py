@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+    from matplotlib.typing import ColorType
 
 #: What is compared: of the run as a whole, and not of its end, where most motions settle.
 ERROR = "impact_time_error"
@@ -159,7 +160,7 @@ def _ratio_cell(
         _cell(ax, row, column, _ratio(ratio), colours(1.0 - float(np.clip(part, 0.0, 1.0))))
 
 
-def _cell(ax: Axes, row: int, column: int, text: str, colour: object, corner: str = "") -> None:
+def _cell(ax: Axes, row: int, column: int, text: str, colour: ColorType, corner: str = "") -> None:
     from matplotlib.patches import Rectangle
 
     ax.add_patch(Rectangle((column, row), 1, 1, fc=colour, ec="white", lw=0.8))
@@ -169,7 +170,7 @@ def _cell(ax: Axes, row: int, column: int, text: str, colour: object, corner: st
         ax.text(column + 0.93, row + 0.06, corner, ha="right", va="top", fontsize=4.2, color=ink)
 
 
-def _bright(colour: object) -> bool:
+def _bright(colour: ColorType) -> bool:
     from matplotlib.colors import to_rgb
 
     red, green, blue = to_rgb(colour)

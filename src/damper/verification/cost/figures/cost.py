@@ -86,11 +86,12 @@ def _ladder(timings: Mapping[str, Any], caption: str | None) -> Figure:
     time.axvspan(min(low, 2.0 - high), max(high, 2.0 - low), color="#E4E4E4", lw=0.0, zorder=0)
     time.axvline(1.0, **_LINE)
     handles = []
-    for key, look, shift in (
+    rows: tuple[tuple[str, dict[str, Any], float], ...] = (
         ("over_bare", {"color": VERMILION, "marker": "s"}, 0.0),
         ("over_base", {"color": BLUE, "marker": "o"}, -0.22),
         ("over_rigid", {"color": ORANGE, "marker": "^"}, 0.22),
-    ):
+    )
+    for key, look, shift in rows:
         spreads = [_ratio(rung, key) for rung in rungs.values()]
         values = np.array([spread[1] for spread in spreads])
         if np.isnan(values).all():
@@ -107,8 +108,8 @@ def _ladder(timings: Mapping[str, Any], caption: str | None) -> Figure:
     time.set_ylim(len(rungs) - 0.4, -0.6)
     if all("memory" in rung for rung in rungs.values()):
         for key, width, color in (("more", 0.62, "#BBD7E8"), ("asked", 0.26, BLUE)):
-            values = [max(rung["memory"][key], 0) / _MB for rung in rungs.values()]
-            memory.barh(places, values, width, color=color)
+            sizes = [max(rung["memory"][key], 0) / _MB for rung in rungs.values()]
+            memory.barh(places, sizes, width, color=color)
             handles.append(Line2D([], [], color=color, lw=5.0, label=_MEMORY[key]))
         memory.set_xlabel("peak memory beyond the bare engine / MB")
     memory.tick_params(left=False, labelleft=False)

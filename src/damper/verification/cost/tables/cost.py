@@ -148,12 +148,13 @@ def _unused(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], Ro
 
 def _scaling(timings: Mapping[str, Any]) -> tuple[tuple[list[str], list[str]], Rows, Rows, str]:
     scaling = timings["scaling"]
-    exact, shown = [], []
+    exact: Rows = []
+    shown: Rows = []
     slopes = []
     for along in ("lanes", "periods"):
         for how, rows in scaling[along].items():
-            columns = (rows["size"], rows["seconds"], rows["memory"], rows["asked"])
-            for size, seconds, memory, asked in zip(*columns, strict=True):
+            grown = (rows["size"], rows["seconds"], rows["memory"], rows["asked"])
+            for size, seconds, memory, asked in zip(*grown, strict=True):
                 exact.append([along, how, str(size), _digits(seconds), str(memory), str(asked)])
                 shown.append(
                     [

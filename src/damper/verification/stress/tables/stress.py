@@ -108,7 +108,7 @@ def _row(cube: xr.Dataset, name: str, condition: str, reason: str, chosen: np.nd
         {law: _largest(far[law]) for law in LAW_NAMES},
         int((table > 1.0).any(axis=0).sum()),
         LAW_NAMES[law],
-        lane_of({n: v.values for n, v in place.data_vars.items()}, int(lane)),
+        lane_of({str(n): v.values for n, v in place.data_vars.items()}, int(lane)),
     )
 
 

@@ -159,7 +159,7 @@ def failures(twins: xr.Dataset) -> np.ndarray:
 
 def parameters_of(twins: xr.Dataset, lane: int) -> str:
     """Write the quantities of a lane that are not their defaults, in full digits."""
-    arrays = {name: array.values for name, array in twins.data_vars.items()}
+    arrays = {str(name): array.values for name, array in twins.data_vars.items()}
     values = lane_of(arrays, lane).items()
     return ", ".join(f"{name.replace('_', ' ')} {value:.16g}" for name, value in values)
 
