@@ -125,6 +125,13 @@ def test_a_study_without_a_kind_is_one_of_parameters(tmp_path):
 MISTAKES = [
     ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
     ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
+    (
+        "comparison",
+        ("scenes",),
+        {f"s{i}": COMPARISON["scenes"]["burst"] for i in range(101)},
+        "scenes",
+        "at most 100",
+    ),
     ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
     ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
     ("comparison", ("scenes", "burst", "until"), -1, "scenes.burst.until", "number > 0"),

@@ -13,7 +13,7 @@ from damper.parameters.variables import TIME
 from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
 from damper.study.kinds import Kinds
 from damper.study.settings import Fixed
-from damper.study.yaml_file import as_part, words
+from damper.study.yaml_file import as_part
 from damper.verification.base import (
     DIMENSIONLESS,
     DRAWN,
@@ -163,9 +163,7 @@ class Comparison(Verification):
                     loc = ("figures", as_part(stem), "scenes", i)
                     faults.unknown(loc, "scene", name, scenes)
         if isinstance(scenes, dict) and len(scenes) > MOST_SCENES:
-            # This raises TypeError as it stands: `words` joins text, not numbers.
-            allowed = words([MOST_SCENES])  # type: ignore[list-item]
-            faults.add(("scenes",), f"{len(scenes)} scenes are too many", allowed)
+            faults.add(("scenes",), f"{len(scenes)} scenes are too many", f"at most {MOST_SCENES}")
 
 
 MOST_SCENES = 100
