@@ -9,15 +9,17 @@ COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
 EVERY_SOLVER = sorted({module_of(name) for name in SOLVERS})
 SCRIPT = "workflow/scripts/{}.py".format
-# Kind of job -> its script, and the modules that it loads by name.
+# Kind of job -> its script, and what it loads by name or where it is first needed.
+DRAWING = ["matplotlib.figure", "netCDF4", "xarray"]
+READING = ["netCDF4", "xarray"]
 STARTS = {
     "compile": ("compile", ["damper.models.rigid"]),
     "simulate": ("simulate", ["damper.models.rigid", "damper.observers.stroboscopic_section"]),
     "gather": ("gather", ["netCDF4"]),
-    "figure: map": ("figure", ["damper.figures.map", "netCDF4"]),
-    "figure: schematic": ("figure", ["damper.figures.schematic"]),
-    "table: intervals": ("table", ["damper.tables.intervals", "netCDF4"]),
-    "table: performance": ("table", ["damper.tables.performance", "netCDF4"]),
+    "figure: map": ("figure", ["damper.figures.map", *DRAWING]),
+    "figure: schematic": ("figure", ["damper.figures.schematic", "matplotlib.figure"]),
+    "table: intervals": ("table", ["damper.tables.intervals", *READING]),
+    "table: performance": ("table", ["damper.tables.performance", *READING]),
     "reference": ("reference", []),
     "errors": ("errors", EVERY_SOLVER),
     "timings": ("timings", ["netCDF4", *EVERY_SOLVER]),
