@@ -256,11 +256,9 @@ class Compiled:
     def _run_plain(self, *arguments: Any) -> Any:
         global _spent
         started = time.perf_counter()
-        _plain.running = True
         try:
-            return self.py_func(*arguments)
+            return _plainly(self.py_func, *arguments)
         finally:
-            _plain.running = False
             _spent += time.perf_counter() - started
 
 
@@ -294,14 +292,18 @@ def plain(function: Callable[P, Made]) -> Callable[P, Made]:
 
     @wraps(function)
     def run(*arguments: P.args, **named: P.kwargs) -> Made:
-        before = getattr(_plain, "running", False)
-        _plain.running = True
-        try:
-            return function(*arguments, **named)
-        finally:
-            _plain.running = before
+        return _plainly(function, *arguments, **named)
 
     return run
+
+
+def _plainly(function: Callable[P, Made], *arguments: P.args, **named: P.kwargs) -> Made:
+    before = getattr(_plain, "running", False)
+    _plain.running = True
+    try:
+        return function(*arguments, **named)
+    finally:
+        _plain.running = before
 
 
 def compiled(function: Callable) -> Callable:
