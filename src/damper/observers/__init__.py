@@ -8,12 +8,15 @@ asked for is neither imported nor compiled. None can change the trajectory: they
 import pkgutil
 from collections.abc import Iterable, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from damper.parameters.quantities import unknown_name
 
 if TYPE_CHECKING:
     from damper.observers.common.base import Observer
+
+Base = TypeVar("Base")
 
 #: Names of all observers, those of the files here.
 OBSERVERS = tuple(module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg)
@@ -31,12 +34,16 @@ def observer_class(name: str) -> "type[Observer]":
         raise ValueError(str(unknown_name("observer", name, OBSERVERS)))
     from damper.observers.common.base import Observer
 
-    module = import_module(f"{__name__}.{name}")
+    return class_in(import_module(f"{__name__}.{name}"), Observer)
+
+
+def class_in(module: ModuleType, base: type[Base]) -> type[Base]:
+    """Return the first class of a module's own that derives from `base`."""
     return next(
         value
         for value in vars(module).values()
         if isinstance(value, type)
-        and issubclass(value, Observer)
+        and issubclass(value, base)
         and value.__module__ == module.__name__
     )
 

@@ -15,6 +15,7 @@ from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any
 
+from damper.observers import class_in
 from damper.parameters.quantities import unknown_name
 from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Strict, as_mapping, fault
 from damper.study.products import Product
@@ -63,14 +64,7 @@ class Kinds(Mapping[str, type[Any]]):
     def __getitem__(self, kind: str) -> type[Any]:
         if kind not in self.modules:
             raise KeyError(kind)
-        module = self.module(kind)
-        return next(
-            value
-            for value in vars(module).values()
-            if isinstance(value, type)
-            and issubclass(value, self._base)
-            and value.__module__ == module.__name__
-        )
+        return class_in(self.module(kind), self._base)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.modules)
