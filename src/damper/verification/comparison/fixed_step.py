@@ -404,6 +404,15 @@ def contact_force(
 
 
 @compiled
+def rests(a: float, j: float, rebound: float, longest: float) -> bool:
+    """Whether masses stay together after an impact, from `contact_force` and the rebound speed.
+
+    They do where the flight back takes no more than the time `longest`.
+    """
+    return (a > 0.0 and 2.0 * rebound <= a * longest) or (rebound == 0.0 and a == 0.0 and j > 0.0)
+
+
+@compiled
 def impact_loss(mu: float, before: float, after: float) -> float:
     """Energy lost as a relative speed changes; 1/2 mu / (1 + mu) times the squares' difference."""
     return 0.5 * mu / (1.0 + mu) * (before - after) * (before + after)

@@ -46,6 +46,7 @@ from damper.verification.comparison.fixed_step import (
     lose,
     nearer_wall,
     note,
+    rests,
     rk4,
     settle,
     spend,
@@ -116,8 +117,7 @@ def _settle_rigid(method, state, time, index, notes, tally):
         common = common_velocity(p.mu, v, u)
         tally = spend(tally, 1)
         a, j = contact_force(p, 1.0, x, common, time, side)
-        rests = a > 0.0 and 2.0 * rebound <= a * method.step
-        if rests or (rebound == 0.0 and a == 0.0 and j > 0.0):
+        if rests(a, j, rebound, method.step):
             stuck = True
             offset = y - x
             tally = lose(tally, impact_loss(p.mu, rebound, 0.0))
