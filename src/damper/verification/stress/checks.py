@@ -35,6 +35,7 @@ from damper.models import check_settings, start_run
 from damper.models.response import impact_loss, part_of, stored_energy
 from damper.models.walls import primary_motion
 from damper.observers.common.base import Observer, Window, fields_of, record_type
+from damper.parameters.quantity import whole
 from damper.sweep.points import Point, read_point
 from damper.verification.stress.laws import LAW_NAMES, LAWS, REFUSED, RUN
 
@@ -403,11 +404,10 @@ def run_checks(
         For settings out of range.
     """
     check_settings(accuracy, max_events)
-    if periods < 1 or int(periods) != periods:
-        raise ValueError(f"periods = {periods!r}: must be a whole number >= 1")
+    periods = whole("periods", periods, 1)
     points = [_read(lane) for lane in lanes]
     laws = Laws()
-    laws.allocate(len(points), int(periods))
+    laws.allocate(len(points), periods)
     count = len(points)
     arrays: dict[str, Any] = {
         "status": np.full(count, REFUSED, dtype="i1"),
