@@ -112,7 +112,6 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]

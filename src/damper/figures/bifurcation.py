@@ -174,7 +174,6 @@ def draw(
     ValueError
         When a range is marked and the cube has no `chatter` to compare it with.
     """
-
     from matplotlib.figure import Figure
 
     if mark is not None and "chatter" not in cube:

@@ -87,7 +87,6 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 

@@ -140,7 +140,6 @@ def draw(
     ValueError
         When a variable is missing, the stretch is empty or begins at `stop` or later.
     """
-
     from matplotlib.figure import Figure
 
     place = select(cube, _VARIABLES, at, ("instant", "burst"))

@@ -115,7 +115,6 @@ def draw(
     ValueError
         When a stretch does not reach to `start`, or the list of bursts is missing.
     """
-
     from matplotlib.figure import Figure
 
     if "burst_onset" not in cube:

@@ -102,7 +102,6 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     place = select(cube, [*_MOTION, *_SECTION], at, (columns, "instant", "sample"))

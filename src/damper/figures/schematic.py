@@ -77,7 +77,6 @@ def draw(cube: None = None, *, drawing: str, caption: str | None = None) -> Figu
     ValueError
         For an unknown drawing, with the known ones.
     """
-
     from matplotlib.figure import Figure
 
     if drawing not in DRAWINGS:

@@ -106,7 +106,6 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     place = select(cube, VARIABLES, at, (panels, "instant"))

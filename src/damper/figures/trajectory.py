@@ -118,7 +118,6 @@ def draw(
     ValueError
         When the stretch does not reach to `start`.
     """
-
     from matplotlib.figure import Figure
 
     place = select(cube, _VARIABLES, at, ("instant",))

@@ -178,7 +178,6 @@ def few_decades(ax: Axes) -> None:
 
     Otherwise labels such as 3 x 10^-2 stand so close that they overlap.
     """
-
     from matplotlib.ticker import LogLocator, NullFormatter
 
     for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):

@@ -38,7 +38,6 @@ def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
     list of Artist
         What the legend has to say.
     """
-
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 

@@ -25,9 +25,7 @@ from damper.figures.common.style import (
 from damper.papers.calibration.ranking import JOINED, Ranking
 from damper.papers.calibration.settings import Scores
 from damper.papers.calibration.tables.ranking import HOLDS, ranked
-from damper.study.products import (
-    Caption,
-)
+from damper.study.products import Caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +92,6 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     settings = {

@@ -15,9 +15,7 @@ from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, Ranking, rank
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
-from damper.study.fields import (
-    Number,
-)
+from damper.study.fields import Number
 from damper.tables import About, markdown_table, remarks
 
 if TYPE_CHECKING:

@@ -78,7 +78,6 @@ def draw(
     ValueError
         For an unknown scene, or datasets of different runs.
     """
-
     from matplotlib import colormaps
     from matplotlib.figure import Figure
 

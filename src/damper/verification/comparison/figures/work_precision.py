@@ -106,7 +106,6 @@ def draw(
     ValueError
         For an unknown error or scene, more scenes than fit a page, or datasets of different runs.
     """
-
     from matplotlib.figure import Figure
 
     check_same_runs(errors, timings)

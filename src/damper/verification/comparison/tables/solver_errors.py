@@ -11,12 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.tables import markdown_table
-from damper.verification.base import (
-    Made,
-)
-from damper.verification.comparison.best import (
-    GOOD_RUN,
-)
+from damper.verification.base import Made
+from damper.verification.comparison.best import GOOD_RUN
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import MEASURES, MISSES, VERDICTS
 

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from damper.tables import markdown_table
-from damper.verification.base import (
-    Made,
-)
+from damper.verification.base import Made
 from damper.verification.comparison.best import (
     BASE,
     FILES,

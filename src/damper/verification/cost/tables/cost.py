@@ -12,9 +12,7 @@ from pydantic import Field
 
 from damper.study.fields import Choice
 from damper.tables import markdown_table
-from damper.verification.base import (
-    Made,
-)
+from damper.verification.base import Made
 
 Rows = list[list[str]]
 _MB = 1e6

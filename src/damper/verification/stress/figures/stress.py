@@ -57,7 +57,6 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     rows = regimes(cube)

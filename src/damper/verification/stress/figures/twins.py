@@ -61,7 +61,6 @@ def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(PAGE, 3.6), layout="constrained")

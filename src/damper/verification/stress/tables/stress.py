@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.tables import markdown_table
-from damper.verification.base import (
-    Made,
-)
+from damper.verification.base import Made
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
 from damper.verification.stress.parts import lane_of
 from damper.verification.stress.regimes import REGIMES
