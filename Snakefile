@@ -42,4 +42,4 @@ for target, names in CONFIG.targets.items():
 
 
 onsuccess:
-    tell_cost()
+    report_cost()

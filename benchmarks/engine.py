@@ -1,6 +1,6 @@
 """Time per impact of the engine, its errors, and scipy's DOP853 with events beside it.
 
-    python benchmarks/engine.py [--lanes 1000] [--periods 200]
+    python benchmarks/engine.py [--runs 1000] [--periods 200]
 
 Everything runs in one process, on one core, and the ratios printed come from this one run. Errors
 are against 40 digits (`damper.verification.comparison.reference_rigid`), over the first impacts of
@@ -24,7 +24,7 @@ from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
 from damper.verification.comparison import reference_rigid
-from damper.verification.cost.machine import core, machine
+from damper.verification.timing import machine, machine_text
 
 SCENES = {
     "generic": damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6),
@@ -41,7 +41,7 @@ PATIENCE = 20.0
 def main() -> None:
     """Print the comparison."""
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--lanes", type=int, default=1000)
+    arguments.add_argument("--runs", type=int, default=1000)
     arguments.add_argument("--periods", type=int, default=200)
     arguments.add_argument("--plain", action="store_true", help=argparse.SUPPRESS)
     given = arguments.parse_args()
@@ -50,15 +50,15 @@ def main() -> None:
             print(name, engine_time(p, 1, 20)[0])
         return
     compile_at_once()
-    print(f"machine: {machine()}; {core()}")
+    print(f"machine: {machine_text(machine())}")
     print(
-        f"{given.lanes} lanes (clearance +-2 %) of {given.periods} periods each; times in us/impact"
+        f"{given.runs} runs (clearance +-2 %) of {given.periods} periods each; times in us/impact"
     )
     plain = plain_times() if COMPILED else {}
     for name, p in SCENES.items():
         engine_time(p, 1, 2)  # compile
-        bare, evaluations = engine_time(p, given.lanes, given.periods)
-        logged, _ = engine_time(p, given.lanes, given.periods, keep=True)
+        bare, evaluations = engine_time(p, given.runs, given.periods)
+        logged, _ = engine_time(p, given.runs, given.periods, keep=True)
         error, compared = engine_error(p)
         slow, outcome, slow_error = dop853(p, given.periods)
         print(f"\n{name}: {given_values(p)}")
@@ -81,13 +81,13 @@ def given_values(p: damper.Parameters) -> str:
 
 
 def engine_time(
-    p: damper.Parameters, lanes: int, periods: int, keep: bool = False
+    p: damper.Parameters, runs: int, periods: int, keep: bool = False
 ) -> tuple[float, float]:
-    """Microseconds and evaluations per impact over many lanes of slightly different clearance."""
+    """Microseconds and evaluations per impact over many runs of slightly different clearance."""
     buffer = np.empty((LOG_ROWS, COLUMNS))
     trajectories = [
         start_run(replace(p, clearance=p.clearance * factor))
-        for factor in np.linspace(0.98, 1.02, lanes)
+        for factor in np.linspace(0.98, 1.02, runs)
     ]
     started = time.perf_counter()
     for trajectory in trajectories:

@@ -1,12 +1,12 @@
 """What observers cost: time with each one against the bare engine, on one core.
 
-    python benchmarks/observers.py [--repeats 40] [--periods 200] [--lanes 10]
+    python benchmarks/observers.py [--repeats 40] [--periods 200] [--runs 10]
 
 Every repeat runs each set of observers beside the bare engine, one after the other, so that a
-change of the machine's pace meets all of them; the table gives medians of the paired differences
-and ratios over the repeats, with their quartiles. Observers have their default settings. At the
-end: what a run without observers costs, and which modules a run with a single one loads. Nothing
-here is a test: machines differ and are shared.
+change of the machine's pace meets all of them; the table gives medians of the times and of the
+paired ratios over the repeats, with their quartiles. Observers have their default settings. At the
+end: which modules a run with a single one loads. Nothing here is a test: machines differ and are
+shared.
 """
 
 import argparse
@@ -18,8 +18,8 @@ from engine import SCENES
 
 import damper
 from damper.observers import OBSERVERS
-from damper.verification.cost.ladder import climb, read_rungs
-from damper.verification.cost.machine import core, machine
+from damper.verification.cost.measure import measure_suite
+from damper.verification.timing import machine, machine_text
 
 #: What the restitution study observes.
 STUDY = ("stroboscopic_section", "impacts", "bursts")
@@ -39,36 +39,37 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--repeats", type=int, default=40)
     arguments.add_argument("--periods", type=int, default=200)
-    arguments.add_argument("--lanes", type=int, default=10)
+    arguments.add_argument("--runs", type=int, default=10)
     given = arguments.parse_args()
-    print(f"machine: {machine()}; {core()}")
+    print(f"machine: {machine_text(machine())}")
     print(
-        f"{given.repeats} repeats of {given.lanes} lanes (clearance +-2 %), "
+        f"{given.repeats} repeats of {given.runs} runs (clearance +-2 %), "
         f"{given.periods} periods each; [quartiles]"
     )
     for name, p in SCENES.items():
         print(f"\n{name}: {p}")
-        compare(p, given.lanes, given.periods, given.repeats)
+        compare(p, given.runs, given.periods, given.repeats)
     print("\nobserver modules loaded by a run with one observer:")
     for name in OBSERVERS:
         print(f"  {name:<22} {', '.join(loaded(name))}")
 
 
-def compare(p: damper.Parameters, lanes: int, periods: int, repeats: int) -> None:
+def compare(p: damper.Parameters, runs: int, periods: int, repeats: int) -> None:
     """Print one scene's table."""
     sets = [(), *((name,) for name in OBSERVERS), STUDY]
-    rungs = {
-        " + ".join(names) or "no observer": {"parameters": asdict(p), "observers": names}
+    cases = {
+        " + ".join(names) or "no observer": {
+            "parameters": asdict(p),
+            "observers": dict.fromkeys(names),
+        }
         for names in sets
     }
-    found = climb(read_rungs(rungs), lanes=lanes, periods=periods, repeats=repeats, memory=False)[
-        "rungs"
-    ]
-    first = found["no observer"]
+    found = measure_suite(cases, runs=runs, periods=periods, repeats=repeats, memory=False)["cases"]
+    first = found.pop("no observer")
     print(f"  {first['events']} events; bare engine {first['bare']} us/event")
-    print(f"  {'with':<42} {'more, us/event':<28} times the bare engine")
-    for name, rung in found.items():
-        print(f"  {name:<42} {rung['more']!s:<28} {rung['over_bare']}")
+    print(f"  {'with':<42} {'us/event':<28} times the bare engine")
+    for name, case in found.items():
+        print(f"  {name:<42} {case['observed']!s:<28} {case['over_bare']}")
 
 
 def loaded(name: str) -> list[str]:

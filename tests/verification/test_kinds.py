@@ -73,15 +73,13 @@ COST = {
     "kind": "cost",
     "title": "T",
     "source": "S",
-    "rungs": {
+    "cases": {
         "bare": {"parameters": POINT},
-        "watched": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
+        "observed": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
     },
-    "unused": {"parameters": POINT},
-    "growth": {"parameters": POINT, "lanes": [1, 10], "periods": [1, 100]},
-    "jobs": {"a_figure": ["burst/figures/history.svg"], "everything": []},
-    "figures": {"ladder": {"kind": "cost", "show": "ladder"}},
-    "tables": {"unused": {"kind": "cost", "part": "unused"}},
+    "growth": {"parameters": POINT, "runs": [1, 10], "periods": [1, 100]},
+    "figures": {"suite": {"kind": "cost", "show": "suite"}},
+    "tables": {"growth": {"kind": "cost", "show": "growth"}},
 }
 GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
 
@@ -208,20 +206,20 @@ MISTAKES = [
         "random.box.models.grounded.share",
         "out of range (value: 1.5)",
     ),
-    ("cost", ("rungs",), {}, "rungs", "at least one rung"),
-    ("cost", ("growth", "lanes"), [1.5, 2], "growth.lanes[0]", "not an integer"),
+    ("cost", ("cases",), {}, "cases", "at least one case"),
+    ("cost", ("growth", "runs"), [1.5, 2], "growth.runs[0]", "not an integer"),
     (
         "cost",
-        ("rungs", "bare", "parameters", "gap"),
+        ("cases", "bare", "parameters", "gap"),
         0.1,
-        "rungs.bare.parameters",
+        "cases.bare.parameters",
         "mixed",
     ),
     (
         "cost",
-        ("rungs", "watched", "observers"),
+        ("cases", "observed", "observers"),
         {"stroboscopic_section": None, "impact_section": None},
-        "rungs.watched.observers",
+        "cases.observed.observers",
         "cannot both be asked for",
     ),
     ("stress", ("periods",), 0.5, "periods", "not an integer"),

@@ -5,7 +5,8 @@ from pathlib import Path
 from damper.sweep.cube import write_cube
 from damper.verification.comparison.cube import gather_timings
 from damper.verification.comparison.scene import read_scene
-from damper.verification.comparison.timings import machine, time_peers, time_solvers
+from damper.verification.comparison.timings import time_peers, time_solvers
+from damper.verification.timing import machine
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}

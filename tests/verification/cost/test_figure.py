@@ -2,7 +2,6 @@
 
 import warnings
 
-import numpy as np
 import pytest
 from figures.drawing import assert_nothing_overlaps, legend_texts
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -22,41 +21,32 @@ def shown(timings, **settings):
     return figure
 
 
-@pytest.mark.parametrize("show", ["ladder", "scaling"])
+@pytest.mark.parametrize("show", ["suite", "growth"])
 def test_nothing_overlaps_and_the_machine_is_named(show):
     figure = shown(TIMINGS, show=show)
     assert_nothing_overlaps(figure)
     assert "A processor, 2 cores" in figure._suptitle.get_text().replace("\n", " ")
 
 
-def test_ladder_shows_each_ratio_where_it_says_something():
-    figure = shown(TIMINGS, show="ladder")
+def test_suite_shows_each_ratio_that_there_is():
+    figure = shown(TIMINGS, show="suite")
     time, memory = figure.axes
     names = [tick.get_text() for tick in time.get_yticklabels()]
     assert names == ["bare engine", "impacts", "grounded"]
-    points = [line for line in time.lines if len(line.get_xdata()) == 3]
-    values = np.array([line.get_xdata() for line in points], dtype=float)
-    np.testing.assert_equal(
-        values,
-        [[np.nan, 1.0625, np.nan], [1.0, np.nan, 2.0], [np.nan, np.nan, 2.0]],
-    )
-    assert [bar.get_width() for bar in memory.patches] == [3.0] * 3 + [0.25] * 3
+    shown_points = [container.lines[0].get_xydata().tolist() for container in time.containers]
+    assert shown_points == [[[1.0625, 1]], [[1.0, 0], [2.0, 2]], [[2.0, 2]]]
+    assert [bar.get_width() for bar in memory.patches] == [0.0, 3.0, 0.0, 0.0, 0.25, 0.0]
 
 
-def test_scaling_shows_time_and_memory_of_both_runs_and_a_guide():
-    figure = shown(TIMINGS, show="scaling")
+def test_growth_shows_time_and_memory_with_and_without_observers_and_a_guide():
+    figure = shown(TIMINGS, show="growth")
     time, _, memory, _ = figure.axes
-    bare, guide, observed = time.lines
+    bare, observed, guide = time.lines
     assert list(bare.get_ydata()) == [4e-4, 0.04, 4.0]
     assert list(observed.get_ydata()) == [6e-4, 0.06, 6.0]
     x, y = guide.get_data()
-    assert y[1] / y[0] == pytest.approx(x[1] / x[0])
+    assert y[-1] / y[0] == pytest.approx(x[-1] / x[0])
     assert list(memory.lines[1].get_ydata())[1:] == [0.4, 40.0]
     assert legend_texts(figure) == ["bare engine", "observed", "arrays of the observers", "slope 1"]
-
-
-def test_what_was_not_measured_is_refused():
-    with pytest.raises(ValueError, match="must be one of ladder, scaling"):
-        draw(TIMINGS, show="memory")
-    with pytest.raises(ValueError, match="have no ladder"):
-        draw({"machine": "", "core": ""}, show="ladder")
+    titles = [ax.get_title() for ax in figure.axes[:2]]
+    assert titles == ["slope 0.99 bare, slope 0.99 observed", "slope 0.99 observed"]

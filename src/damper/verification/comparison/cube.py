@@ -148,7 +148,7 @@ def gather_timings(
     settings, titles : mapping
         As for `gather_errors`.
     attributes : mapping
-        Global attributes; with `damper.verification.comparison.timings.machine`.
+        Global attributes; with `damper.verification.timing.machine`.
 
     Returns
     -------

@@ -1,23 +1,15 @@
 """How long every solver takes, and what its first use costs.
 
 Times belong to the machine and the moment, so nothing here goes into a file whose bytes are
-compared. What makes them comparable with each other: one process, one thread, and repetitions
-that take turns, so that a machine that slows down for a second slows all solvers down.
+compared. All runs share one process and one thread, and take turns.
 """
 
-import gc
-import math
-import os
 import pickle
-import platform
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
 from math import nan
-from statistics import median
-from time import perf_counter
 
 import numpy as np
 
@@ -27,16 +19,14 @@ from damper.verification.comparison.runs import NOT_APPLICABLE, most_evaluations
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import FINISHED, OUTCOMES, Solution
 from damper.verification.comparison.solvers import load
-from damper.verification.cost.machine import processor
+from damper.verification.timing import take_turns
 
-#: A run shorter than this, in seconds, is repeated within a sample until the sample is as long.
-SHORTEST = 1e-3
+#: Lower quartile, median and upper quartile.
+TIMES = ("run_time_low", "run_time", "run_time_high")
 #: New processes of which the median is the cost of a solver's first use.
 PROCESSES = 3
 #: Length of a run that ends at once, in that of the scene.
 _AT_ONCE = 1e-6
-#: Packages named with the machine.
-PACKAGES = ("numpy", "numba", "scipy")
 
 _FIRST_USE = """
 import sys, time
@@ -96,9 +86,7 @@ def time_solvers(
     names = solver_names(settings)
     levels = max(map(len, settings.values()))
     shape = (len(scenes), len(names), levels)
-    arrays: dict[str, np.ndarray] = {
-        name: np.full(shape, nan) for name in ("run_time", "run_time_low", "run_time_high")
-    }
+    arrays: dict[str, np.ndarray] = {name: np.full(shape, nan) for name in TIMES}
     arrays["repeats"] = np.zeros(shape, dtype="i4")
     arrays["outcome"] = np.full(shape, NOT_APPLICABLE, dtype="i1")
     arrays["import_time"] = np.full(len(names), nan)
@@ -112,22 +100,22 @@ def time_solvers(
     compile_at_once()
     warm: set[tuple[str, str]] = set()
     for number, scene in enumerate(scenes.values()):
-        points: dict[tuple[int, int], _Point] = {}
+        calls: dict[tuple[int, int], _Run] = {}
         for row, name in enumerate(names):
             if scene.model in load(name).models:
-                runs = [_bare(name, scene, setting, cap) for setting in settings[name]]
-                points |= {(row, level): _Point(run) for level, run in enumerate(runs)}
+                here = [_Run(name, scene, setting, cap) for setting in settings[name]]
+                calls |= {(row, level): call for level, call in enumerate(here)}
                 if (name, scene.model) not in warm:
-                    runs[0]()
+                    here[0]()
                     warm.add((name, scene.model))
-        _take_turns(list(points.values()), repeats, spend)
-        for (row, level), point in points.items():
+        samples = take_turns(list(calls.values()), repeats, spend)
+        quartiles = np.nanquantile(samples, (0.25, 0.5, 0.75), axis=0)
+        for column, ((row, level), call) in enumerate(calls.items()):
             at = (number, row, level)
-            low, middle, high = np.quantile(point.samples, (0.25, 0.5, 0.75))
-            arrays["run_time"][at] = middle
-            arrays["run_time_low"][at], arrays["run_time_high"][at] = low, high
-            arrays["repeats"][at] = len(point.samples)
-            arrays["outcome"][at] = OUTCOMES.index(point.outcome)
+            for name, value in zip(TIMES, quartiles[:, column], strict=True):
+                arrays[name][at] = value
+            arrays["repeats"][at] = np.isfinite(samples[:, column]).sum()
+            arrays["outcome"][at] = OUTCOMES.index(call.solution.outcome)
     arrays["periods"] = np.array([scene.periods for scene in scenes.values()])
     return arrays
 
@@ -139,7 +127,7 @@ def time_peers(
     cap: float,
     spend: float = 0.2,
 ) -> dict[str, np.ndarray]:
-    """Tell the fixed cost of a call apart from what the motion costs, for the solvers in `PEERS`.
+    """Separate the fixed cost of a call from that of the motion, for the solvers in `PEERS`.
 
     Parameters
     ----------
@@ -162,23 +150,26 @@ def time_peers(
         start, length = scene.state.time, scene.until - scene.state.time
         short = replace(scene, until=start + _AT_ONCE * length)
         long = replace(scene, until=start + LONGER * length)
-        pairs = {
-            (row, level): (
-                _Point(_bare(name, short, setting, cap)),
-                _Point(_bare(name, long, setting, LONGER * cap)),
-            )
+        places = [
+            (row, level, setting)
             for row, name in enumerate(names)
             if name in PEERS and scene.model in load(name).models
             for level, setting in enumerate(settings[name])
-        }
-        for call, _ in pairs.values():
-            call.run()
-        _take_turns([point for pair in pairs.values() for point in pair], repeats, spend)
-        for (row, level), (call, stretch) in pairs.items():
-            if call.outcome == stretch.outcome == FINISHED:
-                fixed = median(call.samples)
-                times = fixed, (median(stretch.samples) - fixed) / LONGER
-                values = *times, stretch.impacts / LONGER
+        ]
+        calls = [_Run(names[row], short, setting, cap) for row, _, setting in places]
+        stretches = [_Run(names[row], long, setting, LONGER * cap) for row, _, setting in places]
+        for call in calls:
+            call()
+        samples = take_turns([*calls, *stretches], repeats, spend)
+        call_times, stretch_times = np.split(np.nanmedian(samples, axis=0), 2)
+        for k, (row, level, _) in enumerate(places):
+            solution = stretches[k].solution
+            if calls[k].solution.outcome == solution.outcome == FINISHED:
+                values = (
+                    call_times[k],
+                    (stretch_times[k] - call_times[k]) / LONGER,
+                    len(solution.impact_times) / LONGER,
+                )
                 for name, value in zip(found, values, strict=True):
                     arrays[name][number, row, level] = value
     return arrays
@@ -197,68 +188,14 @@ def first_use(name: str, scene: Scene, setting: float, cap: float) -> tuple[floa
     return float(importing), float(warming)
 
 
-def machine() -> dict[str, str]:
-    """Name what the times were taken on: processor, system, versions.
+class _Run:
+    """The bare run of a solver, without states at given times and energy balance."""
 
-    Returns
-    -------
-    dict of str to str
-    """
-    found = {
-        "processor": processor(),
-        "cores": str(os.cpu_count()),
-        "system": f"{platform.system()} {platform.release()}",
-        "python": platform.python_version(),
-    }
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+    solution: Solution
 
+    def __init__(self, name: str, scene: Scene, setting: float, cap: float) -> None:
+        self._solver, self._scene, self._setting = load(name), scene, setting
+        self._most = most_evaluations(self._solver, cap)
 
-class _Point:
-    """Samples of one scene, solver and level."""
-
-    def __init__(self, run: Callable[[], Solution]) -> None:
-        self.run = run
-        self.calls = 1
-        self.samples: list[float] = []
-        self.spent = 0.0
-        self.outcome = ""
-        self.impacts = 0
-
-    def sample(self) -> None:
-        started = perf_counter()
-        for _ in range(self.calls):
-            solution = self.run()
-        spent = perf_counter() - started
-        self.spent += spent
-        if not self.outcome:
-            self.outcome = solution.outcome
-            self.impacts = len(solution.impact_times)
-            self.calls = max(math.ceil(SHORTEST / max(spent, 1e-9)), 1)
-            if self.calls > 1:  # too short to count
-                self.sample()
-                return
-        self.samples.append(spent / self.calls)
-
-
-def _take_turns(points: Sequence[_Point], repeats: int, spend: float) -> None:
-    collecting = gc.isenabled()
-    gc.disable()  # as timeit does: garbage of one solver is not the time of the next
-    try:
-        for _ in range(repeats):
-            for point in points:
-                if not point.samples or point.spent < spend:
-                    point.sample()
-    finally:
-        if collecting:
-            gc.enable()
-
-
-def _bare(name: str, scene: Scene, setting: float, cap: float) -> Callable[[], Solution]:
-    solver = load(name)
-    most = most_evaluations(solver, cap)
-    return lambda: solver.solve(scene, setting, max_evaluations=most)
+    def __call__(self) -> None:
+        self.solution = self._solver.solve(self._scene, self._setting, max_evaluations=self._most)

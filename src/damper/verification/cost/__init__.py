@@ -1,11 +1,5 @@
-"""What each part of the software costs, measured: time, memory, imports, jobs.
+"""What each part of a run costs: a benchmark suite, and growth with runs and periods.
 
-`paired` takes turns with a clock, `process` does things in interpreters of their own. With them,
-`ladder` measures scenes and observers against the bare engine, `without` what a feature costs a
-scene that does not use it, `scaling` lanes and periods, `startup` the imports of each kind of job,
-`jobs` how many jobs a target needs, `benchmarks` what jobs took; `measure` runs all of it. Nothing
-else imports any of this but the last, with which the workflow says what a run took.
-
-Every value here is a measurement of one machine at one time, and none is the same twice: what is
-written of it goes into a file of timings of its own.
+Every value here is a time or a memory of one machine at one moment, so all of it goes into a file
+of timings, and none into files whose bytes are compared.
 """

@@ -1,73 +1,45 @@
-"""Functions called in an interpreter of their own, and how much memory one has taken.
+"""Functions called in a new interpreter, and how much memory it takes.
 
-A worker reads calls from its standard input, one JSON text a line, and writes what they return.
-This file loads the standard library only, so a worker has loaded nothing else before its first
-call.
+This file imports the standard library only: a new interpreter has loaded nothing else.
 """
 
 import json
+import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 
-class Worker:
-    """A fresh interpreter that calls functions of this package by name; used with `with`."""
-
-    def __init__(self) -> None:
-        import subprocess
-
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "damper.verification.cost.process"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-        )
-
-    def __enter__(self) -> "Worker":
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._process.communicate()
-
-    def call(self, function: str, **keywords: Any) -> Any:
-        """Call a function there.
-
-        Parameters
-        ----------
-        function : str
-            ``module:name``; takes and returns what JSON can hold.
-        **keywords
-            Its arguments.
-
-        Raises
-        ------
-        RuntimeError
-            When the worker ended instead of answering; its own error is on standard error.
-        """
-        assert self._process.stdin
-        assert self._process.stdout
-        try:
-            self._process.stdin.write(json.dumps([function, keywords]) + "\n")
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
-        except BrokenPipeError:
-            line = ""
-        if not line:
-            raise RuntimeError(f"{function} failed in its process: see the error above")
-        return json.loads(line)
-
-
 def fresh(function: str, **keywords: Any) -> Any:
-    """Call a function in an interpreter of its own; see `Worker.call`."""
-    with Worker() as worker:
-        return worker.call(function, **keywords)
+    """Call a function in an interpreter of its own.
+
+    Parameters
+    ----------
+    function : str
+        ``module:name``; takes and returns what JSON can hold.
+    **keywords
+        Its arguments.
+
+    Raises
+    ------
+    RuntimeError
+        When it fails; its own error is on standard error.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "damper.verification.cost.process", function],
+        input=json.dumps(keywords),
+        stdout=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+    )
+    if done.returncode:
+        raise RuntimeError(f"{function} failed in its process: see the error above")
+    return json.loads(done.stdout)
 
 
 def peak_memory() -> int:
-    """Most memory that this process has had at a time, in bytes.
+    """Most memory that this process has had at a time, in bytes; -1 where that is not known.
 
     On Linux from /proc: `getrusage` counts there also what the parent had when it started this
     process, so that a large parent would hide what a small child takes.
@@ -85,16 +57,12 @@ def peak_memory() -> int:
     return peak if sys.platform == "darwin" else peak * 1024
 
 
-def _answer() -> None:
-    """Answer calls until the input ends."""
-    # Whatever else is printed must not mix with the answers.
-    answers, sys.stdout = sys.stdout, sys.stderr
-    for line in sys.stdin:
-        function, keywords = json.loads(line)
-        module, _, name = function.partition(":")
-        value = getattr(import_module(module), name)(**keywords)
-        print(json.dumps(value), file=answers, flush=True)
+def _answer(function: str) -> None:
+    # Whatever else is printed must not mix with the answer.
+    answer, sys.stdout = sys.stdout, sys.stderr
+    module, _, name = function.partition(":")
+    json.dump(getattr(import_module(module), name)(**json.load(sys.stdin)), answer)
 
 
 if __name__ == "__main__":
-    _answer()
+    _answer(sys.argv[1])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -24,6 +23,7 @@ from damper.verification.comparison.best import (
 )
 from damper.verification.comparison.errors import VERDICTS
 from damper.verification.comparison.tables.solver_errors import capital, number, places, short
+from damper.verification.timing import machine_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,7 +106,7 @@ def _times_markdown(errors: xr.Dataset, timings: xr.Dataset) -> str:
         "impact and per forcing period are those of the finest good level. Import and warm-up are "
         "in none of these; see the last table.",
         "",
-        f"Machine: {', '.join(_machine(timings))}.",
+        f"Machine: {machine_text(timings.attrs)}.",
     ]
     for name in WANTED:
         lines += ["", f"## Error of {'impact times' if name == WANTED[0] else 'the end state'}"]
@@ -222,16 +222,3 @@ def _time_text(seconds: float) -> str:
         if seconds >= size:
             return f"{short(seconds / size)} {unit}"
     return f"{short(seconds * 1e9)} ns"
-
-
-def _machine(timings: xr.Dataset) -> Sequence[str]:
-    names = ("processor", "cores", "system", "python", "numpy", "numba", "scipy")
-    plain = {"processor": "", "system": ""}
-    texts = []
-    for name in names:
-        if name in timings.attrs:
-            value = str(timings.attrs[name])
-            texts.append(
-                f"{value} cores" if name == "cores" else f"{plain.get(name, name)} {value}"
-            )
-    return [text.strip() for text in texts]
