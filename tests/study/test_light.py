@@ -10,13 +10,13 @@ LIGHT = [
     "damper.verification.comparison.tables.solver_speed",
     "damper.verification.stress.cube",
     "damper.verification.stress.tables.stress",
-    "damper.verification.stress.twins_cube",
-    "damper.verification.stress.tables.twins",
+    "damper.verification.stress.metamorphic_cube",
+    "damper.verification.stress.tables.metamorphic",
     "damper.verification.cost.tables.cost",
     "damper.verification.comparison.figures.work_precision",
     "damper.verification.comparison.figures.solver_summary",
     "damper.verification.stress.figures.stress",
-    "damper.verification.stress.figures.twins",
+    "damper.verification.stress.figures.metamorphic",
     "damper.verification.cost.figures.cost",
 ]
 HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")

@@ -54,20 +54,20 @@ STRESS = {
     },
     "random": {
         "box": {
-            "lanes": 10,
+            "runs": 10,
             "seed": 1,
             "parameters": {name: [value, 2 * value] for name, value in POINT.items()}
             | {"restitution": {"range": [0, 1], "values": [0, 1]}, "phase": {"values": [0.5]}},
             "models": {
                 "grounded": {"share": 0.5, "parameters": {"support_stiffness_ratio": [0, 1]}}
             },
-            "identities": 4,
+            "metamorphic": 4,
             "parts": 2,
         }
     },
     "long_runs": {"orbit": {"periods": 1000, "parameters": POINT}},
-    "figures": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
-    "tables": {"laws": {"kind": "stress"}, "twins": {"kind": "twins"}},
+    "figures": {"laws": {"kind": "stress"}, "metamorphic": {"kind": "metamorphic"}},
+    "tables": {"laws": {"kind": "stress"}, "metamorphic": {"kind": "metamorphic"}},
 }
 COST = {
     "kind": "cost",
@@ -198,7 +198,7 @@ MISTAKES = [
         "random.box.parameters.mass_ratio",
         "neither range nor values is given",
     ),
-    ("stress", ("random", "box", "identities"), 11, "random.box.identities", "integer <= 10"),
+    ("stress", ("random", "box", "metamorphic"), 11, "random.box.metamorphic", "integer <= 10"),
     (
         "stress",
         ("random", "box", "models", "grounded", "share"),
@@ -234,7 +234,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("kind", "keys", "value", "place", "words"), MISTAKES)
-def test_mistakes_are_told_in_words(tmp_path, kind, keys, value, place, words):
+def test_mistakes_are_stated_in_words(tmp_path, kind, keys, value, place, words):
     with pytest.raises(ConfigError) as error:
         load_study(write(tmp_path, changed(GOOD[kind], *keys, to=value)))
     text = str(error.value)
@@ -244,7 +244,7 @@ def test_mistakes_are_told_in_words(tmp_path, kind, keys, value, place, words):
 
 @pytest.mark.parametrize("kind", GOOD)
 @pytest.mark.parametrize("key", ["title", "source"])
-def test_missing_keys_are_told(tmp_path, kind, key):
+def test_missing_keys_are_stated(tmp_path, kind, key):
     data = {name: value for name, value in GOOD[kind].items() if name != key}
     with pytest.raises(ConfigError, match=f"'{key}' is missing"):
         load_study(write(tmp_path, data))
@@ -281,7 +281,7 @@ def test_what_shows_times_lies_with_the_times(tmp_path):
     ]
 
 
-def test_parts_of_a_stress_study_cover_its_lanes(tmp_path):
+def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
     study = load_study(write(tmp_path, STRESS))
     parts = study.parts()
     assert list(parts) == [
@@ -294,10 +294,10 @@ def test_parts_of_a_stress_study_cover_its_lanes(tmp_path):
     box = parts["random_box~1"]["random"]["box"]
     assert box["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
     assert parts["random_box~1"]["part"] == (1, 2)
-    assert parts["long_orbit"]["lane"] == POINT
+    assert parts["long_orbit"]["run"] == POINT
     assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
-    twins = study.twins()
-    assert [(part["lanes"]["first"], part["lanes"]["count"]) for part in twins.values()] == [
+    again = study.metamorphic()
+    assert [(part["runs"]["first"], part["runs"]["count"]) for part in again.values()] == [
         (0, 2),
         (2, 2),
     ]

@@ -213,14 +213,14 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
             "random",
             "long",
         }
-        assert cube.sizes["lane"] > 800
-        ran = cube.isel(lane=cube.status.values != 3)  # a refused lane has no segments
+        assert cube.sizes["run"] > 800
+        ran = cube.isel(run=cube.status.values != 3)  # a refused run has no segments
         assert not broken({name: ran[name].values for name in (*LAW_NAMES, "segments")}).any()
         assert cube.penetration.max() < 1e-12
         # It finished, or its event budget says so; walls that only push refuse restitution 0.
         assert set(np.unique(cube.status)) <= {0, 1, 3}
-    with xr.open_dataset(reduced / "results/ci/stress/twins.nc") as twins:
-        assert twins.sizes["lane"] == 40
+    with xr.open_dataset(reduced / "results/ci/stress/metamorphic.nc") as twins:
+        assert twins.sizes["run"] == 40
         for name in ("mirrored", "shifted", "units", "sharper", "looser"):
             assert (twins[f"{name}_verdict"] != 2).all(), name
 

@@ -3,7 +3,9 @@
 STRESSES = {name: study for name, study in VERIFICATIONS.items() if study.kind == "stress"}
 # (study, part) -> what is run in it
 PARTS = {(s.name, part): run for s in STRESSES.values() for part, run in s.parts().items()}
-TWINS = {(s.name, part): run for s in STRESSES.values() for part, run in s.twins().items()}
+METAMORPHIC = {
+    (s.name, part): run for s in STRESSES.values() for part, run in s.metamorphic().items()
+}
 # What the checks load by name.
 CHECK_MODULES = [
     *EVERY_MODEL,
@@ -64,37 +66,37 @@ rule checks:
         "../scripts/checks.py"
 
 
-rule twins:
+rule metamorphic:
     input:
         ancient(COMPILED_CHECKS),
     output:
-        f"{RESULTS}/{{study}}/twins/{{part}}.npz",
+        f"{RESULTS}/{{study}}/metamorphic/{{part}}.npz",
     log:
-        "logs/{study}/twins/{part}.log",
+        "logs/{study}/metamorphic/{part}.log",
     benchmark:
-        "logs/benchmarks/{study}/twins/{part}.tsv"
+        "logs/benchmarks/{study}/metamorphic/{part}.tsv"
     wildcard_constraints:
         study=one_of(STRESSES),
-        part=one_of({part for _, part in TWINS}),
+        part=one_of({part for _, part in METAMORPHIC}),
     params:
-        run=lambda wildcards: TWINS[wildcards.study, wildcards.part],
-        code=code_digest(SCRIPTS / "twins.py", CHECK_MODULES),
+        run=lambda wildcards: METAMORPHIC[wildcards.study, wildcards.part],
+        code=code_digest(SCRIPTS / "metamorphic.py", CHECK_MODULES),
     message:
         "Run points of {wildcards.study} in other ways: {wildcards.part}"
     script:
-        "../scripts/twins.py"
+        "../scripts/metamorphic.py"
 
 
 rule stress:
     input:
         parts=lambda wildcards: [path for paths in _groups(wildcards).values() for path in paths],
-        twins=lambda wildcards: [
-            f"{RESULTS}/{wildcards.study}/twins/{part}.npz"
-            for part in STRESSES[wildcards.study].twins()
+        metamorphic=lambda wildcards: [
+            f"{RESULTS}/{wildcards.study}/metamorphic/{part}.npz"
+            for part in STRESSES[wildcards.study].metamorphic()
         ],
     output:
         cube=f"{RESULTS}/{{study}}/cube.nc",
-        twins=f"{RESULTS}/{{study}}/twins.nc",
+        metamorphic=f"{RESULTS}/{{study}}/metamorphic.nc",
     log:
         "logs/{study}/stress.log",
     benchmark:

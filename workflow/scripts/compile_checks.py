@@ -5,7 +5,7 @@ from pathlib import Path
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.models import MODELS
 from damper.verification.stress.checks import run_checks
-from damper.verification.stress.identities import run_identities
+from damper.verification.stress.metamorphic import run_metamorphic
 
 POINT = {
     "mass_ratio": 0.1,
@@ -17,6 +17,6 @@ POINT = {
 
 compile_at_once()
 run_checks([POINT], 1)
-run_identities([POINT], periods=1)
+run_metamorphic([POINT], periods=1)
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

@@ -1,14 +1,14 @@
-"""Gather all parts of a stress study: the checks of all lanes, and the lanes run in other ways."""
+"""Gather all parts of a stress study: the checks of all runs, and the metamorphic tests."""
 
 from pathlib import Path
 
 from damper.sweep.cube import REFERENCES, write_cube
 from damper.verification.stress.cube import gather
-from damper.verification.stress.twins_cube import gather_twins
+from damper.verification.stress.metamorphic_cube import gather_metamorphic
 
 params = snakemake.params
 about = {**params.about, "references": REFERENCES, "code_digest": params.code}
 groups = {origin: [Path(path) for path in paths] for origin, paths in params.groups.items()}
 write_cube(gather(groups, about), Path(snakemake.output.cube))
-twins = gather_twins([Path(path) for path in snakemake.input.twins], about)
-write_cube(twins, Path(snakemake.output.twins))
+again = gather_metamorphic([Path(path) for path in snakemake.input.metamorphic], about)
+write_cube(again, Path(snakemake.output.metamorphic))

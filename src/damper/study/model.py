@@ -339,7 +339,7 @@ class Settings(Strict):
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "
-            "figure, table, scene, solver, rung or set of lanes that is null is left out."
+            "figure, table, scene, solver, case or set of runs that is null is left out."
         ),
     ] = _NONE
 

@@ -84,7 +84,7 @@ class Verification(StudyFile):
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """What a page shows of the study's settings: name -> value."""
         raise NotImplementedError
 
     def files(self, section: str) -> dict[str, tuple[Made, dict[str, Any]]]:
@@ -127,7 +127,7 @@ class Verification(StudyFile):
         }
 
     def attributes(self) -> dict[str, str]:
-        """Return what a file of results says of the study; figures and tables do not change it."""
+        """Return the attributes of a file of results; figures and tables do not change it."""
         left_out = {"figures", "tables"}
         written = dump_yaml(self.model_dump(mode="json", exclude_none=True, exclude=left_out))
         return {"title": self.title, "source": self.source, "study": written}

@@ -75,7 +75,7 @@ def test_each_solver_and_failure_has_its_look() -> None:
 # --- work and precision
 
 
-def test_good_runs_are_lines_and_failures_lie_in_lanes(cubes) -> None:
+def test_good_runs_are_lines_and_failures_lie_in_runs(cubes) -> None:
     errors, timings = cubes
     figure = drawn(work_precision, cubes)
     hard, soft = figure.axes
@@ -84,24 +84,24 @@ def test_good_runs_are_lines_and_failures_lie_in_lanes(cubes) -> None:
     np.testing.assert_array_equal(line.get_ydata(), place.state_error)
     times = timings.run_time.sel(scene="hard", solver="rk4_located")
     np.testing.assert_array_equal(line.get_xdata(), times)
-    lanes = dict(
+    strips = dict(
         zip((t.get_text() for t in hard.get_yticklabels()), hard.get_yticks(), strict=True)
     )
-    assert list(lanes)[-5:] == ["events missed", "beyond a wall", "stalled", "capped", "failed"]
-    for solver, lane, count in (
+    assert list(strips)[-5:] == ["events missed", "beyond a wall", "stalled", "capped", "failed"]
+    for solver, strip, count in (
         ("radau", "events missed", 1),
         ("rk4_step_end", "beyond a wall", 2),
         ("lsoda", "stalled", 1),
         ("rk45", "capped", 1),
     ):
         good, failed = lines_of(hard, solver)
-        assert failed.get_ydata().tolist() == [lanes[lane]] * count
+        assert failed.get_ydata().tolist() == [strips[strip]] * count
         assert failed.get_linestyle() == "None"
         assert np.isfinite(good.get_ydata()).sum() == (2 if solver == "rk45" else 0)
-        assert 10.0 < lanes[lane] < hard.get_ylim()[1]
+        assert 10.0 < strips[strip] < hard.get_ylim()[1]
     # An error of nothing is drawn on the floor.
     assert lines_of(hard, "exact")[0].get_ydata()[-1] == 1e-16
-    assert lines_of(soft, "compliant_flow")[1].get_ydata().tolist() == [lanes["failed"]]
+    assert lines_of(soft, "compliant_flow")[1].get_ydata().tolist() == [strips["failed"]]
     assert [ax.get_title() for ax in figure.axes] == ["Hard walls", "Walls that give"]
     assert len(legend_texts(figure)) == 7
     assert_apart(figure)
@@ -112,7 +112,7 @@ def test_one_scene_fits_a_column(cubes) -> None:
     (ax,) = figure.axes
     assert figure.get_figwidth() == 3.5
     assert ax.get_title() == "Walls that give"
-    # Solvers that have no such model are not in the legend, nor lanes of what did not happen.
+    # Solvers that have no such model are not in the legend, nor strips of what did not happen.
     assert len(legend_texts(figure)) == 2
     texts = [text.get_text() for text in ax.get_yticklabels()]
     assert texts[-1] == "failed"

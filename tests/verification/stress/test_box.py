@@ -1,4 +1,4 @@
-"""The lanes of the stress study: all corners, and random ones that are the same everywhere."""
+"""The points of the stress study: all corners, and random ones that are the same everywhere."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 from damper.engine.segment import CAUSE, GAP, IMPACT, RATE, SPEED
 from damper.models import start_run
 from damper.sweep.points import read_point
-from damper.verification.stress.box import STARTS, corners, part, random_lanes, start_of
+from damper.verification.stress.box import STARTS, corners, part, random_points, start_of
 
 VALUES = {
     "mass_ratio": [1e-6, 0.3],
@@ -35,7 +35,7 @@ BOX = {
 }
 
 
-#: Lane 0 of seed 7.
+#: Run 0 of seed 7.
 FIRST = {
     "mass_ratio": 0.000195609,
     "damping_ratio": 1.78466e-06,
@@ -47,27 +47,27 @@ FIRST = {
 
 
 def test_corners_are_the_whole_product_and_can_be_read():
-    lanes = corners(VALUES)
-    assert len(lanes) == 2 * 2 * 3 * 2 * len(STARTS)
-    assert len({tuple(sorted(lane.items())) for lane in lanes}) == len(lanes)
+    points = corners(VALUES)
+    assert len(points) == 2 * 2 * 3 * 2 * len(STARTS)
+    assert len({tuple(sorted(point.items())) for point in points}) == len(points)
     for name, values in VALUES.items():
-        assert {lane[name] for lane in lanes} == set(values)
-    for lane in lanes:
-        point = read_point(lane)
+        assert {point[name] for point in points} == set(values)
+    for point in points:
+        point = read_point(point)
         start_run(point.parameters, point.start())
 
 
 def first_row(start, clearance):
-    lane = {
+    point = {
         "mass_ratio": 0.3,
         "damping_ratio": 0.0,
         "frequency_ratio": 1.0,
         "clearance": clearance,
         "restitution": 0.5,
     }
-    point = read_point(lane | start_of(start, clearance))
-    run = start_run(point.parameters, point.start())
-    return next(iter(run.segments(1.0, 0.0))).copy()
+    point = read_point(point | start_of(start, clearance))
+    point = start_run(point.parameters, point.start())
+    return next(iter(point.segments(1.0, 0.0))).copy()
 
 
 def test_starts_are_what_they_are_called():
@@ -89,31 +89,31 @@ def test_corners_need_a_clearance():
         corners({"restitution": [0.0]})
 
 
-def test_random_lanes_are_those_of_their_seed_and_number():
-    lanes = random_lanes(40, 7, BOX)
-    assert lanes[0] == random_lanes(1, 7, BOX)[0]
-    assert lanes[30:] == random_lanes(10, 7, BOX, first=30)
-    assert lanes != random_lanes(40, 8, BOX)
+def test_random_points_are_those_of_their_seed_and_number():
+    points = random_points(40, 7, BOX)
+    assert points[0] == random_points(1, 7, BOX)[0]
+    assert points[30:] == random_points(10, 7, BOX, first=30)
+    assert points != random_points(40, 8, BOX)
     # Written down, so that another platform or version is seen to draw the same.
-    assert lanes[0] == FIRST
+    assert points[0] == FIRST
 
 
-def test_random_lanes_fill_the_box():
-    lanes = random_lanes(2000, 1, BOX)
-    masses = [lane["mass_ratio"] for lane in lanes]
+def test_random_points_fill_the_box():
+    points = random_points(2000, 1, BOX)
+    masses = [point["mass_ratio"] for point in points]
     edges = sum(mass in (1e-6, 1e18) for mass in masses)
     assert 400 < edges < 600
     inside = [math.log10(mass) for mass in masses if mass not in (1e-6, 1e18)]
     assert -6.0 <= min(inside) < -5.9
     assert 2.9 < max(inside) <= 3.0
     assert -1.7 < sum(inside) / len(inside) < -1.3
-    assert 340 < sum("support_stiffness_ratio" in lane for lane in lanes) < 460
-    for lane in lanes[:200]:
-        read_point(lane)
+    assert 340 < sum("support_stiffness_ratio" in point for point in points) < 460
+    for point in points[:200]:
+        read_point(point)
 
 
 def test_parts_make_up_the_whole():
-    lanes = list(range(10))
-    parts = [part(lanes, number, 3) for number in range(3)]
-    assert sorted(lane for some in parts for lane in some) == lanes
+    points = list(range(10))
+    parts = [part(points, number, 3) for number in range(3)]
+    assert sorted(point for some in parts for point in some) == points
     assert max(map(len, parts)) - min(map(len, parts)) <= 1

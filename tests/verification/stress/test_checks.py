@@ -27,7 +27,7 @@ from damper.engine.segment import (
 )
 from damper.models import start_run
 from damper.observers.common.base import Window
-from damper.verification.stress.box import corners, random_lanes
+from damper.verification.stress.box import corners, random_points
 from damper.verification.stress.checks import Laws, run_checks
 from damper.verification.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess
 
@@ -43,10 +43,10 @@ RESONANT = REDUCED | {"damping_ratio": [0.0], "frequency_ratio": [1.0 - 1e-9, 1.
 
 @pytest.mark.exhaustive
 def test_every_law_holds_on_a_reduced_grid():
-    lanes = [*corners(REDUCED, ("approaching", "grazing")), *corners(RESONANT, ("centre",))]
-    found = run_checks(lanes, 2, max_events=2000)
-    assert len(lanes) > 450
-    assert not broken(found).any(), [lanes[i] for i in np.flatnonzero(broken(found))]
+    runs = [*corners(REDUCED, ("approaching", "grazing")), *corners(RESONANT, ("centre",))]
+    found = run_checks(runs, 2, max_events=2000)
+    assert len(runs) > 450
+    assert not broken(found).any(), [runs[i] for i in np.flatnonzero(broken(found))]
     assert set(found["status"].tolist()) == {0, 1}
     assert (found["events"][found["status"] == 1] == 2000).all()
     for name in LAW_NAMES:
@@ -68,13 +68,13 @@ for more in (
     {"modulation_depth": [0.5], "modulation_order": [2.0]},
     {"contact_stiffness_ratio": [1e4], "contact_tension": [0.0, 1.0]},
 ):
-    lanes = corners(base | more, ("centre", "approaching"))
-    found = run_checks(lanes, 1, max_events=30)
-    assert not broken(found).any(), [lanes[i] for i in np.flatnonzero(broken(found))]
+    runs = corners(base | more, ("centre", "approaching"))
+    found = run_checks(runs, 1, max_events=30)
+    assert not broken(found).any(), [runs[i] for i in np.flatnonzero(broken(found))]
     assert (found["events"] > 0).any()
     assert np.isfinite(found["energy"]).all()
-    assert np.isfinite(found["pull"]).any()
-print(len(lanes))
+    assert np.isfinite(found["tensile_force"]).any()
+print(len(runs))
 """
 
 
@@ -204,10 +204,10 @@ def test_a_motion_that_does_not_join_is_found(run):
     assert {"continuity"} <= violated(trajectory, changed(log, release, V, 1e-10))
 
 
-def test_a_wall_that_pulls_is_found(run):
+def test_a_tensile_contact_force_is_found(run):
     trajectory, log = run
     row = first(log, (log[:, MODE] == STICKING) & (np.roll(log[:, CAUSE], -1) == RELEASE))
-    assert "pull" in violated(trajectory, changed(log, row, DURATION, 1e-6))
+    assert "tensile_force" in violated(trajectory, changed(log, row, DURATION, 1e-6))
 
 
 def test_time_that_goes_back_is_found(run):
@@ -227,36 +227,36 @@ def test_what_is_not_finite_is_found(run, column, value):
     assert "not_finite" in found
 
 
-def test_a_refused_lane_says_so_and_the_others_run():
-    lane = {
+def test_a_refused_run_says_so_and_the_others_run():
+    run = {
         "mass_ratio": 0.1,
         "damping_ratio": 0.05,
         "frequency_ratio": 0.8,
         "clearance": 1.0,
         "restitution": 0.6,
     }
-    found = run_checks([lane, lane | {"restitution": 1.5}, lane], 2)
+    found = run_checks([run, run | {"restitution": 1.5}, run], 2)
     assert found["status"].tolist() == [0, REFUSED, 0]
     assert np.isnan(found["energy"][1])
     assert found["energy"][0] == found["energy"][2] < LIMIT
     assert found["periods"].tolist() == [2, 0, 2]
 
 
-def test_a_long_lane_is_cut_after_the_period_under_way():
-    lane = {
+def test_a_long_run_is_cut_after_the_period_under_way():
+    run = {
         "mass_ratio": 0.1,
         "damping_ratio": 0.05,
         "frequency_ratio": 1e-2,
         "clearance": 1e6,
         "restitution": 0.6,
     }
-    found = run_checks([lane, lane | {"frequency_ratio": 1.0}], 20, longest=1000.0)
+    found = run_checks([run, run | {"frequency_ratio": 1.0}], 20, longest=1000.0)
     assert found["periods"].tolist() == [2, 20]
     with pytest.raises(ValueError, match="periods = 0: must be a whole number >= 1"):
-        run_checks([lane], 0)
+        run_checks([run], 0)
 
 
-def test_random_lanes_run_the_same_in_any_part():
+def test_random_points_run_the_same_in_any_part():
     box = {
         "parameters": {
             "mass_ratio": {"range": [1e-3, 1e3]},
@@ -266,15 +266,15 @@ def test_random_lanes_run_the_same_in_any_part():
             "restitution": {"range": [0.0, 1.0]},
         }
     }
-    whole = run_checks(random_lanes(6, 3, box), 3, max_events=500)
-    rest = run_checks(random_lanes(3, 3, box, first=3), 3, max_events=500)
+    whole = run_checks(random_points(6, 3, box), 3, max_events=500)
+    rest = run_checks(random_points(3, 3, box, first=3), 3, max_events=500)
     for name, values in rest.items():
         np.testing.assert_array_equal(whole[name][3:], values, err_msg=name)
 
 
 def test_a_release_from_compliant_contact_is_read_with_the_acceleration_it_has():
     """Only at that from a rigid wall is x'' zero."""
-    lane = {
+    run = {
         "mass_ratio": 0.3,
         "damping_ratio": 0.0,
         "frequency_ratio": 1.0,
@@ -283,7 +283,7 @@ def test_a_release_from_compliant_contact_is_read_with_the_acceleration_it_has()
         "contact_stiffness_ratio": 1e3,
         "contact_tension": 1.0,
     }
-    found = run_checks([lane, lane | {"contact_tension": 0.0}], 4)
+    found = run_checks([run, run | {"contact_tension": 0.0}], 4)
     assert found["status"].max() == 0
     assert found["continuity"].max() < 1e-13
     assert found["penetration"].max() < 1e-13

@@ -87,13 +87,13 @@ def test_noise_is_of_the_size_that_it_says_and_deterministic():
     found = differences(own, other, slice(0, same), slice(0, same), scale_of(run, own))
     assert 0.01 * NOISE < found[0] < 100.0 * NOISE
     # No segment starts where the one before it ends: each event adds some.
-    twin = runs[0].log
-    flights = np.flatnonzero((twin[1:, CAUSE] == RELEASE) & (twin[:-1, MODE] == STICKING))
+    noisy = runs[0].log
+    flights = np.flatnonzero((noisy[1:, CAUSE] == RELEASE) & (noisy[:-1, MODE] == STICKING))
     pushes = [
         np.sin(p.phase + runs[0].parameters.frequency_ratio * row[TIME])
         - 2.0 * runs[0].parameters.damping_ratio * row[V]
         - row[X]
-        for row in twin[flights + 1]
+        for row in noisy[flights + 1]
     ]
     assert len(pushes) > 0
     assert min(abs(push) for push in pushes) > 0.01 * NOISE
@@ -109,6 +109,6 @@ def test_the_end_of_comparison_is_where_rounding_reaches_it():
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
 def test_limits_of_restitution_stay(restitution):
     p = Parameters(0.1, 0.05, 0.8, 1.0, restitution)
-    twin = noisy_run(p, None, periods=5, events=20, size=NOISE, random=np.random.default_rng(1))
-    assert twin.parameters.restitution == restitution
-    assert twin.parameters.mass_ratio != p.mass_ratio
+    noisy = noisy_run(p, None, periods=5, events=20, size=NOISE, random=np.random.default_rng(1))
+    assert noisy.parameters.restitution == restitution
+    assert noisy.parameters.mass_ratio != p.mass_ratio

@@ -15,7 +15,7 @@ from damper.verification.stress.laws import LAWS, LIMIT, RUN
 from damper.verification.stress.parts import write_part
 from damper.verification.stress.tables.stress import GRADED, regimes
 
-LANES = corners(
+RUNS = corners(
     {
         "mass_ratio": [1e-9, 0.3],
         "damping_ratio": [0.0, 0.1, 1e6],
@@ -28,7 +28,7 @@ LANES = corners(
 
 @pytest.fixture(scope="module")
 def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    count = len(LANES)
+    count = len(RUNS)
     values = np.geomspace(1e-17, 1e-13, count)
     arrays = {variable.name: values.copy() for variable in LAWS}
     arrays |= {name: np.zeros(count) for name in ("backwards", "not_finite")}
@@ -37,7 +37,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     arrays["energy"][-1] = 5e-12
     arrays["status"][:3] = 1
     path = tmp_path_factory.mktemp("part") / "0.npz"
-    write_part(path, part(LANES, 0, 1), arrays)
+    write_part(path, part(RUNS, 0, 1), arrays)
     return gather({"corner": [path]}, {"title": "Made-up runs"})
 
 
@@ -76,7 +76,7 @@ def test_matrix_shows_the_worst_of_each_regime(cube: xr.Dataset) -> None:
             beyond = law == "energy" and row.worst[law] == 5e-12
             assert (text.get_color() == "white") == beyond
     labels = [label.get_text() for label in lower.get_yticklabels()]
-    assert labels[0] == f"all ({len(LANES)}, 3)"
+    assert labels[0] == f"all ({len(RUNS)}, 3)"
 
 
 def test_files_are_the_same_twice_and_small(cube: xr.Dataset, tmp_path: Path) -> None:

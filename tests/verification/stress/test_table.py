@@ -11,7 +11,7 @@ from damper.sweep.points import read_point
 from damper.verification.stress.box import corners, part
 from damper.verification.stress.cube import gather
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAWS, LIMIT, RUN
-from damper.verification.stress.parts import lane_of, read_parts, write_part
+from damper.verification.stress.parts import point_of, read_parts, write_part
 from damper.verification.stress.regimes import REGIMES, models
 from damper.verification.stress.tables.stress import excesses, make, regimes
 
@@ -25,8 +25,8 @@ VALUES = {
 SUPPORTED = {name: values[-1:] for name, values in VALUES.items()} | {
     "support_stiffness_ratio": [0.0, 1.0]
 }
-LANES = [*corners(VALUES, ("centre", "grazing")), *corners(SUPPORTED, ("centre",))]
-#: Lane that breaks the law of momentum, one that stops early, one that is refused.
+RUNS = [*corners(VALUES, ("centre", "grazing")), *corners(SUPPORTED, ("centre",))]
+#: Run that breaks the law of momentum, one that stops early, one that is refused.
 BROKEN, STOPPED, REFUSED = 5, 11, 17
 
 
@@ -44,7 +44,7 @@ def results(count):
 
 @pytest.fixture(scope="module")
 def cube(tmp_path_factory) -> xr.Dataset:
-    arrays = results(len(LANES))
+    arrays = results(len(RUNS))
     arrays["momentum"][BROKEN] = 3e-12
     arrays["touch"][:] = np.nan
     arrays["status"][STOPPED] = 1
@@ -56,25 +56,25 @@ def cube(tmp_path_factory) -> xr.Dataset:
     for number in range(3):
         paths.append(folder / f"{number}.npz")
         some = {name: part(values, number, 3) for name, values in arrays.items()}
-        write_part(paths[-1], part(LANES, number, 3), some)
+        write_part(paths[-1], part(RUNS, number, 3), some)
     return gather({"corner": paths}, {"title": "Made-up runs"})
 
 
-def test_parts_come_back_in_the_order_of_the_lanes(cube):
+def test_parts_come_back_in_the_order_of_the_runs(cube):
     values = {name: array.values for name, array in cube.data_vars.items()}
-    for number, lane in enumerate(LANES):
-        back = lane_of(values, number)
-        assert back == {name: value for name, value in lane.items() if name in back}
-        assert not any(value for name, value in lane.items() if name not in back)
+    for number, run in enumerate(RUNS):
+        back = point_of(values, number)
+        assert back == {name: value for name, value in run.items() if name in back}
+        assert not any(value for name, value in run.items() if name not in back)
     assert cube.momentum.values[BROKEN] == 3e-12
 
 
 def test_parts_have_the_same_bytes(tmp_path):
     for name in "ab":
-        write_part(tmp_path / f"{name}.npz", LANES[:4], results(4))
+        write_part(tmp_path / f"{name}.npz", RUNS[:4], results(4))
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     assert read_parts([tmp_path / "a.npz"])["clearance"].tolist() == [
-        lane["clearance"] for lane in LANES[:4]
+        run["clearance"] for run in RUNS[:4]
     ]
 
 
@@ -87,34 +87,34 @@ def test_every_variable_is_described(cube):
 
 
 def test_models_are_those_of_the_parameters(cube):
-    for number in (0, len(LANES) - 1):
-        assert models(cube).values[number] == read_point(LANES[number]).parameters.model
+    for number in (0, len(RUNS) - 1):
+        assert models(cube).values[number] == read_point(RUNS[number]).parameters.model
     assert models(cube).values[-1] == "grounded"
 
 
-def test_all_lanes_and_their_ends_are_counted(cube):
+def test_all_runs_and_their_ends_are_counted(cube):
     everything = regimes(cube)[0]
-    assert everything.lanes == len(LANES)
-    assert everything.outcomes == (len(LANES) - 2, 1, 0, 1)
+    assert everything.runs == len(RUNS)
+    assert everything.outcomes == (len(RUNS) - 2, 1, 0, 1)
     assert everything.broken == 1
     assert everything.law == "momentum"
-    assert everything.lane["mass_ratio"] == LANES[BROKEN]["mass_ratio"]
-    assert everything.lane.items() <= (LANES[BROKEN]).items()
+    assert everything.point["mass_ratio"] == RUNS[BROKEN]["mass_ratio"]
+    assert everything.point.items() <= (RUNS[BROKEN]).items()
     assert everything.worst["momentum"] == 3e-12
     assert everything.nearest["momentum"] == pytest.approx(3.0)
     assert np.isnan(everything.worst["touch"])
 
 
-def test_a_regime_has_the_lanes_of_its_condition(cube):
+def test_a_regime_has_the_runs_of_its_condition(cube):
     rows = {row.name: row for row in regimes(cube)}
-    untied = [lane for lane in LANES if not lane.get("support_stiffness_ratio")]
-    heavy = [lane for lane in untied if lane["damping_ratio"] >= 10.0]
-    assert rows["heavy damping"].lanes == len(heavy)
-    assert rows["heavy damping"].broken == (LANES[BROKEN] in heavy)
-    tiny = [lane for lane in LANES if lane["clearance"] == 1e-9]
-    assert rows["tiny clearance"].lanes == len(tiny)
-    assert rows["grounded"].lanes == 1
-    assert rows["grazing start"].lanes == 48
+    untied = [run for run in RUNS if not run.get("support_stiffness_ratio")]
+    heavy = [run for run in untied if run["damping_ratio"] >= 10.0]
+    assert rows["heavy damping"].runs == len(heavy)
+    assert rows["heavy damping"].broken == (RUNS[BROKEN] in heavy)
+    tiny = [run for run in RUNS if run["clearance"] == 1e-9]
+    assert rows["tiny clearance"].runs == len(tiny)
+    assert rows["grounded"].runs == 1
+    assert rows["grazing start"].runs == 48
     assert "compliant" not in rows
     assert "large clearance" not in rows
 
@@ -140,9 +140,9 @@ def test_table(cube):
     assert rows["all"]["max_events_reached"] == "1"
     assert rows["all"]["worst_law"] == "momentum"
     assert float(rows["all"]["momentum"]) == 3e-12
-    assert f"mass_ratio={LANES[BROKEN]['mass_ratio']:g}" in rows["all"]["worst_lane"]
+    assert f"mass_ratio={RUNS[BROKEN]['mass_ratio']:g}" in rows["all"]["worst_point"]
     assert "1 stopped by their event budget, 1 refused with an error" in markdown
-    assert f"| momentum | {len(LANES) - 1} | {len(LANES) - 3} | 1 | 1 | 3.0e-12 |" in markdown
-    assert "| touch | 0 | 0 | 0 | 0 | none |" in markdown
+    assert f"| momentum | {len(RUNS) - 1} | {len(RUNS) - 3} | 1 | 1 | 3.0e-12 |" in markdown
+    assert "| gap at impact | 0 | 0 | 0 | 0 | none |" in markdown
     for regime in REGIMES:
         assert (regime.reason in markdown) == (regime.name in rows)

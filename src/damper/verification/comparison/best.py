@@ -15,7 +15,7 @@ FILES = ("cube.nc", "timed/timings.nc")
 BASE = "exact"
 #: The engine, and the peer to beat: both compiled, and both locate every impact.
 PEERS = (BASE, "rk4_located")
-#: Length of their runs that are told by the impact, in that of the scene.
+#: Length of their runs that are timed by the impact, in that of the scene.
 LONGER = 20
 GOOD_RUN = VERDICTS.index("good")
 

@@ -19,7 +19,7 @@ from damper.verification.comparison.solvers import load
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Errors that a solver's order is told of.
+#: Errors of which a solver's order is estimated.
 ERRORS = (
     "impact_time_error",
     "accumulation_error",
@@ -34,7 +34,7 @@ _GROWING = ("impact_time_error", "accumulation_error", "release_error", "state_e
 #: some 1e5 terms.
 _ROUNDING, _BALANCE = 100.0, 1000.0
 _EPS = float(np.finfo(float).eps)
-#: Fewest levels above rounding that tell an order.
+#: Fewest levels above roundoff that give an order.
 _FEWEST = 3
 
 _SCENE = {
@@ -42,7 +42,7 @@ _SCENE = {
     "sensitivity": ("largest growth of a small change of the start until the end", "1"),
     "until": ("end of the run", TIME),
     "periods": ("forcing periods from start to end", "1"),
-    "rigid": ("1 rigid walls, 0 walls that give", "1"),
+    "rigid": ("1 rigid walls, 0 compliant contact", "1"),
 }
 _LEVEL = {
     "setting": ("the solver's setting", "1"),
@@ -193,7 +193,7 @@ def order_at(place: xr.Dataset, name: str) -> float:
         finer, its inverse) is halved. NaN if these are fewer than 3.
     """
     error, setting = place[name].values, place.setting.values
-    if name == "penetration" and not int(place.rigid):  # of walls that give it is no error
+    if name == "penetration" and not int(place.rigid):  # of compliant contact it is no error
         return math.nan
     floor = rounding(place) if name in _GROWING else _BALANCE * _EPS
     good = (place.verdict.values == VERDICTS.index("good")) & (error > floor)

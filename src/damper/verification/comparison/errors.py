@@ -6,7 +6,7 @@ not overlap, and the solver's event nearest to the middle of a window is the one
 What is left over was missed, or is one too many.
 
 A complete burst has infinitely many impacts, ever closer together: no solver finds all of them,
-and near the end times alone do not tell which one is meant. Three rules keep that apart from
+and near the end times alone do not decide which one is meant. Three rules keep that apart from
 impacts that were passed over:
 
 - From the first impact of a burst on, the solver's next one on that wall is the next one of the
@@ -142,11 +142,11 @@ def verdict(scene: Scene, solution: Solution, measured: Mapping[str, float]) -> 
     """Return which of `VERDICTS` a run deserves.
 
     A solver notices by itself that it stalls, is capped or fails; that it left the box or lost
-    events, only the reference tells.
+    events, only the reference knows.
     """
     if solution.outcome != FINISHED:
         return solution.outcome
-    if not np.isfinite(measured["state_error"]):  # whatever the solver says
+    if not np.isfinite(measured["state_error"]):  # whatever the solver reports
         return FAILED
     if scene.model == "rigid" and measured["penetration"] > BOX * scene.parameters.clearance:
         return "left_box"

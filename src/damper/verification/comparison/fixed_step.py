@@ -395,7 +395,7 @@ def contact_force(
 ) -> tuple[float, ...]:
     """How a wall accelerates towards the free mass, and how that changes: -side x'', -side x'''.
 
-    Positive where the masses, once together, stay so.
+    Positive where masses that move as one stick.
     """
     angle = damper.omega * time + damper.phase
     a = (math.sin(angle) - 2.0 * damper.zeta * v - x) / mass
@@ -404,8 +404,8 @@ def contact_force(
 
 
 @compiled
-def rests(a: float, j: float, rebound: float, longest: float) -> bool:
-    """Whether masses stay together after an impact, from `contact_force` and the rebound speed.
+def sticks(a: float, j: float, rebound: float, longest: float) -> bool:
+    """Whether masses stick after an impact, from `contact_force` and the rebound speed.
 
     They do where the flight back takes no more than the time `longest`.
     """

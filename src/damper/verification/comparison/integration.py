@@ -22,7 +22,7 @@ from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, ST
 #: Value of time and state whose fall (or rise) through zero ends a motion.
 Quantity = Callable[[float, Sequence[float]], float]
 
-#: scipy's methods that solve equations, and are told their derivatives.
+#: scipy's methods that solve equations, and need their derivatives.
 _IMPLICIT = ("Radau", "BDF", "LSODA")
 #: Gauss's nodes and weights on (0, 1): work and losses within one step of the integrator.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -61,7 +61,7 @@ class CappedError(Exception):
 
 
 class FailedError(Exception):
-    """The integrator gave up, or a value is not finite."""
+    """The integrator failed, or a value is not finite."""
 
 
 class StalledError(Exception):

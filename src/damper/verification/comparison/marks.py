@@ -5,7 +5,7 @@ from typing import Any
 from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from damper.verification.comparison.errors import VERDICTS
 
-#: One colour for a family of solvers; marker and line tell its members apart.
+#: One colour for a family of solvers; marker and line distinguish its members.
 SOLVER_MARKS: dict[str, dict[str, Any]] = {
     "exact": {"color": BLACK, "marker": "o", "ls": "-"},
     "rk4_step_end": {"color": ORANGE, "marker": "v", "ls": "--"},

@@ -22,7 +22,7 @@ from damper.verification.comparison.scene import Scene
 
 #: Impacts slower than this are not listed (they are computed all the same). A bounce of speed w
 #: rises w^2 / (2 a) above its wall, which is lost in the roundoff of doubles of size 1 at w of some
-#: 1e-8. So nothing that works with absolute positions can tell slower impacts from contact; this
+#: 1e-8. Nothing that works with absolute positions can distinguish slower ones from contact; this
 #: leaves them a decade.
 RESOLVED = 1e-9
 

@@ -1,14 +1,14 @@
-"""Motion of the damper whose walls give, in arbitrary precision.
+"""Motion of the damper with compliant contact, in arbitrary precision.
 
-Everything is relative to the wall s in touch, as in `damper.models.compliant.flow`: with X = s x,
+Everything is relative to the wall s in contact, as in `damper.models.compliant.flow`: with X = s x,
 the gap g, beta = mu / (1 + mu) = 1 / gamma, and U = X - beta g the centre of mass,
 
     U'' = P / (1 + mu),    g'' = P - gamma (k g + c g'),    P = s sin(...) - 2 zeta X' - X.
 
 Contacts are followed by Taylor series on panels that are short against the contact's own
 oscillation, and their ends found by steps that cannot pass a root. Where a contact lasts, the four
-modes of its equation tell slow motion from ringing: as long as the slow part of what is watched
-exceeds the ring's amplitude, which never grows, the contact goes on for certain, and steps are
+modes of its equation separate slow from fast motion: as long as the slow part of the event function
+exceeds the fast one's amplitude, which never grows, the contact goes on for certain, and steps are
 those of the slow motion.
 """
 
@@ -42,7 +42,7 @@ from damper.verification.comparison.reference_series import (
 
 #: A panel that most contacts end in: over the fastest rate.
 CONTACT_PANEL = 4
-#: Modes nearer than this, of the fastest, are not told apart: lasting contacts then take long.
+#: Modes nearer than this, of the fastest, are not separated: lasting contacts then take long.
 _DISTINCT = 1e-6
 
 
@@ -153,7 +153,7 @@ class _Walk:
         side = 1 if y >= x else -1
         pair = Pair(x, v, side, p.d - side * (y - x), side * (v - u))
         # What comes next: a flight from the wall's surface on, a contact, or a flight below it.
-        # Of what is watched the terms below `order` are exactly zero.
+        # Of the event function the terms below `order` are exactly zero.
         order = 0
         if pair.gap > 0:
             phase = "flight"
@@ -198,7 +198,7 @@ class _Walk:
         self.found.append(Event(self.t, "impact", pair.side, -pair.rate, pair.x, pair.v))
 
     def _on_wall(self, pair: Pair) -> tuple[str, int]:
-        """At the surface: whether it separates or is pushed against, or held by, the wall."""
+        """At the surface: whether it separates or is pressed against, or held by, the wall."""
         order, falls = first_order(self.p, self.t, pair)
         return ("contact", 0) if falls else ("flight", order)
 
@@ -254,7 +254,7 @@ class _Walk:
         return False, pair
 
     def _sure_step(self, side: int, z: tuple, left: mpf) -> mpf:
-        """Time for which the contact goes on whatever its ring does; 0 where that is unknown."""
+        """Time for which the contact goes on whatever the fast mode does; 0 where not known."""
         p, contact, modes = self.p, self.contact, self.modes
         if modes is None:
             return mpf(0)
@@ -264,17 +264,17 @@ class _Walk:
             [a - mp.im(b * forced) for a, b in zip(z, modes.steady, strict=True)]
         )
         seen = [sum(row[i] * modes.vectors[i, m] for i in (2, 3)) * amplitudes[m] for m in range(4)]
-        ring = abs(seen[2]) + abs(seen[3])
+        fast = abs(seen[2]) + abs(seen[3])
         steady = -1j * forced * sum(row[i] * modes.steady[i] for i in (2, 3))
         terms = [*zip(seen[:2], modes.rates[:2], strict=True), (steady, 1j * p.omega)]
-        if mp.re(sum(value for value, _ in terms)) <= ring:
+        if mp.re(sum(value for value, _ in terms)) <= fast:
             return mpf(0)
         step = min(PANEL / modes.slowest, left)
         q = []
         for n in range(term_count(mpf(PANEL))):
             q.append(mp.re(sum(value for value, _ in terms)))
             terms = [(value * rate / (n + 1), rate) for value, rate in terms]
-        q[0] -= ring
+        q[0] -= fast
         root = first_root(q, step, absolute=True)
         return step if root is None else root
 

@@ -22,8 +22,8 @@ from damper.verification.comparison.integration import (
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import Solution
 
-#: What a free mass and a compliant wall are doing; loose: the wall springs back behind the mass.
-FLIGHT, CONTACT, LOOSE = "flight", "contact", "loose"
+#: What a free mass and a compliant wall are doing; released: the wall springs back behind the mass.
+FLIGHT, CONTACT, RELEASED = "flight", "contact", "released"
 
 
 def solve_restarted(
@@ -105,8 +105,8 @@ def _force_on(run: Run, side: float) -> Quantity:
     return lambda tau, z: run.contact_force(side, z, tau)
 
 
-def _stays(run: Run, side: float, z: Sequence[float]) -> bool:
-    """Whether masses in touch without relative velocity stay together."""
+def _sticks(run: Run, side: float, z: Sequence[float]) -> bool:
+    """Whether masses in contact without relative velocity stick."""
     a, j = _derivatives(run, z[0], z[1])
     return -side * (a or j) > 0.0
 
@@ -134,7 +134,7 @@ def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, li
         return 0.0, z
     begin = run.reached
     touches = z[2] == 0.0 and z[3] < 0.0
-    stuck = sticking and z[2] == 0.0 and z[3] == 0.0 and _stays(run, side, z)
+    stuck = sticking and z[2] == 0.0 and z[3] == 0.0 and _sticks(run, side, z)
     while True:
         if touches:
             approach = max(-z[3], 0.0)
@@ -174,8 +174,8 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
     side, z = _start(run)
     kind = FLIGHT
     if z[2] < 0.0:
-        kind = CONTACT if held or force(0.0, z) > 0.0 else LOOSE
-    elif z[2] == 0.0 and z[3] == 0.0 and _stays(run, side, z):
+        kind = CONTACT if held or force(0.0, z) > 0.0 else RELEASED
+    elif z[2] == 0.0 and z[3] == 0.0 and _sticks(run, side, z):
         kind = CONTACT
     touches = z[2] == 0.0 and z[3] < 0.0
     begin = began = run.reached
@@ -210,10 +210,10 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
                 return side, z
             if lasts:
                 run.release_times.append(run.reached)
-            kind = FLIGHT if held or z[2] >= 0.0 else LOOSE
+            kind = FLIGHT if held or z[2] >= 0.0 else RELEASED
         else:
             # Until the gap reopens, or the wall springs back faster than the mass leaves it.
-            loose = Motion(
+            released = Motion(
                 side,
                 (lambda tau, z: -float(z[2]), lambda tau, z: -force(tau, z)),
                 springs=k,
@@ -221,7 +221,7 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
                 rate_size=abs(z[3]) or math.inf,
                 max_step=min(1.0 / frequency, LONGEST_STEP),
             )
-            z, hit = run.advance(loose, z)
+            z, hit = run.advance(released, z)
             if hit < 0:
                 return side, z
             kind = FLIGHT
@@ -230,6 +230,6 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
                 began = run.reached
         if kind == FLIGHT:
             z = [z[0], z[1], 0.0, max(z[3], 0.0)]
-            if z[3] == 0.0 and _stays(run, side, z):
+            if z[3] == 0.0 and _sticks(run, side, z):
                 kind = CONTACT
                 began = run.reached

@@ -140,7 +140,7 @@ class Comparison(Verification):
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """What a page shows of the study's settings: name -> value."""
         found = {}
         for name, scene in self.scenes.items():
             given = ", ".join(f"{key} {value:g}" for key, value in scene.values.items())

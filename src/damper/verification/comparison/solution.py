@@ -9,7 +9,7 @@ import numpy as np
 FINISHED = "finished"
 STALLED = "stalled"  # infinitely many impacts ahead, and time no longer moves
 CAPPED = "capped"  # more evaluations than it was given
-FAILED = "failed"  # the underlying integrator gave up, or values are not finite
+FAILED = "failed"  # the underlying integrator failed, or values are not finite
 OUTCOMES = (FINISHED, STALLED, CAPPED, FAILED)
 
 

@@ -13,8 +13,8 @@ from damper.verification.comparison.scene import Scene
 def with_springs(scene: Scene, stiffness: float) -> Scene:
     """Replace rigid walls by springs with dashpots that keep the restitution.
 
-    A contact ends when its force vanishes. One of restitution 0 never would: it may pull, and is
-    critically damped.
+    A contact ends when its force vanishes. One of restitution 0 never would: it is critically
+    damped, and its force may be tensile.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ class Cost(Verification):
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """What a page shows of the study's settings: name -> value."""
         found = {}
         for name, case in self.cases.items():
             values = ", ".join(f"{key} {one.value:g}" for key, one in case.parameters.items())

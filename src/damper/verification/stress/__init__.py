@@ -1,5 +1,5 @@
-"""The stress study: corners of the parameter box, random lanes, and what must hold in all of them.
+"""The stress study: corners of the parameter box, random runs, and what must hold in all of them.
 
-`box` makes the lanes, each a plain mapping for `damper.sweep.points.read_point`; `checks` runs them
-and says how far each law is off.
+`box` makes the points, mappings for `damper.sweep.points.read_point`; `checks` runs them
+and measures how far each law is violated.
 """

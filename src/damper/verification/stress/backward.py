@@ -113,7 +113,7 @@ def residuals(parameters: Parameters, log: np.ndarray, digits: int | None = None
         - ``contact``: gap at an impact, and approach speed;
         - ``law``: momentum and restitution;
         - ``release``: contact force at a release, over the forces;
-        - ``inside``: how far the segment enters a wall, or needs a wall that pulls;
+        - ``inside``: how far the segment enters a wall, or needs a tensile contact force;
         - ``tail``: duration of a closed tail against the second-order formula;
         - ``closing``: error of that formula, in units of time.
 
@@ -198,11 +198,11 @@ class _Segments:
         far = np.maximum(np.abs(x), np.abs(x1))
         damped = 2.0 * self.p.damping_ratio + 1.0
         # What forcing and spring add until they change or the damping holds them, and the damping.
-        pulls = np.minimum(tau, 1.0 / (damped + self.p.frequency_ratio))
-        pulls = pulls + far * np.minimum(tau, 1.0 / damped)
-        moved = np.minimum(0.5 * pulls * tau, 1.0 + far)
+        driven = np.minimum(tau, 1.0 / (damped + self.p.frequency_ratio))
+        driven = driven + far * np.minimum(tau, 1.0 / damped)
+        moved = np.minimum(0.5 * driven * tau, 1.0 + far)
         position = np.abs(x) + np.abs(x1) + slow * np.minimum(tau, 1.0 / damped) + moved
-        velocity = np.abs(v) + np.abs(v1) + pulls
+        velocity = np.abs(v) + np.abs(v1) + driven
         near = _double(self.gap[of]) + np.abs(_double(self.rate[of])) * tau
         near = near + moved + slow * tau * np.minimum(self.p.damping_ratio * tau, 1.0)
         force = 1.0 + 2.0 * self.p.damping_ratio * slow + far
@@ -273,7 +273,7 @@ class _Segments:
         return r * (yields / np.maximum(approach, yields)) ** exact(0.25)
 
     def inside(self) -> np.ndarray:
-        """How far each segment enters a wall (over its gap's terms) or is pulled (over forces)."""
+        """How far each segment enters a wall, over its gap's terms, or needs a tensile force."""
         part = np.sin(np.pi * (np.arange(SAMPLES) + 0.5) / (2.0 * SAMPLES)) ** 2
         of = np.flatnonzero(self.log[:, DURATION] > 0.0)
         of = of[self.log[of, MODE] != TAIL]

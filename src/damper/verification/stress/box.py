@@ -1,6 +1,6 @@
 """The box of parameters that the stress study covers: its corners, edges and random inside.
 
-A lane is a mapping of names to values for `damper.sweep.points.read_point`: parameters of one
+A point is a mapping of names to values for `damper.sweep.points.read_point`: parameters of one
 model, and initial quantities where they are not zero.
 """
 
@@ -14,7 +14,7 @@ from typing import Any
 #: acceleration is nearly constant on the way.
 _GRAZING_GAP = 1e-8
 
-#: How lanes may start.
+#: How points may start.
 STARTS = ("centre", "wall", "approaching", "grazing")
 
 
@@ -80,7 +80,7 @@ def corners(
     Returns
     -------
     list of dict
-        Lanes.
+        Points.
 
     Raises
     ------
@@ -95,18 +95,18 @@ def corners(
     if "clearance" not in values:
         raise ValueError("the corners' values must include the clearance")
     names = tuple(starts)
-    lanes = (dict(zip(values, corner, strict=True)) for corner in product(*values.values()))
-    return [lane | start_of(name, lane["clearance"]) for lane in lanes for name in names]
+    points = (dict(zip(values, corner, strict=True)) for corner in product(*values.values()))
+    return [point | start_of(name, point["clearance"]) for point in points for name in names]
 
 
-def random_lanes(
+def random_points(
     count: int,
     seed: int,
     box: Mapping[str, Any],
     first: int = 0,
     which: tuple[int, int] = (0, 1),
 ) -> list[dict[str, float]]:
-    """Lanes at random, the same for a seed on every machine, each independent of the others.
+    """Points at random, the same for a seed on every machine, each independent of the others.
 
     Parameters
     ----------
@@ -116,17 +116,17 @@ def random_lanes(
         ``parameters``, ``models`` and ``share``. ``parameters`` gives for each parameter or initial
         quantity what it may be: ``range`` [low, high], log-uniform where low > 0 and uniform else,
         ``values``, or both. ``models``, optional, gives names of other models of the damper, each
-        with the ``share`` of lanes that it gets and the ``parameters`` it adds. Where a quantity
-        has both range and values, ``share`` is the part of lanes that have one of the values.
+        with the ``share`` of points that it gets and the ``parameters`` it adds. Where a quantity
+        has both range and values, ``share`` is the part of points that have one of the values.
     first : int, default 0
-        Number of the first lane: lanes from 5 on are those that a longer list has from 5 on.
+        Number of the first point: points from 5 on are those that a longer list has from 5 on.
     which : (int, int), default (0, 1)
-        Which of how many parts of these lanes, as `part` makes them; only its lanes are drawn.
+        Which of how many parts of these points, as `part` makes them; only its points are drawn.
 
     Returns
     -------
     list of dict
-        Lanes.
+        Points.
 
     Examples
     --------
@@ -135,9 +135,9 @@ def random_lanes(
     ...     "parameters": {"mass_ratio": {"range": [1e-3, 1.0], "values": [1.0]}},
     ...     "models": {"grounded": {"share": 0.5, "parameters": {"phase": {"range": [0, 1]}}}},
     ... }
-    >>> random_lanes(3, 1, box)[1:] == random_lanes(2, 1, box, first=1)
+    >>> random_points(3, 1, box)[1:] == random_points(2, 1, box, first=1)
     True
-    >>> random_lanes(3, 1, box)[1::2] == random_lanes(3, 1, box, which=(1, 2))
+    >>> random_points(3, 1, box)[1::2] == random_points(3, 1, box, which=(1, 2))
     True
     """
     numbers = part(range(first, first + count), *which)
@@ -146,14 +146,14 @@ def random_lanes(
 
 def _draw(random: Random, box: Mapping[str, Any]) -> dict[str, float]:
     share = box.get("share", 0.0)
-    lane = {name: _value(random, rule, share) for name, rule in box["parameters"].items()}
+    point = {name: _value(random, rule, share) for name, rule in box["parameters"].items()}
     which = random.random()
     for model in box.get("models", {}).values():
         which -= model["share"]
         if which < 0.0:
             more = {n: _value(random, rule, share) for n, rule in model["parameters"].items()}
-            return lane | more
-    return lane
+            return point | more
+    return point
 
 
 def _value(random: Random, rule: Mapping[str, Any], share: float) -> float:
@@ -168,8 +168,8 @@ def _value(random: Random, rule: Mapping[str, Any], share: float) -> float:
     return float(f"{value:.6g}")
 
 
-def part(lanes: Sequence[Any], number: int, parts: int) -> Sequence[Any]:
-    """Return one of several parts of equal weight: every `parts`-th lane, from `number` on.
+def part(points: Sequence[Any], number: int, parts: int) -> Sequence[Any]:
+    """Return one of several parts of equal weight: every `parts`-th point, from `number` on.
 
     Neighbours cost alike, so parts of neighbours would not.
 
@@ -178,4 +178,4 @@ def part(lanes: Sequence[Any], number: int, parts: int) -> Sequence[Any]:
     >>> part(list(range(5)), 1, 2)
     [1, 3]
     """
-    return lanes[number::parts]
+    return points[number::parts]

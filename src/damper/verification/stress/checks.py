@@ -90,7 +90,7 @@ class Laws(Observer):
         response = import_module(f"{kind.__module__}.response")
         self._tables = getattr(response, "prepare", lambda model: ())(self._model)
         self._found = np.zeros(1, _FOUND)
-        for name in ("touch", "momentum", "restitution_law", "pull"):
+        for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = np.nan
         self._last = np.zeros(COLUMNS)
         self._end = np.zeros(1, _SAMPLE)
@@ -318,7 +318,7 @@ def _depth(model, at):
 
 @compiled
 def _sample_contact(model, s, found):
-    """Look whether everything is finite, and whether the wall pulls.
+    """Look whether everything is finite, and whether the contact force is tensile.
 
     Returns
     -------
@@ -343,7 +343,7 @@ def _sample_contact(model, s, found):
             break
         if sticks:
             force, size = contact_force(model, s, tau, at)
-            found.pull = _larger(found.pull, max(-force, 0.0) / size)
+            found.tensile_force = _larger(found.tensile_force, max(-force, 0.0) / size)
     return at
 
 
@@ -367,7 +367,7 @@ def _kinetic_size(mass_ratio, v, rate, u):
 
 
 def run_checks(
-    lanes: Iterable[Mapping[str, float]],
+    points: Iterable[Mapping[str, float]],
     periods: int,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = 100_000,
@@ -375,26 +375,26 @@ def run_checks(
     longest: float = math.inf,
     progress: Callable[[int], None] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Run every lane and check it.
+    """Run every point and check it.
 
     Parameters
     ----------
-    lanes : iterable of mapping
+    points : iterable of mapping
         As `damper.verification.stress.box` makes them.
     periods : int
         Forcing periods to run.
     accuracy : float
         As for `damper.events`.
     max_events : int
-        Events after which a run stops: no lane can hang.
+        Events after which a run stops: no run can hang.
     longest : float
         Time, in units of sqrt(M/K), after which a run ends with the forcing period under way.
     progress : callable, optional
-        Called with the number of lanes done after each one.
+        Called with the number of runs done after each one.
 
     Returns
     -------
-    dict of str to ndarray (lanes,)
+    dict of str to ndarray (points,)
         The variables of `Laws`; ``status`` as the engine's, `REFUSED` where the parameters were
         refused with an error; ``events``, ``evaluations`` of the flow, and ``periods`` asked for.
 
@@ -405,10 +405,10 @@ def run_checks(
     """
     check_settings(accuracy, max_events)
     periods = whole("periods", periods, 1)
-    points = [_read(lane) for lane in lanes]
+    read = [_read(values) for values in points]
     laws = Laws()
-    laws.allocate(len(points), periods)
-    count = len(points)
+    laws.allocate(len(read), periods)
+    count = len(read)
     arrays: dict[str, Any] = {
         "status": np.full(count, REFUSED, dtype="i1"),
         "events": np.zeros(count, dtype="i8"),
@@ -416,7 +416,7 @@ def run_checks(
         "periods": np.zeros(count, dtype="i8"),
     }
     buffer = np.empty((LOG_ROWS, COLUMNS))
-    for lane, point in enumerate(points):
+    for number, point in enumerate(read):
         try:
             if point is None:
                 continue
@@ -427,21 +427,21 @@ def run_checks(
         length = int(periods)
         if longest < length * trajectory.period:
             length = max(math.ceil(longest / trajectory.period), 1)
-        laws.begin(lane, trajectory, Window(first, time, length))
+        laws.begin(number, trajectory, Window(first, time, length))
         for log in trajectory.segments(first + length, time, buffer):
             laws.observe(log)
         laws.finish(trajectory.status == 0)
-        arrays["status"][lane] = trajectory.status
-        arrays["events"][lane] = trajectory.events
-        arrays["evaluations"][lane] = trajectory.evaluations
-        arrays["periods"][lane] = length
+        arrays["status"][number] = trajectory.status
+        arrays["events"][number] = trajectory.events
+        arrays["evaluations"][number] = trajectory.evaluations
+        arrays["periods"][number] = length
         if progress:
-            progress(lane + 1)
+            progress(number + 1)
     return arrays | laws.arrays
 
 
-def _read(lane: Mapping[str, float]) -> Point | None:
+def _read(values: Mapping[str, float]) -> Point | None:
     try:
-        return read_point(lane)
+        return read_point(values)
     except ValueError:
         return None

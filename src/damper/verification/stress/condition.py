@@ -4,7 +4,7 @@ The same point is run again with noise (`damper.verification.stress.runs.noisy_r
 start, and after each event state and phase, are changed by some 4000 units of roundoff. How much
 further off than that the events come is their condition. Past a grazing, at the border between two
 outcomes, or some dozen impacts into a chaotic run, other events follow altogether; from there on a
-comparison says nothing about the method, and each step has to be judged by itself
+comparison is meaningless for the method, and each step has to be judged by itself
 (`damper.verification.stress.backward`).
 """
 
@@ -17,13 +17,13 @@ from damper.parameters import Parameters, State
 from damper.verification.stress.runs import Events, Run, events_of, noisy_run
 from damper.verification.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
 
-#: Noise of the twins, as a part of each number.
+#: Noise, as a part of each number.
 NOISE = 2.0**-40
-#: Twins of each lane. One alone may come out close to the original by accident.
-TWINS = 2
-#: Differences that roundoff alone may grow to before a comparison says nothing more.
+#: Noisy runs of each run. One alone may come out close to the original by accident.
+NOISY_RUNS = 2
+#: Differences that roundoff alone may grow to before a comparison is meaningless.
 POINTLESS = 1e-6
-#: Growth of the noise over a run, and within one event, that makes a lane ill-conditioned.
+#: Growth of the noise over a run, and within one event, that makes a run ill-conditioned.
 ILL, SUDDEN = 1e6, 1e3
 
 
@@ -31,10 +31,10 @@ class Condition(NamedTuple):
     """How sharply the events of one run are determined."""
 
     growth: np.ndarray
-    """(events,): largest difference of the twins so far over the noise, at least 1."""
+    """(events,): largest difference of the noisy runs so far over the noise, at least 1."""
     comparable: int
-    """Events up to which comparisons make sense: roundoff stays below `POINTLESS`, and the twins
-    have the same events."""
+    """Events up to which comparisons make sense: roundoff stays below `POINTLESS`, and the
+    noisy runs have the same events."""
     kind: int
     """`WELL`, `GROWING`, `GRAZING` or `BORDER`."""
 
@@ -56,7 +56,7 @@ def condition_of(
     events: int,
     random: np.random.Generator,
 ) -> Condition:
-    """Measure the condition of a run by its noisy twins.
+    """Measure the condition of a run by noisy runs.
 
     Parameters
     ----------
@@ -73,11 +73,11 @@ def condition_of(
     count = len(original.kind)
     growth = np.ones(count)
     comparable = count
-    for _ in range(TWINS):
-        twin = noisy_run(
+    for _ in range(NOISY_RUNS):
+        noisy = noisy_run(
             run.parameters, state, periods=periods, events=events, size=NOISE, random=random
         )
-        other = events_of(twin)
+        other = events_of(noisy)
         same = matching(original, other)
         comparable = min(comparable, same)
         found = differences(original, other, slice(0, same), slice(0, same), scale) / NOISE

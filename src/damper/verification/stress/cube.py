@@ -1,4 +1,4 @@
-"""The stress study as one dataset: a lane for each run, with all its quantities and results."""
+"""The stress study as one dataset: all runs with their quantities and results."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ import xarray as xr
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import Variable
 from damper.verification.stress.laws import LAWS, OUTCOMES, RUN
-from damper.verification.stress.parts import LANE_NAMES, read_parts
+from damper.verification.stress.parts import POINT_NAMES, read_parts
 
 
 def gather(
@@ -23,7 +23,7 @@ def gather(
     Parameters
     ----------
     parts : mapping of str to sequence of Path
-        Origin of the lanes (``corner``, ``random``, ``long``) -> its parts in order.
+        Origin of the runs (``corner``, ``random``, ``long``) -> its parts in order.
     attributes : mapping
         Global attributes.
     more : iterable of Variable
@@ -32,7 +32,7 @@ def gather(
     Returns
     -------
     xarray.Dataset
-        With the one dimension ``lane``. Quantities that a lane does not give have their defaults,
+        With the one dimension ``run``. Quantities that a point does not give have their defaults,
         an infinite contact stiffness among them: a rigid wall.
     """
     wholes = {origin: read_parts(paths) for origin, paths in parts.items()}
@@ -40,11 +40,11 @@ def gather(
     origins = np.concatenate([np.full(count, origin) for origin, count in counts.items()])
     described = {variable.name: variable for variable in (*LAWS, *RUN, *more)}
     data: dict[str, Any] = {
-        "origin": ("lane", origins, {"long_name": "where the lane comes from"}),
+        "origin": ("run", origins, {"long_name": "where the run comes from"}),
     }
     for name in next(iter(wholes.values())):
         values = np.concatenate([whole[name] for whole in wholes.values()])
-        about: Any = ALL[name] if name in LANE_NAMES else described[name]
+        about: Any = ALL[name] if name in POINT_NAMES else described[name]
         attrs = {"long_name": about.long_name, "units": about.units}
         if getattr(about, "comment", ""):
             attrs["comment"] = about.comment
@@ -53,6 +53,6 @@ def gather(
                 "flag_values": np.arange(len(OUTCOMES), dtype="i1"),
                 "flag_meanings": " ".join(OUTCOMES),
             }
-        data[name] = ("lane", values, attrs)
-    coords = {"lane": ("lane", np.arange(len(origins)), {"long_name": "lane", "units": "1"})}
+        data[name] = ("run", values, attrs)
+    coords = {"run": ("run", np.arange(len(origins)), {"long_name": "run", "units": "1"})}
     return xr.Dataset(data, coords, dict(attributes))

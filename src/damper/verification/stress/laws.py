@@ -10,11 +10,11 @@ import numpy as np
 
 from damper.parameters.variables import STATUS_MEANINGS, Variable
 
-#: Status beside those of the engine: the lane was refused with an error.
+#: Status beside those of the engine: the run was refused with an error.
 REFUSED = 3
 OUTCOMES = (*STATUS_MEANINGS, "refused")
 
-#: What the checks write for each lane; what a lane does not have, such as impacts, stays NaN.
+#: What the checks write for each run; what a run does not have, such as impacts, stays NaN.
 LAWS = (
     Variable(
         "penetration",
@@ -42,8 +42,8 @@ LAWS = (
         comment="over the sizes of the approach speed's terms",
     ),
     Variable(
-        "pull",
-        "largest force with which a wall pulls in sticking",
+        "tensile_force",
+        "largest tensile contact force in sticking",
         "1",
         comment="over the sizes of the force's terms",
     ),
@@ -69,7 +69,7 @@ RUN = (
         "why the run ended",
         "1",
         dtype="i1",
-        comment="0 finished; 1 budget of max_events used up; 2 a search for an event gave up; "
+        comment="0 finished; 1 budget of max_events used up; 2 a search for an event failed; "
         "3 refused",
     ),
     Variable("events", "events of the run", "1", dtype="i8"),
@@ -86,18 +86,18 @@ ENERGY_PER_SEGMENT = 2.220446049250313e-16
 
 
 def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
-    """How far each lane is off a law, over what is allowed: above 1 the law is broken.
+    """How far each run is off a law, over what is allowed: above 1 the law is broken.
 
     Parameters
     ----------
     name : str
         Of `LAW_NAMES`.
-    values, segments : ndarray (lanes,)
+    values, segments : ndarray (runs,)
         Violation, NaN where there is nothing to violate, and number of segments.
 
     Returns
     -------
-    ndarray (lanes,)
+    ndarray (runs,)
         NaN where there is nothing to violate.
 
     Examples
@@ -114,11 +114,11 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
 
 
 def broken(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Whether each lane breaks any law.
+    """Whether each run breaks any law.
 
     Parameters
     ----------
-    arrays : mapping of str to ndarray (lanes,)
+    arrays : mapping of str to ndarray (runs,)
         The variables of `LAWS` and ``segments``.
     """
     found = np.zeros(len(arrays["segments"]), dtype=bool)

@@ -1,4 +1,4 @@
-"""Parts of the stress study: one job's lanes and what it found; .npz of the same bytes always."""
+"""Parts of the stress study: one job's runs and what it found; .npz of the same bytes always."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,31 +7,31 @@ import numpy as np
 
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 
-#: Quantities of a lane; those that it does not give have their defaults.
-LANE_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
+#: Quantities of a run; those that it does not give have their defaults.
+POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 
 
 def write_part(
-    path: Path, lanes: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
+    path: Path, points: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
 ) -> None:
-    """Write the lanes' quantities and results.
+    """Write the runs' quantities and results.
 
     Parameters
     ----------
     path : Path
-    lanes : sequence of mapping
-    arrays : mapping of str to ndarray (lanes,)
+    runs : sequence of mapping
+    arrays : mapping of str to ndarray (runs,)
     """
     given = {
-        name: np.array([lane.get(name, ALL[name].default) for lane in lanes], dtype=float)
-        for name in LANE_NAMES
+        name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
+        for name in POINT_NAMES
     }
     # The stubs take what is unpacked for `allow_pickle`, too.
     np.savez(path, **given, **arrays)  # type: ignore[arg-type]
 
 
 def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray]:
-    """Put parts back together, in the order of the lanes before `verification.stress.box.part`."""
+    """Put parts back together, in the order of the runs before `verification.stress.box.part`."""
     parts = []
     for path in paths:
         with np.load(path) as file:
@@ -45,14 +45,14 @@ def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray]:
     return whole
 
 
-def lane_of(arrays: Mapping[str, np.ndarray], number: int) -> dict[str, float]:
-    """Return the quantities of a lane that are not their defaults, as `read_point` takes them.
+def point_of(arrays: Mapping[str, np.ndarray], number: int) -> dict[str, float]:
+    """Return the quantities of a run that are not their defaults, as `read_point` takes them.
 
     Parameters
     ----------
-    arrays : mapping of str to ndarray (lanes,)
+    arrays : mapping of str to ndarray (runs,)
         Of `read_parts`, or the variables of the cube.
     number : int
     """
-    values = {name: float(arrays[name][number]) for name in LANE_NAMES}
+    values = {name: float(arrays[name][number]) for name in POINT_NAMES}
     return {name: value for name, value in values.items() if value != ALL[name].default}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Regime:
-    """A part of the box: a name, a condition in words and as a predicate of lanes, a reason."""
+    """A part of the box: a name, a condition in words and as a predicate of runs, a reason."""
 
     name: str
     condition: str
@@ -29,19 +29,19 @@ class Regime:
 
 
 def model_is(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the predicate of lanes of one model of the damper."""
+    """Return the predicate of runs of one model of the damper."""
     return lambda cube: models(cube) == name
 
 
 def models(cube: xr.Dataset) -> xr.DataArray:
-    """Return each lane's model, as `damper.parameters.Parameters.model` says it."""
+    """Return each run's model, as `damper.parameters.Parameters.model` says it."""
     import xarray as xr
 
     grounded = (cube.support_stiffness_ratio > 0.0) | (_support_damping(cube) > 0.0)
     names = np.where(grounded, "grounded", "rigid")
     names = np.where(cube.modulation_depth > 0.0, "time_varying", names)
     names = np.where(np.isfinite(cube.contact_stiffness_ratio), "compliant", names)
-    return xr.DataArray(names, dims="lane")
+    return xr.DataArray(names, dims="run")
 
 
 def _in_rigid(holds: Callable[[xr.Dataset], xr.DataArray]) -> Callable[[xr.Dataset], xr.DataArray]:

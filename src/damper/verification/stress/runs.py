@@ -111,7 +111,7 @@ def noisy_run(
     moves *= _factors(2, size, random) - 1.0
     room, relative = state.y - state.x, state.u - state.v
     if before.clearance - abs(room) <= slack(before.clearance, state.x, state.y):
-        # Contact with a wall stays contact, and rest against it rest.
+        # Contact with a wall remains contact, and no relative velocity none.
         room = np.copysign(parameters.clearance, room)
         relative += moves[1] if relative else 0.0
     else:

@@ -38,8 +38,8 @@ from damper.verification.base import (
 from damper.verification.stress.box import STARTS
 
 _NONE: dict[str, Any] = {}
-MOST_LANES = 10_000_000
-"""More lanes in one study are a slip of the pen."""
+MOST_RUNS = 10_000_000
+"""More runs in one study are a slip of the pen."""
 
 Values = ListOf(Coordinate(), least=1)
 
@@ -52,7 +52,7 @@ def _values(name: str, data: Any) -> tuple[float, ...]:
 Parts = Annotated[
     int,
     Number(ge=1, le=1000, whole=True),
-    Field(description="How many jobs share the lanes."),
+    Field(description="How many jobs share the runs."),
 ]
 
 
@@ -76,7 +76,7 @@ class Corners(Strict):
 
     @property
     def count(self) -> int:
-        """How many lanes these are."""
+        """How many runs these are."""
         return prod(len(values) for values in self.parameters.values()) * len(self.starts)
 
     @classmethod
@@ -95,7 +95,7 @@ class Bounds(Range):
 
 
 class Draw(Strict):
-    """What a quantity may be in lanes at random."""
+    """What a quantity may be in runs at random."""
 
     shorthand = "range"
     range: Annotated[
@@ -106,7 +106,7 @@ class Draw(Strict):
     values: Annotated[
         tuple[float, ...] | None,
         Values,
-        Field(description="Values of which it takes one, always or in a share of the lanes."),
+        Field(description="Values of which it takes one, always or in a share of the runs."),
     ] = None
 
     @classmethod
@@ -115,15 +115,15 @@ class Draw(Strict):
             faults.add((), "neither range nor values is given", "one of them, or both")
 
     def rule(self) -> dict[str, Any]:
-        """Return it as `damper.verification.stress.box.random_lanes` reads it."""
+        """Return it as `damper.verification.stress.box.random_points` reads it."""
         rule = {"range": self.range, "values": self.values}
         return {key: given for key, given in rule.items() if given is not None}
 
 
 class Other(Strict):
-    """Another model of the damper, in a share of the lanes."""
+    """Another model of the damper, in a share of the runs."""
 
-    share: Annotated[float, Number(gt=0, lt=1), Field(description="Part of the lanes.")]
+    share: Annotated[float, Number(gt=0, lt=1), Field(description="Part of the runs.")]
     parameters: Annotated[
         dict[str, Draw],
         Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
@@ -132,14 +132,14 @@ class Other(Strict):
 
 
 class Random(Strict):
-    """Lanes at random."""
+    """Runs at random."""
 
-    lanes: Annotated[int, Number(ge=1, le=MOST_LANES, whole=True), Field(description="How many.")]
+    runs: Annotated[int, Number(ge=1, le=MOST_RUNS, whole=True), Field(description="How many.")]
     seed: Annotated[int, Number(ge=0, whole=True), Field(description="Of the random numbers.")]
     share: Annotated[
         float,
         Number(ge=0, le=1),
-        Field(description="Part of the lanes in which a quantity has one of its values."),
+        Field(description="Part of the runs in which a quantity has one of its values."),
     ] = 0.25
     parameters: Annotated[
         dict[str, Draw],
@@ -151,18 +151,18 @@ class Random(Strict):
         Section(Other.entry, "model", tuple(MODEL_NAMES), of=Other),
         Field(description="Other models than the rigid damper."),
     ] = _NONE
-    identities: Annotated[
+    metamorphic: Annotated[
         int,
-        Number(ge=0, le=MOST_LANES, whole=True),
+        Number(ge=0, le=MOST_RUNS, whole=True),
         Field(
-            description="How many of the lanes, the first ones, are also run mirrored, a period "
+            description="How many of the runs, the first ones, are made again mirrored, a period "
             "later, in SI units, with other accuracies and from a start moved a little."
         ),
     ] = 0
     parts: Parts = 1
 
     def box(self) -> dict[str, Any]:
-        """Return the box as `damper.verification.stress.box.random_lanes` reads it."""
+        """Return the box as `damper.verification.stress.box.random_points` reads it."""
         return {
             "share": self.share,
             "parameters": {name: draw.rule() for name, draw in self.parameters.items()},
@@ -180,9 +180,9 @@ class Random(Strict):
         if model is None:
             return
         require(model.parameters, faults)
-        if model.identities > model.lanes:
-            message = f"{model.identities} of {model.lanes} lanes cannot be run again"
-            faults.add(("identities",), message, f"integer <= {model.lanes}")
+        if model.metamorphic > model.runs:
+            message = f"{model.metamorphic} of {model.runs} runs cannot be made again"
+            faults.add(("metamorphic",), message, f"integer <= {model.runs}")
         if sum(other.share for other in model.models.values()) > 1.0:
             faults.add(("models",), "the shares add up to more than 1", "at most 1")
 
@@ -229,7 +229,7 @@ class Stress(Verification):
     periods: Annotated[
         int,
         Number(ge=1, whole=True, units="forcing periods"),
-        Field(description="How long corners and random lanes are run."),
+        Field(description="Length of the runs of corners and at random."),
     ]
     accuracy: Annotated[
         float,
@@ -240,14 +240,14 @@ class Stress(Verification):
         int,
         Number(ge=1, whole=True),
         Field(
-            description="Budget of a run, after which it stops and says so: events, and hundreds "
+            description="Budget of a run, after which it stops: events, and hundreds "
             "of evaluations that find none."
         ),
     ] = 100_000
     longest: Annotated[
         float | None,
         Number(gt=0, units=TIME),
-        Field(description="Longest run of a corner or random lane; it ends with its period."),
+        Field(description="Longest run of a corner or at random; it ends with its period."),
     ] = None
     corners: Annotated[
         dict[str, Corners],
@@ -256,8 +256,8 @@ class Stress(Verification):
     ] = _NONE
     random: Annotated[
         dict[str, Random],
-        Section(Random.entry, "set of lanes", of=Random, dropped=True),
-        Field(description="Name -> lanes at random."),
+        Section(Random.entry, "set of runs", of=Random, dropped=True),
+        Field(description="Name -> runs at random."),
     ] = _NONE
     long_runs: Annotated[
         dict[str, Long],
@@ -269,34 +269,34 @@ class Stress(Verification):
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """What a page shows of the study's settings: name -> value."""
         found = {"periods": str(self.periods), "max_events": str(self.max_events)}
         for name, some in self.corners.items():
-            found[f"corners {name}"] = f"{some.count} lanes"
+            found[f"corners {name}"] = f"{some.count} runs"
         for name, draws in self.random.items():
-            found[f"random {name}"] = f"{draws.lanes} lanes, {draws.identities} also transformed"
+            found[f"random {name}"] = f"{draws.runs} runs, {draws.metamorphic} also transformed"
         for name, run in self.long_runs.items():
             found[f"long run {name}"] = f"{run.periods} periods"
         return found
 
     def parts(self) -> dict[str, dict[str, Any]]:
-        """Return every part, a job each: name -> lanes and how long they are run."""
+        """Return every part, a job each: name -> points and the length of their runs."""
         found: dict[str, dict[str, Any]] = {}
         usual = {"periods": self.periods, "longest": self.longest}
         for name, some in self.corners.items():
-            lanes: dict[str, Any] = {"values": some.parameters, "starts": some.starts}
+            runs: dict[str, Any] = {"values": some.parameters, "starts": some.starts}
             for i in range(some.parts):
-                found[f"corners_{name}~{i}"] = {"corners": lanes, "part": (i, some.parts)} | usual
+                found[f"corners_{name}~{i}"] = {"corners": runs, "part": (i, some.parts)} | usual
         for name, draws in self.random.items():
-            lanes = {"count": draws.lanes, "seed": draws.seed, "box": draws.box()}
+            runs = {"count": draws.runs, "seed": draws.seed, "box": draws.box()}
             for i in range(draws.parts):
-                found[f"random_{name}~{i}"] = {"random": lanes, "part": (i, draws.parts)} | usual
+                found[f"random_{name}~{i}"] = {"random": runs, "part": (i, draws.parts)} | usual
         for name, run in self.long_runs.items():
-            found[f"long_{name}"] = {"lane": run.values, "periods": run.periods}
+            found[f"long_{name}"] = {"run": run.values, "periods": run.periods}
         return found
 
     def groups(self) -> dict[str, list[str]]:
-        """Return the parts that make one list of lanes each, in order, by origin and name."""
+        """Return the parts that make one list of runs each, in order, by origin and name."""
         found = {
             f"corner {name}": [f"corners_{name}~{i}" for i in range(some.parts)]
             for name, some in self.corners.items()
@@ -307,15 +307,15 @@ class Stress(Verification):
         }
         return found | {f"long {name}": [f"long_{name}"] for name in self.long_runs}
 
-    def twins(self) -> dict[str, dict[str, Any]]:
-        """Return every part of the lanes that are run again transformed, a job each."""
+    def metamorphic(self) -> dict[str, dict[str, Any]]:
+        """Return every part of the metamorphic tests, a job each."""
         found: dict[str, dict[str, Any]] = {}
         for name, draws in self.random.items():
-            ends = [i * draws.identities // draws.parts for i in range(draws.parts + 1)]
+            ends = [i * draws.metamorphic // draws.parts for i in range(draws.parts + 1)]
             for i, (first, end) in enumerate(pairwise(ends)):
                 if end > first:
-                    lanes = {"count": end - first, "seed": draws.seed, "box": draws.box()}
-                    found[f"{name}~{i}"] = {"lanes": lanes | {"first": first}, "seed": draws.seed}
+                    runs = {"count": end - first, "seed": draws.seed, "box": draws.box()}
+                    found[f"{name}~{i}"] = {"runs": runs | {"first": first}, "seed": draws.seed}
         return found
 
     @classmethod
@@ -323,8 +323,8 @@ class Stress(Verification):
         if model is None:
             return
         if not (model.corners or model.random or model.long_runs):
-            faults.add((), "no lanes are given", "corners, random or long_runs")
+            faults.add((), "no runs are given", "corners, random or long_runs")
         for name, some in model.corners.items():
-            if some.count > MOST_LANES:
-                message = f"{some.count} lanes are too many"
-                faults.add(("corners", as_part(name)), message, f"at most {MOST_LANES}")
+            if some.count > MOST_RUNS:
+                message = f"{some.count} runs are too many"
+                faults.add(("corners", as_part(name)), message, f"at most {MOST_RUNS}")

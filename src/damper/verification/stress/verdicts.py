@@ -1,8 +1,15 @@
-"""What the identities say of a lane: their names, verdicts and limits. No engine is loaded."""
+"""The metamorphic relations: names, verdicts and limits. No engine is loaded."""
 
-#: What is compared with the run as it is.
-IDENTITIES = ("mirrored", "shifted", "shifted_far", "units", "sharper", "looser")
-#: Verdicts on a lane and identity.
+#: What is compared with the run as it is: name -> label.
+RELATIONS = {
+    "mirrored": "mirrored, half a period later",
+    "shifted": "3 periods later",
+    "shifted_far": "2^20 periods later",
+    "units": "SI units and back",
+    "sharper": "accuracy 1e-14",
+    "looser": "accuracy 1e-10",
+}
+#: Verdicts on a run and relation.
 NOT_APPLICABLE, PASSED, PASSED_BACKWARD, FAILED, PASSED_LAWS = -1, 0, 1, 2, 3
 VERDICTS = {
     NOT_APPLICABLE: "not applicable",
@@ -12,7 +19,7 @@ VERDICTS = {
     PASSED_LAWS: "passed by the laws",
 }
 
-#: What a lane is: how sharply roundoff leaves its events determined; see
+#: What a run is: how sharply roundoff leaves its events determined; see
 #: `damper.verification.stress.condition`.
 REFUSED, WELL, GROWING, GRAZING, BORDER = -1, 0, 1, 2, 3
 CONDITIONS = {
@@ -23,16 +30,24 @@ CONDITIONS = {
     BORDER: "border of two outcomes",
 }
 
-#: What is checked of each segment, all in units of roundoff of the terms; see
+#: What is checked of each segment: name -> label; all in units of roundoff of the terms; see
 #: `damper.verification.stress.backward.residuals`.
-CHECKS = ("clock", "motion", "contact", "law", "release", "inside", "tail")
+CHECKS = {
+    "clock": "clock: duration of a segment",
+    "motion": "motion of the masses over a segment",
+    "contact": "gap and approach speed at an impact",
+    "law": "momentum and restitution in an impact",
+    "release": "no contact force at a release",
+    "inside": "between the walls in flight, compressive contact force in sticking",
+    "tail": "time left of a burst, by its formula",
+}
 
 #: Unit roundoff of a double.
 EPS = 2.0**-52
 #: What a difference may be over what roundoff, multiplied by the condition, makes of it: the noise
-#: of two twins is no bound.
+#: of two runs is no bound.
 ALLOWANCE = 30.0
-#: Backward error that passes, in units of roundoff: 2e-13. One lane in a hundred has over 30; most
+#: Backward error that passes, in units of roundoff: 2e-13. One run in a hundred has over 30; most
 #: of them in the primary's velocity at an impact, which the engine finds to a roundoff of the gap
 #: over the length of the search's last stretch.
 SOUND = 1000.0

@@ -240,7 +240,7 @@ def test_located_impacts_lie_on_the_wall_to_rounding():
         assert evaluations <= 60
 
 
-def test_a_lasting_contact_of_walls_that_give_is_sticking():
+def test_a_lasting_compliant_contact_is_sticking():
     values = {**BURST, "contact_stiffness_ratio": 100.0, "restitution": 0.3}
     scene = read_scene(values, 20.0)
     exact = events(scene.parameters, until=20.0)

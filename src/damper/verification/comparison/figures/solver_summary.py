@@ -38,7 +38,7 @@ TARGET = 1e-6
 
 _ROW = 0.215
 _SIZE = 5.6
-#: Least and largest logarithm that colours tell apart: of the error, of the ratio of times.
+#: Least and largest logarithm that colours distinguish: of the error, of the ratio of times.
 _ERRORS, _RATIOS = (-14.0, 0.0), (0.0, 5.0)
 
 

@@ -30,8 +30,8 @@ MOST, _COLUMNS = 12, 3
 #: Errors below are drawn there: that is rounding.
 FLOOR = 1e-16
 _TOP = 1e1
-#: Height of a lane of failures, in decades of the error.
-_LANE = 1.9
+#: Height of a strip of failures, in decades of the error.
+_STRIP = 1.9
 _TICKS = (1e-16, 1e-12, 1e-8, 1e-4, 1e0)
 _FLOOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 0.6, "ls": ":"}
 _MEANINGS = {
@@ -113,12 +113,12 @@ def draw(
         raise ValueError(f"error = {error!r}: must be one of {', '.join(_MEANINGS)}")
     names = shown_scenes(errors, scenes)
     if scenes is None:  # of some scenes no run has such an error
-        told = errors[error].notnull().any(("solver", "level"))
-        names = [name for name in names if told.sel(scene=name)] or names
+        known = errors[error].notnull().any(("solver", "level"))
+        names = [name for name in names if known.sel(scene=name)] or names
     if len(names) > MOST:
         raise ValueError(f"{len(names)} scenes do not fit a page: give at most {MOST} in scenes")
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
-    lanes = _lanes(place)
+    strips = _strips(place)
     columns = min(len(names), _COLUMNS)
     rows = -(-len(names) // columns)
     wide = COLUMN if columns == 1 else PAGE
@@ -128,9 +128,9 @@ def draw(
     for ax in axes.ravel()[len(names) :]:
         ax.remove()
     # Before anything is drawn: where all errors are missing, no limits follow from them.
-    _scales(axes[0, 0], place.run_time.values, lanes)
+    _scales(axes[0, 0], place.run_time.values, strips)
     for number, (ax, name) in enumerate(zip(axes.ravel(), names, strict=False)):
-        _panel(ax, place.sel(scene=name), error, lanes)
+        _panel(ax, place.sel(scene=name), error, strips)
         ax.set_title(_capital(str(place.title.sel(scene=name).item())), pad=3.0)
         if number + columns >= len(names):  # nothing below
             ax.tick_params(labelbottom=True)
@@ -159,15 +159,16 @@ def shown_scenes(errors: xr.Dataset, scenes: Sequence[str] | None) -> list[str]:
     return list(scenes or known)
 
 
-def _lanes(place: xr.Dataset) -> dict[str, float]:
-    """Height of the lane of each failure that occurs; the lowest is next to the panel."""
+def _strips(place: xr.Dataset) -> dict[str, float]:
+    """Height of the strip of each failure that occurs; the lowest is next to the panel."""
     occur = [name for name in FAILURES if (place.verdict == VERDICTS.index(name)).any()]
-    return {name: _TOP * 10.0 ** (_LANE * (k + 0.6)) for k, name in enumerate(occur)}
+    return {name: _TOP * 10.0 ** (_STRIP * (k + 0.6)) for k, name in enumerate(occur)}
 
 
-def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> None:
-    if lanes:
-        ax.axhspan(_TOP, _TOP * 10.0 ** (_LANE * (len(lanes) + 0.2)), color=PALE, lw=0.0, zorder=0)
+def _panel(ax: Axes, scene: xr.Dataset, error: str, strips: dict[str, float]) -> None:
+    if strips:
+        top = _TOP * 10.0 ** (_STRIP * (len(strips) + 0.2))
+        ax.axhspan(_TOP, top, color=PALE, lw=0.0, zorder=0)
     ax.axhline(FLOOR, **_FLOOR_LINE, zorder=1)
     nothing = True
     for solver in scene.solver.values.tolist():
@@ -177,7 +178,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> 
         shown = np.where(verdict == GOOD_RUN, np.clip(place[error].values, FLOOR, _TOP), np.nan)
         ax.plot(time, shown, **look, zorder=3)
         nothing &= not np.isfinite(shown).any()
-        for name, height in lanes.items():
+        for name, height in strips.items():
             at = verdict == VERDICTS.index(name)
             if at.any():
                 marks = look | {"ls": "none", "mew": 0.6, "mfc": "none"}
@@ -186,7 +187,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, lanes: dict[str, float]) -> 
         say(ax, "nothing to compare")
 
 
-def _scales(ax: Axes, times: np.ndarray, lanes: dict[str, float]) -> None:
+def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
     from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 
     ax.set_xscale("log")
@@ -194,11 +195,11 @@ def _scales(ax: Axes, times: np.ndarray, lanes: dict[str, float]) -> None:
     good = times[np.isfinite(times)]
     if good.size:
         ax.set_xlim(good.min() / 2.0, good.max() * 2.0)
-    ax.set_ylim(FLOOR / 5.0, _TOP * 10.0 ** (_LANE * (len(lanes) + 0.2)))
+    ax.set_ylim(FLOOR / 5.0, _TOP * 10.0 ** (_STRIP * (len(strips) + 0.2)))
     texts = [r"$\leq 10^{-16}$", *(f"$10^{{{round(np.log10(t))}}}$" for t in _TICKS[1:-1]), "$1$"]
-    ax.yaxis.set_major_locator(FixedLocator([*_TICKS, *lanes.values()]))
+    ax.yaxis.set_major_locator(FixedLocator([*_TICKS, *strips.values()]))
     ax.yaxis.set_minor_locator(NullLocator())
-    ax.set_yticklabels([*texts, *(FAILURES[name][0] for name in lanes)])
+    ax.set_yticklabels([*texts, *(FAILURES[name][0] for name in strips)])
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
     ax.xaxis.set_minor_formatter(NullFormatter())
 

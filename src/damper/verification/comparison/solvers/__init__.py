@@ -1,4 +1,4 @@
-"""The solvers of a comparison, and what each says of itself."""
+"""The solvers of a comparison, and how each describes itself."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def solve(
     """Run a scene with walls of stiffness `setting` in units of the primary's."""
     springs = with_springs(scene, setting)
     found = exact.solve(springs, DEFAULT_ACCURACY, times, balance, max_evaluations)
-    # The engine says that a contact sticks once it has lasted for one period.
+    # The engine reports that a contact sticks once it has lasted for one period.
     p = springs.parameters
     reduced = p.mass_ratio / (1.0 + p.mass_ratio)
     found.stick_times -= 2.0 * math.pi * math.sqrt(reduced / p.contact_stiffness_ratio)

@@ -23,7 +23,7 @@ end by themselves. The method is of first order wherever there is an impulse.
 
 **States** inside a step lie on the chord. **The balance** takes the impulse's own work,
 P times the mean of g0' and g1', as what impacts take; with theta = 1/2 it then closes to roundoff,
-a property of the midpoint rule that says nothing about the errors of the motion.
+a property of the midpoint rule that is no measure of the errors of the motion.
 """
 
 from typing import NamedTuple

@@ -41,10 +41,10 @@ from damper.verification.comparison.fixed_step import (
     masses,
     nearer_wall,
     note,
-    rests,
     rk4,
     settle,
     spend,
+    sticks,
     transfer,
 )
 from damper.verification.comparison.scene import Scene
@@ -112,7 +112,7 @@ def _settle(method, state, time, index, notes, tally):
     common = v - side * p.mu / (1.0 + p.mu) * rate
     tally = spend(tally, 1)
     a, j = contact_force(p, 1.0, x, common, time, side)
-    if not rests(a, j, rate, method.shortest):
+    if not sticks(a, j, rate, method.shortest):
         return State(x, v, gap, rate, side, False, NOTHING), tally
     tally = lose(tally, impact_loss(p.mu, rate, 0.0))
     tally = note(notes, tally, time, STICK, side, 0.0)

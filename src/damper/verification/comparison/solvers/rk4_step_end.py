@@ -46,10 +46,10 @@ from damper.verification.comparison.fixed_step import (
     lose,
     nearer_wall,
     note,
-    rests,
     rk4,
     settle,
     spend,
+    sticks,
     transfer,
 )
 from damper.verification.comparison.scene import Scene
@@ -117,7 +117,7 @@ def _settle_rigid(method, state, time, index, notes, tally):
         common = common_velocity(p.mu, v, u)
         tally = spend(tally, 1)
         a, j = contact_force(p, 1.0, x, common, time, side)
-        if rests(a, j, rebound, method.step):
+        if sticks(a, j, rebound, method.step):
             stuck = True
             offset = y - x
             tally = lose(tally, impact_loss(p.mu, rebound, 0.0))
@@ -161,7 +161,7 @@ class Compliant(NamedTuple):
     c: float
     """Stiffness and damping of the contact."""
     tension: bool
-    """Whether the contact force may pull."""
+    """Whether the contact force may be tensile."""
     lasting: float
     """Duration from which on a contact is sticking."""
 
@@ -199,8 +199,8 @@ def _settle_compliant(method, state, time, index, notes, tally):
     if index == 0 and gap >= -slack(d, x, y):
         gap = max(gap, 0.0)
     tally = deepen(tally, -gap)
-    pushes = method.tension or method.k * gap - method.c * side * (u - v) < 0.0
-    now = gap < 0.0 and pushes
+    compressive = method.tension or method.k * gap - method.c * side * (u - v) < 0.0
+    now = gap < 0.0 and compressive
     if pressed and not (now and side == wall):
         pressed = False
         if stuck:

@@ -59,7 +59,7 @@ def make(errors: xr.Dataset) -> tuple[str, str]:
 
 
 def outcomes_text(place: xr.Dataset) -> str:
-    """Tell in words what became of every level at one scene and solver.
+    """Return in words the outcome of every level at one scene and solver.
 
     Parameters
     ----------
@@ -70,21 +70,21 @@ def outcomes_text(place: xr.Dataset) -> str:
     -------
     str
     """
-    told: list[tuple[str, list[str]]] = []
+    stated: list[tuple[str, list[str]]] = []
     for level in range(place.sizes["level"]):
         one = place.isel(level=level)
         if int(one.verdict) < 0:
             continue
         text = _outcome_text(one)
-        if told and told[-1][0] == text:
-            told[-1][1].append(short(float(one.setting)))
+        if stated and stated[-1][0] == text:
+            stated[-1][1].append(short(float(one.setting)))
         else:
-            told.append((text, [short(float(one.setting))]))
-    if not told:
+            stated.append((text, [short(float(one.setting))]))
+    if not stated:
         return "another model"
-    if len(told) == 1:
-        return told[0][0]
-    return "; ".join(f"{', '.join(settings)}: {text}" for text, settings in told)
+    if len(stated) == 1:
+        return stated[0][0]
+    return "; ".join(f"{', '.join(settings)}: {text}" for text, settings in stated)
 
 
 def _outcome_text(one: xr.Dataset) -> str:

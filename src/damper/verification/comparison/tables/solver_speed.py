@@ -28,7 +28,7 @@ from damper.verification.timing import machine_text
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Errors for which the time is told.
+#: Errors for which the time is stated.
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 #: And for which the engine is compared with RK4.
 TARGETS_OF_PEERS = (1e-4, 1e-6, 1e-9, 1e-12)
@@ -210,8 +210,8 @@ def _per_impact(one: xr.Dataset, time: xr.Dataset) -> float:
 def _time_and_ratio(time: float, ratio: float, solver: str) -> str:
     if math.isnan(time):
         return "not reached"
-    told = math.isnan(ratio) or solver == BASE
-    return _time_text(time) + ("" if told else f" (×{short(ratio)})")
+    alone = math.isnan(ratio) or solver == BASE
+    return _time_text(time) + ("" if alone else f" (×{short(ratio)})")
 
 
 def _time_text(seconds: float) -> str:

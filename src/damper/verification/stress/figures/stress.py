@@ -13,6 +13,7 @@ from damper.verification.base import (
     Made,
     OptionalCaption,
 )
+from damper.verification.labels import label
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
@@ -24,27 +25,17 @@ if TYPE_CHECKING:
 #: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
 _EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)
 _COLOURS = ("#DCEBF7", SKY, ORANGE, VERMILION)
-_TITLES = {
-    "penetration": "penetration",
-    "touch": "gap at impact",
-    "continuity": "continuity",
-    "momentum": "momentum",
-    "restitution_law": "restitution law",
-    "pull": "pull in sticking",
-    "energy": "energy",
-    "clock": "clock",
-}
 _LINES = ("-", "--", "-.", ":")
 
 
 class StressFigure(Made):
-    """How far each law is from its limit, over all lanes, and the worst in each regime."""
+    """How far each law is from its limit, over all runs, and the worst in each regime."""
 
     caption: OptionalCaption = None
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
-    """Draw all lanes' violations as distributions, and the worst ones by regime as a matrix.
+    """Draw all runs' violations as distributions, and the worst ones by regime as a matrix.
 
     Parameters
     ----------
@@ -68,10 +59,10 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     )
     _distributions(upper, far)
     _matrix(lower, rows)
-    stopped, gave_up, refused = rows[0].outcomes[1:]
+    stopped, failed, refused = rows[0].outcomes[1:]
     ends = (
-        f"{rows[0].lanes} runs: {stopped} stopped by their event budget, "
-        f"{gave_up} by a search that gave up, {refused} refused; {rows[0].broken} break a law"
+        f"{rows[0].runs} runs: {stopped} stopped by their event budget, "
+        f"{failed} by a search that failed, {refused} refused; {rows[0].broken} break a law"
     )
     words = (caption or cube.attrs.get("title", "")).split()
     heading = [wrap(words, 110.0), wrap(ends.split(), 110.0)]
@@ -97,7 +88,7 @@ def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
             lw=1.0,
             color=colours[number // len(_LINES) % len(colours)],
             ls=_LINES[number % len(_LINES)],
-            label=_TITLES.get(name, name),
+            label=label(name),
         )
     ax.axvline(LIMIT, color="#777777", lw=0.8)
     ax.annotate(
@@ -142,8 +133,8 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
             fontsize=6.5,
             color="white" if beyond else "black",
         )
-    ax.set_xticks(range(len(GRADED)), [wrap(_TITLES[n].split(), 12) for n in GRADED])
-    ax.set_yticks(range(len(rows)), [f"{row.name} ({row.lanes}{_stops(row)})" for row in rows])
+    ax.set_xticks(range(len(GRADED)), [wrap(label(n).split(), 12) for n in GRADED])
+    ax.set_yticks(range(len(rows)), [f"{row.name} ({row.runs}{_stops(row)})" for row in rows])
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     for side in ("left", "bottom"):
         ax.spines[side].set_visible(False)

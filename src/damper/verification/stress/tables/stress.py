@@ -13,8 +13,9 @@ import numpy as np
 
 from damper.tables import markdown_table
 from damper.verification.base import Made
+from damper.verification.labels import label
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
-from damper.verification.stress.parts import lane_of
+from damper.verification.stress.parts import point_of
 from damper.verification.stress.regimes import REGIMES
 
 if TYPE_CHECKING:
@@ -26,11 +27,11 @@ GRADED = tuple(name for name in LAW_NAMES if name not in ("backwards", "not_fini
 
 @dataclass(frozen=True)
 class Row:
-    """Lanes of one regime: how they ended, the worst value of each law, and the worst lane.
+    """Runs of one regime: how they ended, the worst value of each law, and the worst run.
 
     `outcomes` are counts in the order of `damper.verification.stress.laws.OUTCOMES`; `worst` has
     NaN where there is nothing to violate, `nearest` the largest violation over its limit; `broken`
-    counts lanes that break a law; `law` and `lane` say which law is nearest to its limit, or
+    counts runs that break a law; `law` and `point` name the law nearest to its limit, or
     farthest beyond, and where.
     """
 
@@ -42,16 +43,16 @@ class Row:
     nearest: Mapping[str, float]
     broken: int
     law: str
-    lane: Mapping[str, float]
+    point: Mapping[str, float]
 
     @property
-    def lanes(self) -> int:
-        """All lanes of the regime."""
+    def runs(self) -> int:
+        """All runs of the regime."""
         return sum(self.outcomes)
 
 
 class StressTable(Made):
-    """Where accuracy degrades, and why: the laws over all lanes, and in each regime."""
+    """Where accuracy degrades, and why: the laws over all runs, and in each regime."""
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         return {stem: {"kind": self.kind, "title": study.title}}
@@ -75,9 +76,9 @@ def make(cube: xr.Dataset, *, title: str) -> tuple[str, str]:
 
 
 def regimes(cube: xr.Dataset) -> list[Row]:
-    """Return one row for all lanes, then one for each regime that has any."""
-    everywhere = np.ones(cube.sizes["lane"], dtype=bool)
-    found = [_row(cube, "all", "every lane", "", everywhere)]
+    """Return one row for all runs, then one for each regime that has any."""
+    everywhere = np.ones(cube.sizes["run"], dtype=bool)
+    found = [_row(cube, "all", "every run", "", everywhere)]
     for regime in REGIMES:
         chosen = regime.holds(cube).values
         if chosen.any():
@@ -86,17 +87,17 @@ def regimes(cube: xr.Dataset) -> list[Row]:
 
 
 def excesses(cube: xr.Dataset) -> dict[str, np.ndarray]:
-    """Each law's violation over its limit, lane by lane; NaN where there is nothing to violate."""
+    """Each law's violation over its limit, run by run; NaN where there is nothing to violate."""
     return {name: excess(name, cube[name].values, cube.segments.values) for name in LAW_NAMES}
 
 
 def _row(cube: xr.Dataset, name: str, condition: str, reason: str, chosen: np.ndarray) -> Row:
-    place = cube.isel(lane=np.flatnonzero(chosen))
+    place = cube.isel(run=np.flatnonzero(chosen))
     status = place.status.values
     far = excesses(place)
     worst = {law: _largest(place[law].values) for law in LAW_NAMES}
     table = np.array([np.nan_to_num(far[law], nan=-1.0, posinf=np.inf) for law in LAW_NAMES])
-    law, lane = np.unravel_index(int(table.argmax()), table.shape)
+    law, run = np.unravel_index(int(table.argmax()), table.shape)
     return Row(
         name,
         condition,
@@ -106,7 +107,7 @@ def _row(cube: xr.Dataset, name: str, condition: str, reason: str, chosen: np.nd
         {law: _largest(far[law]) for law in LAW_NAMES},
         int((table > 1.0).any(axis=0).sum()),
         LAW_NAMES[law],
-        lane_of({str(n): v.values for n, v in place.data_vars.items()}, int(lane)),
+        point_of({str(n): v.values for n, v in place.data_vars.items()}, int(run)),
     )
 
 
@@ -119,19 +120,19 @@ def to_csv(rows: Sequence[Row]) -> str:
     """Write one line per regime."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    heads = ["regime", "condition", "lanes", *OUTCOMES, "broken"]
-    writer.writerow([*heads, *LAW_NAMES, "worst_law", "worst_lane"])
+    heads = ["regime", "condition", "runs", *OUTCOMES, "broken"]
+    writer.writerow([*heads, *LAW_NAMES, "worst_law", "worst_point"])
     for row in rows:
         writer.writerow(
             [
                 row.name,
                 row.condition,
-                row.lanes,
+                row.runs,
                 *row.outcomes,
                 row.broken,
                 *(f"{row.worst[law]:.3g}" for law in LAW_NAMES),
                 row.law,
-                "; ".join(f"{name}={value:.16g}" for name, value in row.lane.items()),
+                "; ".join(f"{name}={value:.16g}" for name, value in row.point.items()),
             ]
         )
     return text.getvalue()
@@ -148,7 +149,7 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
     lines = [
         f"# {title}: where accuracy degrades, and why",
         "",
-        f"{everything.lanes} runs: {ends}. A run that stops early says so in its status, and what "
+        f"{everything.runs} runs: {ends}. The status states that a run stops early; what "
         "it did up to there is checked as well.",
         "",
         "Each law's violation is taken over the sizes of the terms whose difference it is, so "
@@ -168,7 +169,7 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
         "parameters are of the rigid damper, other models have rows of their own.",
         "",
         *markdown_table(
-            ["regime", "runs", "stopped", "broken", *(law.replace("_", " ") for law in GRADED)],
+            ["regime", "runs", "stopped", "broken", *(label(law) for law in GRADED)],
             [_regime(row) for row in rows],
         ),
         "",
@@ -179,8 +180,8 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
                     row.name,
                     row.condition,
                     row.reason or "",
-                    f"{row.law.replace('_', ' ')}: "
-                    + ", ".join(f"{n.replace('_', ' ')} {v:g}" for n, v in row.lane.items()),
+                    f"{label(row.law)}: "
+                    + ", ".join(f"{label(n)} {v:g}" for n, v in row.point.items()),
                 ]
                 for row in rows
             ],
@@ -192,7 +193,7 @@ def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
 _OUTCOME_WORDS = (
     "finished",
     "stopped by their event budget",
-    "stopped because a search gave up",
+    "stopped because a search failed",
     "refused with an error",
 )
 
@@ -206,7 +207,7 @@ def _laws(cube: xr.Dataset) -> list[list[str]]:
         limit = "0" if name in ("backwards", "not_finite") else f"{LIMIT:g}"
         rows.append(
             [
-                name.replace("_", " "),
+                label(name),
                 str(int(known.sum())),
                 str(int((kept & ~stopped).sum())),
                 str(int((kept & stopped).sum())),
@@ -221,12 +222,14 @@ def _laws(cube: xr.Dataset) -> list[list[str]]:
 def _regime(row: Row) -> list[str]:
     stops = [
         f"{count} {words}"
-        for count, words in zip(row.outcomes[1:], ("budget", "gave up", "refused"), strict=True)
+        for count, words in zip(
+            row.outcomes[1:], ("budget", "search failed", "refused"), strict=True
+        )
         if count
     ]
     return [
         row.name,
-        str(row.lanes),
+        str(row.runs),
         ", ".join(stops) or "none",
         str(row.broken),
         *(_number(row.worst[law]) for law in GRADED),

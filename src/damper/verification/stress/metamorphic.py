@@ -1,11 +1,11 @@
-"""Identities: one lane solved twice, in ways that must agree, and what became of each.
+"""Metamorphic tests: points run again in ways that must give the same events.
 
 Mirrored (phase + pi, all signs changed), started some whole forcing periods later, taken to SI
-units and back, and with a sharper and a looser accuracy, a lane must give the same events. How
-closely, its condition says (`damper.verification.stress.condition`); where that leaves nothing to
-compare, both runs are judged by their backward error (`damper.verification.stress.backward`; of
-another model than the rigid one, by the laws that a log must keep,
-`damper.verification.stress.checks`). No lane is dropped.
+units and back, and with a sharper and a looser accuracy, a run must give the same events. How
+closely is a matter of its condition (`damper.verification.stress.condition`); where that leaves
+nothing to compare, both runs are judged by their backward error
+(`damper.verification.stress.backward`), or, of other models than the rigid one, by the laws that a
+log must keep (`damper.verification.stress.checks`). No run is dropped.
 """
 
 import math
@@ -39,12 +39,12 @@ from damper.verification.stress.verdicts import (
     CHECKS,
     EPS,
     FAILED,
-    IDENTITIES,
     NOT_APPLICABLE,
     PASSED,
     PASSED_BACKWARD,
     PASSED_LAWS,
     REFUSED,
+    RELATIONS,
     SOUND,
 )
 
@@ -64,8 +64,8 @@ _UNJUDGED = {
 }
 
 
-class _Lane(NamedTuple):
-    """A lane as it is, with all that it is compared by."""
+class _Source(NamedTuple):
+    """A run as it is, with all that it is compared by."""
 
     parameters: Parameters
     state: State
@@ -77,8 +77,8 @@ class _Lane(NamedTuple):
     most_events: int
 
 
-class _Twin(NamedTuple):
-    """A run of a lane in another way, and its events taken back."""
+class _FollowUp(NamedTuple):
+    """The run of a point in another way, and its events taken back."""
 
     run: Run
     state: State
@@ -86,44 +86,44 @@ class _Twin(NamedTuple):
     events: Events
 
 
-def run_identities(
-    lanes: Iterable[Mapping[str, float]],
+def run_metamorphic(
+    points: Iterable[Mapping[str, float]],
     *,
     periods: int = RUN_PERIODS,
     events: int = RUN_EVENTS,
     seed: int = 0,
     first: int = 0,
 ) -> dict[str, np.ndarray]:
-    """Compare each lane with its twins.
+    """Run each point again in other ways, and compare.
 
     Parameters
     ----------
-    lanes : iterable of mapping
+    points : iterable of mapping
         Names and values for `damper.sweep.points.read_point`, dimensionless.
     periods, events : int
         Forcing periods of a run, and the events after which it is enough.
     seed : int
-        Of noise and units, with the number of the lane.
+        Of noise and units, with the number of the source.
     first : int
-        Number of the first lane: what comes of a lane does not depend on the part it is in.
+        Number of the first run: what comes of a run does not depend on the part it is in.
 
     Returns
     -------
-    dict of str to ndarray (lanes,)
+    dict of str to ndarray (points,)
         ``growth`` of the noise over the run, ``comparable_events`` and ``compared_of_events`` (all
         of them), ``condition`` (0 well-conditioned, 1 growth, 2 grazing, 3 border of two
         outcomes, -1 refused with an error: no run). The backward error, nan where there is none:
         ``backward_<check>`` and the largest, ``backward_error``, and beside them
         ``backward_displacement``, all in units of roundoff (2^-52), and ``backward_closing`` over
         the accuracy asked for. Of other models than the rigid one ``laws_excess``, the largest
-        violation of a law over its limit. For each identity ``<identity>_difference``, the largest
-        of the comparable events, ``<identity>_ratio`` to what the condition allows (nan: none to
-        compare), and ``<identity>_verdict``: -1 not applicable, 0 passed, 1 passed by backward
+        violation of a law over its limit. For each relation ``<relation>_difference``, the largest
+        of the comparable events, ``<relation>_ratio`` to what the condition allows (nan: none to
+        compare), and ``<relation>_verdict``: -1 not applicable, 0 passed, 1 passed by backward
         error, 2 failed, 3 passed by the laws.
     """
     rows = [
-        _row(lane, periods, events, np.random.default_rng((seed, first + number)))
-        for number, lane in enumerate(lanes)
+        _row(point, periods, events, np.random.default_rng((seed, first + number)))
+        for number, point in enumerate(points)
     ]
     if not rows:
         return {}
@@ -156,7 +156,7 @@ def _refused() -> dict[str, float]:
         "condition": REFUSED,
         **_UNJUDGED,
     }
-    for name in IDENTITIES:
+    for name in RELATIONS:
         row[f"{name}_difference"] = row[f"{name}_ratio"] = math.nan
         row[f"{name}_verdict"] = NOT_APPLICABLE
     return row
@@ -172,7 +172,9 @@ def _one(
     run = short_run(parameters, state, periods=periods, events=count)
     events = events_of(run)
     condition = condition_of(run, state, periods=periods, events=count, random=random)
-    lane = _Lane(parameters, state, run, events, scale_of(run, events), condition, periods, count)
+    source = _Source(
+        parameters, state, run, events, scale_of(run, events), condition, periods, count
+    )
     own = _judged(run, state)
     rigid = parameters.model == "rigid"
     row: dict[str, float] = {
@@ -182,19 +184,19 @@ def _one(
         "condition": condition.kind,
         **own,
     }
-    for name in IDENTITIES:
-        twin = _TWINS[name](lane, random)
-        if twin is None:
+    for name in RELATIONS:
+        other = _FOLLOW_UPS[name](source, random)
+        if other is None:
             difference, ratio, verdict = math.nan, math.nan, NOT_APPLICABLE
         else:
             accuracy = {"looser": LOOSER, "sharper": DEFAULT_ACCURACY}.get(name, 0.0)
-            difference, ratio, agrees = _compare(lane, twin.events, accuracy)
+            difference, ratio, agrees = _compare(source, other.events, accuracy)
             verdict = PASSED
             if not agrees:
                 sound = _sound(own, parameters)
-                # A step of the twin is as right or wrong as one of the lane, and has to show it.
+                # A step of the other run is as right or wrong as one of this one.
                 asked = accuracy if name == "looser" else DEFAULT_ACCURACY
-                sound = sound and _sound(_judged(twin.run, twin.state, asked), parameters)
+                sound = sound and _sound(_judged(other.run, other.state, asked), parameters)
                 verdict = FAILED
                 if sound:
                     verdict = PASSED_BACKWARD if rigid else PASSED_LAWS
@@ -213,7 +215,7 @@ def _sound(found: Mapping[str, float], p: Parameters) -> bool:
 
 
 def _judged(run: Run, state: State, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
-    """Backward error of a run, or what the laws say of it."""
+    """Backward error of a run, or its violations of the laws."""
     p = run.parameters
     if p.model != "rigid":
         return _UNJUDGED | {"laws_excess": _laws_excess(run, state, accuracy)}
@@ -239,25 +241,25 @@ def _laws_excess(run: Run, state: State, accuracy: float) -> float:
     return float(np.nanmax(found))
 
 
-def _compare(lane: _Lane, other: Events, accuracy: float) -> tuple[float, float, bool]:
-    """Largest difference, its ratio to what is allowed, and whether that says enough."""
-    own = lane.events
+def _compare(source: _Source, other: Events, accuracy: float) -> tuple[float, float, bool]:
+    """Largest difference, its ratio to what is allowed, and whether that is enough."""
+    own = source.events
     if accuracy:
         of_own, of_other, whole = _aligned(own, other)
     else:
         same = matching(own, other)
         of_own = of_other = np.arange(same)
         whole = same
-    within = of_own < lane.condition.comparable
+    within = of_own < source.condition.comparable
     of_own, of_other = of_own[within], of_other[within]
-    agrees = lane.condition.comparable == len(own.kind) and whole == len(own.kind)
+    agrees = source.condition.comparable == len(own.kind) and whole == len(own.kind)
     if not len(of_own):
         return math.nan, math.nan, agrees
-    found = differences(own, other, of_own, of_other, lane.scale)
-    allowed = ALLOWANCE * EPS * lane.condition.growth[of_own]
+    found = differences(own, other, of_own, of_other, source.scale)
+    allowed = ALLOWANCE * EPS * source.condition.growth[of_own]
     if accuracy:
         # In units of time; of the forcing period's, where that is shorter.
-        allowed = allowed + accuracy * (1.0 + lane.condition.growth[of_own])
+        allowed = allowed + accuracy * (1.0 + source.condition.growth[of_own])
     ratio = float(np.max(found / allowed))
     return float(found.max()), ratio, agrees and ratio <= 1.0
 
@@ -308,46 +310,46 @@ def _closed(events: Events, start: int, side: float) -> int:
     return len(events.kind)
 
 
-def _again(lane: _Lane, parameters: Parameters, state: State, **more: float) -> Run:
-    return short_run(parameters, state, periods=lane.periods, events=lane.most_events, **more)
+def _again(source: _Source, parameters: Parameters, state: State, **more: float) -> Run:
+    return short_run(parameters, state, periods=source.periods, events=source.most_events, **more)
 
 
-def _mirrored(lane: _Lane, random: np.random.Generator) -> _Twin:
+def _mirrored(source: _Source, random: np.random.Generator) -> _FollowUp:
     # The sine of the rounded pi is 1.2e-16, not zero: this is exact to roundoff only.
-    parameters = replace(lane.parameters, phase=lane.parameters.phase + math.pi)
-    s = lane.state
+    parameters = replace(source.parameters, phase=source.parameters.phase + math.pi)
+    s = source.state
     state = State(-s.x, -s.v, -s.y, -s.u, s.time)
-    run = _again(lane, parameters, state)
+    run = _again(source, parameters, state)
     found = events_of(run)
     values = found.values * np.array([[-1.0], [-1.0], [1.0]])
-    return _Twin(run, state, found._replace(side=-found.side, values=values))
+    return _FollowUp(run, state, found._replace(side=-found.side, values=values))
 
 
-def _later(periods: float) -> Callable[[_Lane, np.random.Generator], _Twin | None]:
-    def later(lane: _Lane, random: np.random.Generator) -> _Twin | None:
-        p = lane.parameters
+def _later(periods: float) -> Callable[[_Source, np.random.Generator], _FollowUp | None]:
+    def later(source: _Source, random: np.random.Generator) -> _FollowUp | None:
+        p = source.parameters
         if p.model == "time_varying" and math.fmod(periods, p.modulation_order):
             return None
-        state = replace(lane.state, time=lane.state.time + periods * p.period)
-        run = _again(lane, p, state)
+        state = replace(source.state, time=source.state.time + periods * p.period)
+        run = _again(source, p, state)
         found = events_of(run)
         shifted = np.where(found.kind == END, 0.0, found.periods - periods)
-        return _Twin(run, state, found._replace(periods=shifted))
+        return _FollowUp(run, state, found._replace(periods=shifted))
 
     return later
 
 
-def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
+def _units(source: _Source, random: np.random.Generator) -> _FollowUp | None:
     for _ in range(_DRAWS):
         try:
-            si = _in_units(lane.parameters, *(10.0 ** random.uniform(-3.0, 3.0, 3)).tolist())
+            si = _in_units(source.parameters, *(10.0 ** random.uniform(-3.0, 3.0, 3)).tolist())
             break
         except ValueError:
             # At the edge of a range roundoff may lead out of it.
             continue
     else:
         return None
-    units, s = si.units, lane.state
+    units, s = si.units, source.state
     state = State(
         s.x * units.length,
         s.v * units.speed,
@@ -356,11 +358,11 @@ def _units(lane: _Lane, random: np.random.Generator) -> _Twin | None:
         s.time * units.time,
     )
     back = state.over(units)
-    run = _again(lane, si.dimensionless, back)
+    run = _again(source, si.dimensionless, back)
     last = run.log[-1]
     until = (last[PERIODS] * si.dimensionless.period + last[TIME] + last[DURATION]) * units.time
-    listed = list_events(si, state, until=float(until), max_events=lane.most_events)
-    return _Twin(run, back, _back(listed, units, events_of(run)))
+    listed = list_events(si, state, until=float(until), max_events=source.most_events)
+    return _FollowUp(run, back, _back(listed, units, events_of(run)))
 
 
 def _in_units(p: Parameters, mass: float, stiffness: float, force: float) -> SIParameters:
@@ -410,15 +412,15 @@ def _back(listed: np.ndarray, units: Units, found: Events) -> Events:
     )
 
 
-def _accurate(accuracy: float) -> Callable[[_Lane, np.random.Generator], _Twin]:
-    def accurate(lane: _Lane, random: np.random.Generator) -> _Twin:
-        run = _again(lane, lane.parameters, lane.state, accuracy=accuracy)
-        return _Twin(run, lane.state, events_of(run))
+def _accurate(accuracy: float) -> Callable[[_Source, np.random.Generator], _FollowUp]:
+    def accurate(source: _Source, random: np.random.Generator) -> _FollowUp:
+        run = _again(source, source.parameters, source.state, accuracy=accuracy)
+        return _FollowUp(run, source.state, events_of(run))
 
     return accurate
 
 
-_TWINS: dict[str, Callable[[_Lane, np.random.Generator], _Twin | None]] = {
+_FOLLOW_UPS: dict[str, Callable[[_Source, np.random.Generator], _FollowUp | None]] = {
     "mirrored": _mirrored,
     "shifted": _later(SHIFT),
     "shifted_far": _later(FAR_SHIFT),

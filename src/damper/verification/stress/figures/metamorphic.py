@@ -1,4 +1,4 @@
-"""Lanes run in other ways: differences are the lanes' condition; the method's errors are small."""
+"""Runs run in other ways: differences are the runs' condition; the method's errors are small."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from damper.verification.base import (
     Made,
     OptionalCaption,
 )
-from damper.verification.stress.tables.twins import failures
+from damper.verification.stress.tables.metamorphic import failures
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
     BORDER,
@@ -20,7 +20,7 @@ from damper.verification.stress.verdicts import (
     EPS,
     GRAZING,
     GROWING,
-    IDENTITIES,
+    RELATIONS,
     SOUND,
     WELL,
 )
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
-EXACT = tuple(name for name in IDENTITIES if name not in ("sharper", "looser"))
+EXACT = tuple(name for name in RELATIONS if name not in ("sharper", "looser"))
 _COLOURS = {WELL: BLUE, GROWING: VERMILION, GRAZING: PURPLE, BORDER: ORANGE}
 _MARKS = {WELL: "o", GROWING: "^", GRAZING: "s", BORDER: "D"}
 _DASHES = {WELL: "-", GROWING: "--", GRAZING: "-.", BORDER: ":"}
@@ -39,21 +39,21 @@ _DASHES = {WELL: "-", GROWING: "--", GRAZING: "-.", BORDER: ":"}
 _NO_DIFFERENCE, _NO_ERROR = 1e-18, 1e-2
 
 
-class TwinsFigure(Made):
+class MetamorphicFigure(Made):
     """How far runs are apart that must agree, beside what their condition makes of rounding."""
 
-    reads: ClassVar[tuple[str, ...]] = ("twins.nc",)
+    reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
 
     caption: OptionalCaption = None
 
 
-def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
+def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     """Draw differences over the growth of a noise, and the distribution of backward errors.
 
     Parameters
     ----------
-    twins : xarray.Dataset
-        Of `damper.verification.stress.twins_cube.gather_twins`.
+    cube : xarray.Dataset
+        Of `damper.verification.stress.metamorphic_cube.gather_metamorphic`.
     caption : str, optional
         Heading; the dataset's title when not given.
 
@@ -65,12 +65,12 @@ def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
 
     figure = Figure(figsize=(PAGE, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
-    count = twins.sizes["lane"]
-    words = [caption or twins.attrs.get("title", "")]
+    count = cube.sizes["run"]
+    words = [caption or cube.attrs.get("title", "")]
     if count:
-        kinds = [kind for kind in _COLOURS if (twins.condition.values == kind).any()]
-        _differences(left, twins, kinds)
-        _errors(right, twins, kinds)
+        kinds = [kind for kind in _COLOURS if (cube.condition.values == kind).any()]
+        _differences(left, cube, kinds)
+        _errors(right, cube, kinds)
         handles = [
             left.plot([], [], _MARKS[kind], ms=3.5, ls=_DASHES[kind], lw=1.1, color=_COLOURS[kind])[
                 0
@@ -78,36 +78,36 @@ def draw(twins: xr.Dataset, *, caption: str | None = None) -> Figure:
             for kind in kinds
         ]
         for kind, handle in zip(kinds, handles, strict=True):
-            lanes = int((twins.condition.values == kind).sum())
-            handle.set_label(f"{CONDITIONS[kind]} ({lanes})")
+            runs = int((cube.condition.values == kind).sum())
+            handle.set_label(f"{CONDITIONS[kind]} ({runs})")
         legend(figure, handles)
-        failed = len(failures(twins))
-        words.append(f"{count} lanes, each run again in six ways; {failed or 'none'} failed")
+        failed = len(failures(cube))
+        words.append(f"{count} runs, each made again in six ways; {failed or 'none'} failed")
     else:
         for ax in (left, right):
-            say(ax, "no lanes were compared")
+            say(ax, "no runs were compared")
             ax.set_axis_off()
     heading = [wrap(line.split(), 110.0) for line in words]
     figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
     return figure
 
 
-def largest(twins: xr.Dataset) -> np.ndarray:
-    """Largest difference of each lane in the ways that change roundoff only; NaN without any."""
-    found = np.array([twins[f"{name}_difference"].values for name in EXACT])
+def largest(cube: xr.Dataset) -> np.ndarray:
+    """Largest difference of each run in the ways that change roundoff only; NaN without any."""
+    found = np.array([cube[f"{name}_difference"].values for name in EXACT])
     known = ~np.isnan(found)
     return np.where(known.any(axis=0), np.where(known, found, -1.0).max(axis=0), np.nan)
 
 
-def _differences(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
+def _differences(ax: Axes, cube: xr.Dataset, kinds: list[int]) -> None:
     """Largest difference of the comparable events over the growth."""
-    growth, found = twins.growth.values, largest(twins)
+    growth, found = cube.growth.values, largest(cube)
     shown = ~np.isnan(found)
     if not shown.any():
-        say(ax, "no lane has comparable events")
+        say(ax, "no run has comparable events")
         return
     for kind in kinds:
-        some = shown & (twins.condition.values == kind)
+        some = shown & (cube.condition.values == kind)
         ax.plot(
             growth[some],
             np.maximum(found[some], _NO_DIFFERENCE),
@@ -141,16 +141,16 @@ def _differences(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
     )
 
 
-def _errors(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
+def _errors(ax: Axes, cube: xr.Dataset, kinds: list[int]) -> None:
     """Part of each class with at least a backward error."""
     from matplotlib.ticker import LogLocator
 
-    errors = twins.backward_error.values
+    errors = cube.backward_error.values
     if np.isnan(errors).all():
-        say(ax, "no lane has a backward error")
+        say(ax, "no run has a backward error")
         return
     for kind in kinds:
-        values = errors[(twins.condition.values == kind) & ~np.isnan(errors)]
+        values = errors[(cube.condition.values == kind) & ~np.isnan(errors)]
         if not values.size:
             continue
         values = np.sort(np.maximum(values, _NO_ERROR))
@@ -180,4 +180,4 @@ def _errors(ax: Axes, twins: xr.Dataset, kinds: list[int]) -> None:
     ax.set_xlim(_NO_ERROR, max(10.0 * SOUND, 2.0 * float(np.nanmax(errors))))
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
     ax.set_xlabel(r"backward error, in units of roundoff ($2^{-52}$)")
-    ax.set_ylabel("part of the lanes with at least that")
+    ax.set_ylabel("part of the runs with at least that")

@@ -1,4 +1,4 @@
-"""Dataset and table of lanes run in other ways, made up and from a small real run."""
+"""Dataset and table of runs run in other ways, made up and from a small real run."""
 
 import csv
 import io
@@ -10,19 +10,19 @@ import xarray as xr
 from damper.parameters.quantities import ALL
 from damper.sweep.cube import write_cube
 from damper.verification.stress.backward import LONG
-from damper.verification.stress.box import random_lanes
-from damper.verification.stress.identities import run_identities
-from damper.verification.stress.parts import LANE_NAMES, write_part
-from damper.verification.stress.tables.twins import HEAVY, failures, make, parameters_of
-from damper.verification.stress.twins_cube import VARIABLES, gather_twins
+from damper.verification.stress.box import random_points
+from damper.verification.stress.metamorphic import run_metamorphic
+from damper.verification.stress.metamorphic_cube import VARIABLES, gather_metamorphic
+from damper.verification.stress.parts import POINT_NAMES, write_part
+from damper.verification.stress.tables.metamorphic import HEAVY, failures, make, parameters_of
 from damper.verification.stress.verdicts import (
     CONDITIONS,
     FAILED,
-    IDENTITIES,
     NOT_APPLICABLE,
     PASSED,
     PASSED_BACKWARD,
     PASSED_LAWS,
+    RELATIONS,
     VERDICTS,
 )
 
@@ -36,15 +36,15 @@ BOX = {
         "restitution": {"range": [0.0, 1.0], "values": [0.0, 1.0]},
     },
 }
-#: Lane that fails in one way, one that is refused, one of another model.
+#: Run that fails in one way, one that is refused, one of another model.
 BAD, REFUSED, OTHER = 4, 7, 2
 
 
 def made_up(count: int) -> dict[str, np.ndarray]:
-    """Return what well-conditioned lanes give that agree in all ways."""
+    """Return what well-conditioned runs give that agree in all ways."""
     arrays = {name: np.linspace(1.0, 2.0, count) for name in VARIABLES}
     arrays |= {name: np.full(count, 10, dtype="i4") for name in VARIABLES if "_events" in name}
-    arrays |= {f"{name}_verdict": np.full(count, PASSED, dtype="i1") for name in IDENTITIES}
+    arrays |= {f"{name}_verdict": np.full(count, PASSED, dtype="i1") for name in RELATIONS}
     return arrays | {
         "condition": np.zeros(count, dtype="i1"),
         "laws_excess": np.full(count, np.nan),
@@ -52,8 +52,8 @@ def made_up(count: int) -> dict[str, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def twins(tmp_path_factory) -> xr.Dataset:
-    lanes = random_lanes(8, 1, BOX)
+def cube(tmp_path_factory) -> xr.Dataset:
+    runs = random_points(8, 1, BOX)
     arrays = made_up(8)
     arrays["condition"][:] = [0, 0, 1, 2, 1, 3, 0, -1]
     arrays["units_verdict"][BAD] = FAILED
@@ -62,111 +62,110 @@ def twins(tmp_path_factory) -> xr.Dataset:
     arrays["backward_error"][:] = [1.0, 2.0, np.nan, 4.0, 3000.0, 6.0, 7.0, np.nan]
     arrays["backward_motion"][3] = 55.0
     arrays["laws_excess"][OTHER] = 0.25
-    for name in IDENTITIES:
+    for name in RELATIONS:
         arrays[f"{name}_verdict"][REFUSED] = NOT_APPLICABLE
         arrays[f"{name}_ratio"][REFUSED] = np.nan
-    folder = tmp_path_factory.mktemp("twins")
+    folder = tmp_path_factory.mktemp("metamorphic")
     paths = []
     for number, (first, end) in enumerate(((0, 3), (3, 8))):
         paths.append(folder / f"{number}.npz")
         some = {name: values[first:end] for name, values in arrays.items()}
-        write_part(paths[-1], lanes[first:end], some)
-    return gather_twins(paths, {"title": "Made-up twins"})
+        write_part(paths[-1], runs[first:end], some)
+    return gather_metamorphic(paths, {"title": "Made-up runs"})
 
 
-def lines(twins: xr.Dataset) -> dict[tuple[str, str, str], str]:
-    rows = csv.DictReader(io.StringIO(make(twins)[0]))
+def lines(cube: xr.Dataset) -> dict[tuple[str, str, str], str]:
+    rows = csv.DictReader(io.StringIO(make(cube)[0]))
     return {(row["about"], row["name"], row["quantity"]): row["value"] for row in rows}
 
 
-def test_lanes_are_in_order(twins):
-    lanes = random_lanes(8, 1, BOX)
-    for name in lanes[0]:
-        assert twins[name].values.tolist() == [lane[name] for lane in lanes]
-    assert twins.condition.values.tolist() == [0, 0, 1, 2, 1, 3, 0, -1]
+def test_runs_are_in_order(cube):
+    runs = random_points(8, 1, BOX)
+    for name in runs[0]:
+        assert cube[name].values.tolist() == [run[name] for run in runs]
+    assert cube.condition.values.tolist() == [0, 0, 1, 2, 1, 3, 0, -1]
 
 
-def test_every_variable_is_described(twins):
-    assert set(twins.data_vars) == {*VARIABLES, *LANE_NAMES}
-    for name, array in twins.variables.items():
+def test_every_variable_is_described(cube):
+    assert set(cube.data_vars) == {*VARIABLES, *POINT_NAMES}
+    for name, array in cube.variables.items():
         assert array.attrs["long_name"], name
         assert array.attrs["units"], name
     for name, flags in (("condition", CONDITIONS), ("units_verdict", VERDICTS)):
-        attrs = twins[name].attrs
+        attrs = cube[name].attrs
         assert attrs["flag_values"].tolist() == list(flags)
         assert len(attrs["flag_meanings"].split()) == len(flags)
-    assert twins.clearance.attrs["long_name"] == ALL["clearance"].long_name
+    assert cube.clearance.attrs["long_name"] == ALL["clearance"].long_name
 
 
-def test_verdicts_are_counted(twins):
-    found = lines(twins)
-    assert found["all", "all", "lanes"] == "8"
+def test_verdicts_are_counted(cube):
+    found = lines(cube)
+    assert found["all", "all", "runs"] == "8"
     ways = {"compared outright": "6", "failed": "1", "by backward error": "0", "by the laws": "0"}
     for quantity, value in (ways | {"not applicable": "1"}).items():
         assert found["way", "units", quantity] == value
     assert found["way", "mirrored", "by backward error"] == "1"
     assert found["way", "looser", "by the laws"] == "1"
-    ratios = twins.units_ratio.values[:7]
+    ratios = cube.units_ratio.values[:7]
     assert float(found["way", "units", "worst ratio"]) == pytest.approx(ratios.max(), rel=1e-2)
     assert float(found["way", "units", "median ratio"]) == pytest.approx(
         np.median(ratios), rel=1e-2
     )
 
 
-def test_ratios_beyond_what_is_allowed_are_explained(twins):
-    some = twins.copy(deep=True)
-    for name in IDENTITIES:
+def test_ratios_beyond_what_is_allowed_are_explained(cube):
+    some = cube.copy(deep=True)
+    for name in RELATIONS:
         some[f"{name}_ratio"][:] = 0.5
     some.units_ratio[1:4] = 7.0
     some.damping_ratio[:] = 0.1
     some.damping_ratio[3:] = HEAVY
-    assert "3 lanes have one; 1 of them" in make(some)[1]
+    assert "3 runs have one; 1 of them" in make(some)[1]
 
 
-def test_conditions_and_checks_name_the_worst_lane(twins):
-    found = lines(twins)
-    assert found["condition", "well-conditioned", "lanes"] == "3"
+def test_conditions_and_checks_name_the_worst_point(cube):
+    found = lines(cube)
+    assert found["condition", "well-conditioned", "runs"] == "3"
     assert found["condition", "well-conditioned", "worst backward error"] == "7"
     assert found["condition", "error growth", "worst backward error"] == "3e+03"
-    assert found["condition", "refused with an error", "lanes"] == "1"
+    assert found["condition", "refused with an error", "runs"] == "1"
     assert found["check", "backward_motion", "worst"] == "55"
-    assert found["check", "backward_motion", "lane"] == "3"
-    assert found["check", "laws_excess", "lane"] == str(OTHER)
+    assert found["check", "backward_motion", "run"] == "3"
+    assert found["check", "laws_excess", "run"] == str(OTHER)
 
 
-def test_a_failure_is_named_with_its_parameters(twins):
-    assert failures(twins).tolist() == [BAD]
-    assert lines(twins)["failed", str(BAD), "ways"] == "units"
-    markdown = make(twins)[1]
+def test_a_failure_is_named_with_its_parameters(cube):
+    assert failures(cube).tolist() == [BAD]
+    assert lines(cube)["failed", str(BAD), "ways"] == "units"
+    markdown = make(cube)[1]
     failed = markdown.split("## Failed")[1]
     assert "SI units and back" in failed
     assert "mirrored" not in failed
-    assert f"clearance {twins.clearance.values[BAD]:.16g}" in failed
-    assert parameters_of(twins, BAD) in failed
+    assert f"clearance {cube.clearance.values[BAD]:.16g}" in failed
+    assert parameters_of(cube, BAD) in failed
     assert "5 agree outright in all of them, 1 do not" in markdown
     assert "1 fail. 1 were refused" in markdown
-    good = make(twins.drop_sel(lane=BAD))[1]
+    good = make(cube.drop_sel(run=BAD))[1]
     assert good.split("## Failed")[1].strip() == "None."
 
 
-def test_no_lanes(tmp_path):
-    twins = gather_twins([], {"title": "None"})
-    write_cube(twins, tmp_path / "twins.nc")
-    text, markdown = make(xr.open_dataset(tmp_path / "twins.nc"))
-    assert "No lanes were compared" in markdown
-    assert text.splitlines()[1:] == ["all,all,lanes,0"]
+def test_no_runs(tmp_path):
+    cube = gather_metamorphic([], {"title": "None"})
+    write_cube(cube, tmp_path / "metamorphic.nc")
+    text, markdown = make(xr.open_dataset(tmp_path / "metamorphic.nc"))
+    assert "No runs were compared" in markdown
+    assert text.splitlines()[1:] == ["all,all,runs,0"]
 
 
 @pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
 def test_a_real_run(tmp_path):
-    lanes = random_lanes(20, 3, BOX)
-    write_part(tmp_path / "0.npz", lanes, run_identities(lanes))
-    twins = gather_twins([tmp_path / "0.npz"], {"title": "Twins"})
-    write_cube(twins, tmp_path / "twins.nc")
-    with xr.open_dataset(tmp_path / "twins.nc") as read:
-        assert make(read.load()) == make(twins)
-    assert not len(failures(twins))
+    runs = random_points(20, 3, BOX)
+    write_part(tmp_path / "0.npz", runs, run_metamorphic(runs))
+    cube = gather_metamorphic([tmp_path / "0.npz"], {"title": "Again"})
+    write_cube(cube, tmp_path / "metamorphic.nc")
+    with xr.open_dataset(tmp_path / "metamorphic.nc") as read:
+        assert make(read.load()) == make(cube)
+    assert not len(failures(cube))
     assert (
-        sum(int(v) for k, v in lines(twins).items() if k[0] == "condition" and k[2] == "lanes")
-        == 20
+        sum(int(v) for k, v in lines(cube).items() if k[0] == "condition" and k[2] == "runs") == 20
     )

@@ -1,19 +1,19 @@
-"""Identities: sound lanes pass, by comparison or by backward error; a wrong engine does not."""
+"""Metamorphic tests: sound runs pass, by comparison or backward error; a wrong engine fails."""
 
 import numpy as np
 import pytest
 
 from damper.engine.segment import SPEED, V
-from damper.verification.stress import identities, runs
+from damper.verification.stress import metamorphic, runs
 from damper.verification.stress.backward import LONG
-from damper.verification.stress.box import random_lanes
-from damper.verification.stress.identities import (
+from damper.verification.stress.box import random_points
+from damper.verification.stress.metamorphic import (
     FAILED,
-    IDENTITIES,
     PASSED,
     PASSED_BACKWARD,
     PASSED_LAWS,
-    run_identities,
+    RELATIONS,
+    run_metamorphic,
 )
 
 pytestmark = pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
@@ -51,11 +51,11 @@ BOX = {
 
 
 def verdicts(found):
-    return {name: found[f"{name}_verdict"] for name in IDENTITIES}
+    return {name: found[f"{name}_verdict"] for name in RELATIONS}
 
 
-def test_an_ordinary_lane_passes_all():
-    found = run_identities([CHATTERING])
+def test_an_ordinary_run_passes_all():
+    found = run_metamorphic([CHATTERING])
     for name, verdict in verdicts(found).items():
         assert verdict[0] == PASSED, name
     # A shift whose time is exact leaves every bit as it is.
@@ -64,8 +64,8 @@ def test_an_ordinary_lane_passes_all():
     assert 0.0 < found["looser_difference"][0] < 1e-9
 
 
-def test_a_chaotic_lane_passes_by_its_backward_error():
-    found = run_identities([CHAOTIC], periods=60)
+def test_a_chaotic_run_passes_by_its_backward_error():
+    found = run_metamorphic([CHAOTIC], periods=60)
     assert found["condition"][0] == 1
     assert found["comparable_events"][0] < found["compared_of_events"][0]
     assert all(verdict[0] == PASSED_BACKWARD for verdict in verdicts(found).values())
@@ -73,24 +73,24 @@ def test_a_chaotic_lane_passes_by_its_backward_error():
 
 
 @pytest.mark.exhaustive
-def test_random_lanes_of_the_whole_box_pass():
-    lanes = random_lanes(100, 1, BOX)
-    found = run_identities(lanes)
+def test_random_points_of_the_whole_box_pass():
+    runs = random_points(100, 1, BOX)
+    found = run_metamorphic(runs)
     for name, verdict in verdicts(found).items():
         assert set(verdict) <= {PASSED, PASSED_BACKWARD}, name
         assert (verdict == PASSED).mean() > 0.7, name
     assert found["backward_error"].max() < 100.0
 
 
-def test_a_lane_does_not_depend_on_its_part():
-    lanes = random_lanes(4, 1, BOX)
-    whole, part = run_identities(lanes, events=20), run_identities(lanes[2:], events=20, first=2)
+def test_a_run_does_not_depend_on_its_part():
+    runs = random_points(4, 1, BOX)
+    whole, part = run_metamorphic(runs, events=20), run_metamorphic(runs[2:], events=20, first=2)
     for name, values in part.items():
         np.testing.assert_array_equal(values, whole[name][2:])
-    assert run_identities([]) == {}
+    assert run_metamorphic([]) == {}
 
 
-def test_a_twin_that_differs_fails(monkeypatch):
+def test_a_follow_up_that_differs_fails(monkeypatch):
     """A log whose impacts are too fast by 1e-9 agrees with nothing, and obeys no law."""
     honest = runs.short_run
 
@@ -102,14 +102,14 @@ def test_a_twin_that_differs_fails(monkeypatch):
         log[:, SPEED] *= 1.0 + 1e-9
         return run._replace(log=log)
 
-    monkeypatch.setattr(identities, "short_run", wrong)
-    found = run_identities([CHATTERING])
+    monkeypatch.setattr(metamorphic, "short_run", wrong)
+    found = run_metamorphic([CHATTERING])
     assert found["mirrored_verdict"][0] == FAILED
     assert found["units_verdict"][0] == PASSED
 
 
 def test_another_model_is_judged_by_the_laws(monkeypatch):
-    """Twins that show no events agree with nothing; the laws tell a sound log from a wrong one."""
+    """Runs without events agree with nothing; the laws distinguish a sound log from a wrong one."""
     honest = runs.short_run
     wrong_by = {"v": 0.0}
 
@@ -127,22 +127,22 @@ def test_another_model_is_judged_by_the_laws(monkeypatch):
         log[:, V] *= 1.0 + wrong_by["v"]
         return run._replace(log=log)
 
-    honest_events = identities.events_of
-    monkeypatch.setattr(identities, "events_of", without_events)
-    monkeypatch.setattr(identities, "short_run", wrong)
-    lanes = [GENERIC | {"support_stiffness_ratio": 0.1}]
-    found = run_identities(lanes, events=12)
-    assert found["mirrored_verdict"].tolist() == [PASSED_LAWS] * len(lanes)
+    honest_events = metamorphic.events_of
+    monkeypatch.setattr(metamorphic, "events_of", without_events)
+    monkeypatch.setattr(metamorphic, "short_run", wrong)
+    points = [GENERIC | {"support_stiffness_ratio": 0.1}]
+    found = run_metamorphic(points, events=12)
+    assert found["mirrored_verdict"].tolist() == [PASSED_LAWS] * len(points)
     assert (found["laws_excess"] < 0.1).all()
     wrong_by["v"] = 1e-9
-    found = run_identities(lanes, events=12)
-    assert found["mirrored_verdict"].tolist() == [FAILED] * len(lanes)
+    found = run_metamorphic(points, events=12)
+    assert found["mirrored_verdict"].tolist() == [FAILED] * len(points)
 
 
-def test_a_lane_that_is_refused_is_an_outcome():
-    found = run_identities([GENERIC | {"mass_ratio": -1.0}, CHATTERING])
-    assert found["condition"].tolist() == [identities.REFUSED, 0]
-    assert all(v.tolist() == [identities.NOT_APPLICABLE, PASSED] for v in verdicts(found).values())
+def test_a_run_that_is_refused_is_an_outcome():
+    found = run_metamorphic([GENERIC | {"mass_ratio": -1.0}, CHATTERING])
+    assert found["condition"].tolist() == [metamorphic.REFUSED, 0]
+    assert all(v.tolist() == [metamorphic.NOT_APPLICABLE, PASSED] for v in verdicts(found).values())
     assert np.isnan(found["growth"][0])
     assert np.isnan(found["backward_error"][0])
 
@@ -150,9 +150,9 @@ def test_a_lane_that_is_refused_is_an_outcome():
 def test_other_models_are_compared_too():
     grounded = GENERIC | {"support_stiffness_ratio": 0.1}
     modulated = GENERIC | {"modulation_depth": 0.2, "modulation_order": 2.0}
-    found = run_identities([grounded, modulated], events=12)
+    found = run_metamorphic([grounded, modulated], events=12)
     assert np.isnan(found["backward_error"]).all()
     assert list(found["mirrored_verdict"]) == [PASSED, PASSED]
     # Three forcing periods are no whole number of the modulation's.
-    assert list(found["shifted_verdict"]) == [PASSED, identities.NOT_APPLICABLE]
+    assert list(found["shifted_verdict"]) == [PASSED, metamorphic.NOT_APPLICABLE]
     assert list(found["shifted_far_verdict"]) == [PASSED, PASSED]

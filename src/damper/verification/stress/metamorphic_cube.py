@@ -1,4 +1,4 @@
-"""Lanes run in other ways that must not matter, as one dataset."""
+"""The metamorphic tests of all runs as one dataset."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,27 +9,10 @@ import xarray as xr
 
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import Variable
-from damper.verification.stress.parts import LANE_NAMES
-from damper.verification.stress.verdicts import ALLOWANCE, CHECKS, CONDITIONS, IDENTITIES, VERDICTS
+from damper.verification.stress.parts import POINT_NAMES
+from damper.verification.stress.verdicts import ALLOWANCE, CHECKS, CONDITIONS, RELATIONS, VERDICTS
 
 _ROUNDING = "2^-52"
-_OTHERWISE = {
-    "mirrored": "mirrored, all signs changed and the forcing half a period later",
-    "shifted": "started 3 forcing periods later",
-    "shifted_far": "started 2^20 forcing periods later",
-    "units": "taken to SI units and back",
-    "sharper": "accuracy 1e-14 instead of 1e-12",
-    "looser": "accuracy 1e-10 instead of 1e-12",
-}
-_CHECKED = {
-    "clock": "duration of a segment",
-    "motion": "motion over a segment",
-    "contact": "gap and approach speed at an impact",
-    "law": "momentum and restitution in an impact",
-    "release": "thrust at a release",
-    "inside": "depth beyond a wall in flight, or pull of the wall in sticking",
-    "tail": "time left of a burst, by its formula",
-}
 
 
 def _variables() -> list[Variable]:
@@ -37,7 +20,7 @@ def _variables() -> list[Variable]:
         Variable("growth", "growth of a small noise over the run", "1", comment="at least 1"),
         Variable(
             "comparable_events",
-            "events up to which a comparison says something",
+            "events up to which a comparison is meaningful",
             "1",
             comment="growth leaves roundoff below 1e-6, and the noise changes no event's kind",
         ),
@@ -69,64 +52,64 @@ def _variables() -> list[Variable]:
         ),
     ]
     found += [
-        Variable(f"backward_{name}", f"backward error: {_CHECKED[name]}", _ROUNDING)
-        for name in CHECKS
+        Variable(f"backward_{name}", f"backward error: {words}", _ROUNDING)
+        for name, words in CHECKS.items()
     ]
-    for name in IDENTITIES:
+    for name, words in RELATIONS.items():
         found += [
             Variable(
                 f"{name}_difference",
-                f"largest difference of comparable events: {_OTHERWISE[name]}",
+                f"largest difference of comparable events: {words}",
                 "1",
                 comment="of phase, displacement and speeds, over the run's sizes",
             ),
             Variable(
                 f"{name}_ratio",
-                f"largest difference over what the condition allows: {_OTHERWISE[name]}",
+                f"largest difference over what the condition allows: {words}",
                 "1",
                 comment=f"allowed: {ALLOWANCE:g} units of roundoff times the growth; for another "
                 "accuracy, its error times the growth too",
             ),
-            Variable(f"{name}_verdict", f"verdict: {_OTHERWISE[name]}", "1"),
+            Variable(f"{name}_verdict", f"verdict: {words}", "1"),
         ]
     return found
 
 
-#: What `damper.verification.stress.identities.run_identities` finds of each lane.
+#: What `damper.verification.stress.metamorphic.run_metamorphic` finds of each run.
 VARIABLES = {variable.name: variable for variable in _variables()}
 
 
-def gather_twins(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
+def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
     """Put all parts together.
 
     Parameters
     ----------
     paths : sequence of Path
-        Parts in the order of their lanes, each of which is a stretch of neighbours. None at all
-        make a dataset that has no lane and no variable.
+        Parts in the order of their runs, each of which is a stretch of neighbours. None at all
+        make a dataset that has no run and no variable.
     attributes : mapping
         Global attributes.
 
     Returns
     -------
     xarray.Dataset
-        With the one dimension ``lane``.
+        With the one dimension ``run``.
     """
     parts = []
     for path in paths:
         with np.load(path) as file:
             parts.append({name: file[name] for name in file.files})
     data = {
-        name: ("lane", np.concatenate([part[name] for part in parts]), _attributes(name))
+        name: ("run", np.concatenate([part[name] for part in parts]), _attributes(name))
         for name in (parts[0] if parts else ())
     }
     count = sum(len(part["condition"]) for part in parts)
-    coords = {"lane": ("lane", np.arange(count), {"long_name": "lane", "units": "1"})}
+    coords = {"run": ("run", np.arange(count), {"long_name": "run", "units": "1"})}
     return xr.Dataset(data, coords, dict(attributes))
 
 
 def _attributes(name: str) -> dict[str, Any]:
-    about: Any = ALL[name] if name in LANE_NAMES else VARIABLES[name]
+    about: Any = ALL[name] if name in POINT_NAMES else VARIABLES[name]
     attrs: dict[str, Any] = {"long_name": about.long_name, "units": about.units}
     if getattr(about, "comment", ""):
         attrs["comment"] = about.comment

@@ -1,0 +1,12 @@
+"""Run points of a stress study in other ways that must not matter."""
+
+from pathlib import Path
+
+from damper.verification.stress.box import random_points
+from damper.verification.stress.metamorphic import run_metamorphic
+from damper.verification.stress.parts import write_part
+
+asked = snakemake.params.run
+runs = random_points(**asked["runs"])
+arrays = run_metamorphic(runs, seed=asked["seed"], first=asked["runs"]["first"])
+write_part(Path(snakemake.output[0]), runs, arrays)
