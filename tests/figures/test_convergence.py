@@ -1,8 +1,5 @@
 """The convergence figure and table: distances to a rigid run, and their order."""
 
-import csv
-import io
-import math
 from typing import Any
 
 import numpy as np
@@ -10,9 +7,9 @@ import pytest
 import xarray as xr
 from figures.drawing import assert_nothing_overlaps, drawn
 
-from damper import Parameters, events, simulate
-from damper.tables import About
-from damper.tables.convergence import make, order_of, rigid_values
+from damper import simulate
+from damper.analysis.convergence import distance_to_rigid
+from damper.tables import About, make
 
 POINT = {
     "mass_ratio": 0.1,
@@ -53,38 +50,14 @@ def cube() -> xr.Dataset:
     return made
 
 
-def test_rigid_values_are_those_of_the_rigid_damper(cube: xr.Dataset) -> None:
-    found = rigid_values(cube, VARIABLES)
-    rigid = events(Parameters(**POINT), until=31.4)
-    impacts = rigid[rigid["kind"] == 0]
-    assert found["burst_onset"] == impacts["time"][0]
-    assert found["max_approach_speed"] == impacts["approach_speed"].max()
-    one = simulate(
-        **POINT, transient=0, periods=1, observers={"stroboscopic_section": {"at": 0.75}}
-    )
-    assert found["displacement"] == float(one.displacement[0])
-
-
-def test_order_is_that_of_a_power_law() -> None:
-    k = np.geomspace(1e2, 1e10, 9)
-    far = 3.0 * k**-0.7
-    far[:4] = 7.0  # the soft half does not count
-    assert order_of(k, far) == pytest.approx(-0.7)
-    far[-1] = math.nan
-    assert order_of(k, far) == pytest.approx(-0.7)
-    assert math.isnan(order_of(k, np.zeros(9)))
-
-
 def test_figure(cube: xr.Dataset) -> None:
     figure = drawn("convergence", cube, **SETTINGS)
-    rigid = rigid_values(cube, VARIABLES)
+    found = distance_to_rigid(cube, VARIABLES, "contact_stiffness_ratio")
     for ax, name in zip(figure.axes, VARIABLES, strict=True):
-        value = cube[name].isel(contact_tension=1)
-        for dim, place in (("burst", 0), ("sample", -1)):
-            value = value.isel({dim: place}) if dim in value.dims else value
-        line = ax.lines[1]
-        expected = np.abs(value.values - rigid[name])
-        np.testing.assert_array_equal(line.get_ydata(), np.where(expected > 0, expected, np.nan))
+        rows = found[(found["variable"] == name) & (found["contact_tension"] == 1)]
+        expected = rows["distance"].to_numpy()
+        seen = np.where(expected > 0, expected, np.nan)
+        np.testing.assert_array_equal(ax.lines[1].get_ydata(), seen)
         # The first impact from rest is the same, and the first burst not complete.
         seen = (expected > 0.0).any()
         assert ax.texts[0].get_text().startswith("slope" if seen else "no distance to show")
@@ -95,26 +68,8 @@ def test_figure(cube: xr.Dataset) -> None:
 
 
 def test_table(cube: xr.Dataset) -> None:
-    about = About("A study", POINT)
-    text, markdown = make(cube, SETTINGS, about)
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == len(VARIABLES) * 2 * 5
-    for row in rows:
-        far = abs(float(row["value"]) - float(row["rigid_value"]))
-        assert float(row["distance"]) == far or math.isnan(far)
+    table = make("convergence", cube, SETTINGS, About("A study", POINT))
+    assert len(table.data) == len(VARIABLES) * 2 * 5
+    markdown = table.markdown()
+    assert markdown.startswith("# A study: distance to the rigid damper\n\nFixed: mass_ratio = 0.1")
     assert "| max approach speed | 0 |" in markdown
-    assert "restitution = 0.3" in markdown
-
-
-def test_other_axes_are_refused() -> None:
-    made = simulate(
-        **POINT | {"clearance": [0.2, 0.3]},
-        contact_stiffness_ratio=[1e4, 1e5],
-        transient=0,
-        periods=1,
-        observers=["impacts"],
-    )
-    with pytest.raises(ValueError, match="only the contact may vary"):
-        rigid_values(made, ["max_approach_speed"])
-    with pytest.raises(ValueError, match="no variable 'nonsense'"):
-        rigid_values(made, ["nonsense"])

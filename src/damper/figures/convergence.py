@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
 from damper.study.fields import Faults
@@ -17,15 +18,7 @@ from damper.study.products import (
     Offer,
     Role,
 )
-from damper.tables.convergence import (
-    Compared,
-    Conventions,
-    Stiffness,
-    compared,
-    fit_convergence,
-    order_of,
-    rigid_values,
-)
+from damper.tables.convergence import Compared, Conventions, Stiffness, fit_convergence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,22 +83,22 @@ def draw(
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    rigid = rigid_values(cube, variables)
     place = cube.sel(at or {}).sortby(along)
+    found = distance_to_rigid(place, variables, along)
     figure = Figure(figsize=(COLUMN, 1.2 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
     values = place[lines].values.tolist() if lines else [None]
     stiffness = place[along].values
     handles: list[Artist] = []
     for ax, name in zip(axes, variables, strict=True):
-        array = compared(place, name)
+        rows = found[found["variable"] == name]
         slopes = []
         for value, look in zip(values, _STYLES, strict=False):
-            line = array.sel({lines: value}) if lines else array
-            distance = np.abs(line.values.astype(float) - rigid[name])
+            line = rows[rows[lines] == value] if lines else rows
+            distance = line["distance"].to_numpy()
             shown = np.where(distance > 0.0, distance, np.nan)
             ax.plot(stiffness, shown, lw=0.9, ms=2.8, **look)
-            slopes.append(f"{order_of(stiffness, distance):.2f}")
+            slopes.append(f"{order_of_convergence(stiffness, distance):.2f}")
         if np.isfinite(shown[-1]):
             half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
             ax.plot(stiffness, half, **_HALF)

@@ -1,18 +1,80 @@
 """Tables: a cube -> CSV and Markdown, one file for each kind.
 
-The file's name is that of the kind; it holds the class of its settings and its `make`.
+The file's name is that of the kind; it holds the class of its settings and its `make`. What both
+files of a table look like stands here, for all tables.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.study.kinds import TABLES
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as two files: CSV for programs, Markdown for people.
+
+    Attributes
+    ----------
+    title : str
+        First line of the Markdown.
+    data : pandas.DataFrame
+        The CSV: a column for each of its own, numbers in full precision, empty where NaN.
+    body : sequence of str or pandas.DataFrame
+        The Markdown below the title: paragraphs, and tables of cells that are shown as they are.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> data = pd.DataFrame({"gap": [0.1, 0.2], "worst_amplitude": [1 / 3, float("nan")]})
+    >>> cells = pd.DataFrame({"gap": ["0.1", "0.2"], "worst": ["0.333", "none"]})
+    >>> table = Table("Gaps", data, ["The worst case counts.", cells])
+    >>> print(table.csv(), table.markdown(), sep="\\n", end="")
+    gap,worst_amplitude
+    0.1,0.3333333333333333
+    0.2,
+    <BLANKLINE>
+    # Gaps
+    <BLANKLINE>
+    The worst case counts.
+    <BLANKLINE>
+    | gap | worst |
+    |---|---|
+    | 0.1 | 0.333 |
+    | 0.2 | none |
+    """
+
+    title: str
+    data: pd.DataFrame
+    body: Sequence[str | pd.DataFrame]
+
+    def csv(self) -> str:
+        """Text of the CSV file."""
+        return self.data.to_csv(index=False, lineterminator="\n")
+
+    def markdown(self) -> str:
+        """Text of the Markdown file."""
+        parts = (part if isinstance(part, str) else _lines(part) for part in self.body)
+        return "\n\n".join([f"# {self.title}", *parts]) + "\n"
+
+    def save(self, csv: Path | str, markdown: Path | str) -> None:
+        """Write both files."""
+        for path, text in ((csv, self.csv()), (markdown, self.markdown())):
+            Path(path).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _lines(cells: pd.DataFrame) -> str:
+    rows = [cells.columns, *cells.itertuples(index=False, name=None)]
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 
 @dataclass(frozen=True)
@@ -27,7 +89,7 @@ class About:
     """Settings of `damper.sweep.runs.run_points`: transient, periods, ..."""
 
 
-def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
+def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> Table:
     """Make one table of a cube.
 
     Parameters
@@ -41,14 +103,43 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About)
 
     Returns
     -------
-    csv, markdown : str
+    Table
+        That of the kind's own `make`, with the study's title, fixed and assumed values.
 
     Raises
     ------
     ValueError
         For an unknown kind, with the known ones.
     """
-    return TABLES.module(kind).make(cube, settings, about)
+    table = TABLES.module(kind).make(cube, settings, about)
+    if not isinstance(table, Table):
+        return _Texts("", *table)
+    body = [*_fixed(about), *table.body, *_assumed(about)]
+    return replace(table, title=f"{about.title}: {table.title}", body=body)
+
+
+def _fixed(about: About) -> Iterator[str]:
+    if about.fixed:
+        values = ", ".join(f"{name} = {value:g}" for name, value in about.fixed.items())
+        yield f"Fixed: {values}."
+
+
+def _assumed(about: About) -> Iterator[str]:
+    if about.assumed:
+        yield "## Assumed"
+        yield "These values are not stated in the source's text:"
+        reasons = about.assumed.items()
+        yield "\n".join(f"- {name.replace('_', ' ')}: {reason}" for name, reason in reasons)
+
+
+class _Texts(Table):
+    """Both texts of a kind that is not converted yet."""
+
+    def csv(self) -> str:
+        return str(self.data)
+
+    def markdown(self) -> str:
+        return str(self.body)
 
 
 def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from pydantic import Field
 
-from damper.parameters.quantities import ALL, MODEL_NAMES
+from damper.analysis.convergence import distance_to_rigid, order_of_convergence
+from damper.parameters.quantities import MODEL_NAMES
 from damper.study.fields import Faults, ListOf, Text
 from damper.study.products import (
     BURST_RECORDS,
@@ -24,16 +22,13 @@ from damper.study.products import (
 )
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import words
-from damper.tables import About, fixed_values, markdown_table, remarks
+from damper.tables import About, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
-#: Cubes' own dimensions -> which place along them is compared: the last sample, the first burst.
-_TAKEN = {"sample": -1, "burst": 0}
-
 
 #: What may be compared with the rigid damper beside what has one value at each point -> observers.
 _RECORDED = {
@@ -96,131 +91,26 @@ class ConvergenceTable(Product):
             fit_axis(role, Role(least, most), settings, offer, faults)
 
 
-def rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]:
-    """Values of the rigid damper that is otherwise the same, by one run of it.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of a study with no axes but those of the contact.
-    variables : sequence of str
-        Variables of the cube; of sections the last sample counts, of records the first burst.
-
-    Raises
-    ------
-    ValueError
-        When the cube has another axis or lacks a variable.
-    """
-    import yaml
-
-    from damper.sweep.slices import simulate_slice
-
-    for name in variables:
-        if name not in cube:
-            raise ValueError(
-                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
-            )
-    contact = MODEL_NAMES["compliant"]
-    fixed = {}
-    for name in ALL:
-        if name in cube.coords and name not in contact:
-            if cube[name].ndim:
-                raise ValueError(f"axis {name!r}: only the contact may vary here")
-            fixed[name] = float(cube[name])
-    observers = yaml.safe_load(cube.attrs["study"])["observers"]
-    part = simulate_slice(
-        fixed,
-        {},
-        transient=int(cube.attrs["transient_periods"]),
-        periods=int(cube.attrs["recorded_periods"]),
-        observers={name: _plain(settings) for name, settings in observers.items()},
-        accuracy=float(cube.attrs["accuracy"]),
-        max_events=int(cube.attrs["max_events"]),
-    )
-    dims = {variable.name: variable.dims for variable in part.variables}
-    return {
-        name: float(part.arrays[name][(0, *(_TAKEN[dim] for dim in dims[name]))])
-        for name in variables
-    }
-
-
-def compared(cube: xr.Dataset, name: str) -> xr.DataArray:
-    """Values of a variable that are compared, over the axes of the cube."""
-    array = cube[name]
-    return array.isel({dim: _TAKEN[str(dim)] for dim in array.dims if dim in _TAKEN})
-
-
-def order_of(stiffness: np.ndarray, distance: np.ndarray) -> float:
-    """Exponent of a power law, by least squares over the stiffer half; NaN without two points.
-
-    Soft contacts are other systems, not approximations: only the stiffer half of decades counts.
-    """
-    stiff = stiffness >= np.sqrt(stiffness.min() * stiffness.max())
-    good = np.isfinite(distance) & (distance > 0.0) & stiff
-    if good.sum() < 2:
-        return math.nan
-    return float(np.polyfit(np.log(stiffness[good]), np.log(distance[good]), 1)[0])
-
-
-def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
+def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> Table:
     """Write the distances to the rigid damper; see `damper.tables.make`."""
-    along = settings["along"]
-    variables = settings["variables"]
-    rigid = rigid_values(cube, variables)
-    stiffness = cube[along].values
-    lines = settings.get("lines")
-    values: list[Any] = cube[lines].values.tolist() if lines else [None]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    head = [along, *([lines] if lines else [])]
-    writer.writerow([*head, "variable", "value", "rigid_value", "distance"])
+    import pandas as pd
+
+    along, lines = settings["along"], settings.get("lines")
+    data = distance_to_rigid(cube, settings["variables"], along)
     rows = []
-    for name in variables:
-        for value in values:
-            array = compared(cube, name)
-            if lines:
-                array = array.sel({lines: value})
-            found = array.values.astype(float)
-            distance = np.abs(found - rigid[name])
-            for k, one, far in zip(stiffness, found, distance, strict=True):
-                place = [repr(float(k)), *([repr(float(value))] if lines else [])]
-                writer.writerow(
-                    [*place, name, repr(float(one)), repr(rigid[name]), repr(float(far))]
-                )
-            rows.append(
-                [
-                    name.replace("_", " "),
-                    *([f"{value:g}"] if lines else []),
-                    f"{rigid[name]:.9g}",
-                    *(f"{far:.2e}" for far in distance),
-                    f"{order_of(stiffness, distance):.3f}",
-                ]
-            )
-    heads = [
-        "variable",
-        *([lines.replace("_", " ")] if lines else []),
-        "rigid value",
-        *(f"{k:g}" for k in stiffness),
-        "order",
-    ]
-    markdown = [
-        f"# {about.title}: distance to the rigid damper",
-        "",
-        f"{fixed_values(about)} Columns of numbers: {along.replace('_', ' ')}. The rigid value is "
-        "that of one run with rigid walls; the order is the exponent of the power law that fits "
-        "the distances over the stiffer half of the decades best, -1/2 where they fall as the "
-        "time of contact.",
-        "",
-        *markdown_table(heads, rows),
-        *remarks(about),
-    ]
-    return text.getvalue(), "\n".join(markdown) + "\n"
-
-
-def _plain(settings: Any) -> Any:
-    """Observer settings without remarks on their origin."""
-    if not isinstance(settings, Mapping):
-        return settings
-    return {
-        key: _plain(value) for key, value in settings.items() if key not in ("assumed", "stated")
-    }
+    for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
+        row: dict[str, str] = {"variable": str(place[0]).replace("_", " ")}
+        if lines:
+            row[lines.replace("_", " ")] = f"{place[1]:g}"
+        row["rigid value"] = f"{group['rigid_value'].iloc[0]:.9g}"
+        for stiffness, distance in zip(group[along], group["distance"], strict=True):
+            row[f"{stiffness:g}"] = "none" if math.isnan(distance) else f"{distance:.2e}"
+        order = order_of_convergence(group[along].to_numpy(), group["distance"].to_numpy())
+        rows.append({**row, "order": f"{order:.3f}"})
+    how = (
+        f"Columns of numbers: distance at each {along.replace('_', ' ')}. The rigid value is that "
+        "of one run with rigid walls; the order is the exponent of the power law that fits the "
+        "distances over the stiffer half of the decades best, -1/2 where they fall as the time of "
+        "contact."
+    )
+    return Table("distance to the rigid damper", data, [how, pd.DataFrame(rows)])

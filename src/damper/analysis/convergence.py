@@ -1,0 +1,135 @@
+"""How a compliant contact approaches the rigid wall as it stiffens: distances and their order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from damper.parameters.quantities import ALL, MODEL_NAMES
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: Cubes' own dimensions -> which place along them is compared: the last sample, the first burst.
+_TAKEN = {"sample": -1, "burst": 0}
+
+
+def distance_to_rigid(cube: xr.Dataset, variables: Sequence[str], along: str) -> pd.DataFrame:
+    """Distance of a compliant damper's values to those of the rigid damper.
+
+    The rigid damper is run once, with the settings of the cube.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Of a study with no axes but those of the contact.
+    variables : sequence of str
+        Variables of the cube; of sections the last sample counts, of records the first burst.
+    along : str
+        Axis of the contact stiffness.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each variable, place along the other axes, and stiffness, in this order. Columns
+        are the axes, ``variable``, ``value``, ``rigid_value`` and ``distance``, in the variable's
+        units.
+
+    Raises
+    ------
+    ValueError
+        When the cube has another axis or lacks a variable.
+    """
+    import pandas as pd
+
+    rigid = _rigid_values(cube, variables)
+    frames = []
+    for name in variables:
+        array = cube[name]
+        array = array.isel({dim: _TAKEN[str(dim)] for dim in array.dims if dim in _TAKEN})
+        others = [str(dim) for dim in array.dims if dim != along]
+        array = array.transpose(*others, along).reset_coords(drop=True).astype(float)
+        frame = array.to_dataframe("value").reset_index()[[along, *others, "value"]]
+        frame.insert(1 + len(others), "variable", name)
+        frames.append(frame.assign(rigid_value=rigid[name]))
+    found = pd.concat(frames, ignore_index=True)
+    return found.assign(distance=(found["value"] - found["rigid_value"]).abs())
+
+
+def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
+    """Exponent of the power law that fits distances best, by least squares in logarithms.
+
+    Only the upper half of the parameter's decades counts: soft contacts are other systems, not
+    approximations.
+
+    Parameters
+    ----------
+    parameter : ndarray, shape (n,)
+        Such as the contact stiffness; positive.
+    distance : ndarray, shape (n,)
+        What is missing or zero does not count.
+
+    Returns
+    -------
+    float
+        NaN with fewer than two points.
+
+    Examples
+    --------
+    >>> stiffness = np.geomspace(1e2, 1e8, 7)
+    >>> round(order_of_convergence(stiffness, 3.0 * stiffness**-0.5), 6)
+    -0.5
+    """
+    upper = parameter >= np.sqrt(parameter.min() * parameter.max())
+    good = np.isfinite(distance) & (distance > 0.0) & upper
+    if good.sum() < 2:
+        return math.nan
+    return float(np.polyfit(np.log(parameter[good]), np.log(distance[good]), 1)[0])
+
+
+def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]:
+    """Values of the rigid damper that is otherwise the same, by one run of it."""
+    import yaml
+
+    from damper.sweep.slices import simulate_slice
+
+    for name in variables:
+        if name not in cube:
+            raise ValueError(
+                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
+            )
+    contact = MODEL_NAMES["compliant"]
+    fixed = {}
+    for name in ALL:
+        if name in cube.coords and name not in contact:
+            if cube[name].ndim:
+                raise ValueError(f"axis {name!r}: only the contact may vary here")
+            fixed[name] = float(cube[name])
+    observers = yaml.safe_load(cube.attrs["study"])["observers"]
+    part = simulate_slice(
+        fixed,
+        {},
+        transient=int(cube.attrs["transient_periods"]),
+        periods=int(cube.attrs["recorded_periods"]),
+        observers={name: _plain(settings) for name, settings in observers.items()},
+        accuracy=float(cube.attrs["accuracy"]),
+        max_events=int(cube.attrs["max_events"]),
+    )
+    dims = {variable.name: variable.dims for variable in part.variables}
+    return {
+        name: float(part.arrays[name][(0, *(_TAKEN[dim] for dim in dims[name]))])
+        for name in variables
+    }
+
+
+def _plain(settings: Any) -> Any:
+    """Observer settings without remarks on their origin."""
+    if not isinstance(settings, Mapping):
+        return settings
+    return {
+        key: _plain(value) for key, value in settings.items() if key not in ("assumed", "stated")
+    }
