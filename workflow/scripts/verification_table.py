@@ -7,6 +7,5 @@ from damper.verification.kinds import TABLES
 
 settings = dict(snakemake.params.settings)
 results = [read_results(Path(path)) for path in snakemake.input]
-texts = TABLES.module(settings.pop("kind")).make(*results, **settings)
-for path, text in zip((snakemake.output.csv, snakemake.output.md), texts, strict=True):
-    Path(path).write_text(text, encoding="utf-8", newline="\n")
+table = TABLES.module(settings.pop("kind")).make(*results, **settings)
+table.save(snakemake.output.csv, snakemake.output.md)

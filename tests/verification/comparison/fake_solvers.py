@@ -123,7 +123,7 @@ SCENES = {
     "hard": read_scene(_VALUES, 6.0),
     "soft": read_scene(_VALUES | {"contact_stiffness_ratio": 1e4}, 6.0),
 }
-TITLES = {"hard": "hard walls", "soft": "walls that give"}
+TITLES = {"hard": "hard walls", "soft": "compliant contact"}
 ATTRIBUTES = {"title": "Fakes compared"}
 
 

@@ -102,7 +102,7 @@ def test_good_runs_are_lines_and_failures_lie_in_runs(cubes) -> None:
     # An error of nothing is drawn on the floor.
     assert lines_of(hard, "exact")[0].get_ydata()[-1] == 1e-16
     assert lines_of(soft, "compliant_flow")[1].get_ydata().tolist() == [strips["failed"]]
-    assert [ax.get_title() for ax in figure.axes] == ["Hard walls", "Walls that give"]
+    assert [ax.get_title() for ax in figure.axes] == ["Hard walls", "Compliant contact"]
     assert len(legend_texts(figure)) == 7
     assert_apart(figure)
 
@@ -111,7 +111,7 @@ def test_one_scene_fits_a_column(cubes) -> None:
     figure = drawn(work_precision, cubes, scenes=("soft",), error="impact_time_error")
     (ax,) = figure.axes
     assert figure.get_figwidth() == 3.5
-    assert ax.get_title() == "Walls that give"
+    assert ax.get_title() == "Compliant contact"
     # Solvers that have no such model are not in the legend, nor strips of what did not happen.
     assert len(legend_texts(figure)) == 2
     texts = [text.get_text() for text in ax.get_yticklabels()]
@@ -132,7 +132,7 @@ def test_scenes_without_such_an_error_are_left_out(cubes) -> None:
     errors, timings = (cube.copy(deep=True) for cube in cubes)
     errors["release_error"].loc[{"scene": "soft", "solver": "exact"}] = 1e-3
     figure = drawn(work_precision, (errors, timings), error="release_error")
-    assert [ax.get_title() for ax in figure.axes] == ["Walls that give"]
+    assert [ax.get_title() for ax in figure.axes] == ["Compliant contact"]
     figure = drawn(work_precision, (errors, timings), error="release_error", scenes=["hard"])
     assert [text.get_text() for text in figure.axes[0].texts] == ["nothing to compare"]
 
@@ -181,7 +181,10 @@ def test_summary_tells_errors_failures_and_ratios(cubes) -> None:
     assert row["rk4_located"] == "0.08"
     assert row["rk45"] == row["radau"] == "\N{EN DASH}"
     assert row["compliant_flow"] == ""
-    assert [text.get_text() for text in left.get_yticklabels()] == ["Hard walls", "Walls that give"]
+    assert [text.get_text() for text in left.get_yticklabels()] == [
+        "Hard walls",
+        "Compliant contact",
+    ]
     assert "s stalled" in figure._suptitle.get_text()
     assert_apart(figure)
 

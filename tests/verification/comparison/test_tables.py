@@ -52,7 +52,7 @@ def test_every_variable_says_what_it_is(errors: xr.Dataset, timings: xr.Dataset)
 
 def test_scenes_and_solvers_are_in_their_places(errors: xr.Dataset) -> None:
     assert errors.scene.values.tolist() == ["hard", "soft"]
-    assert errors.title.values.tolist() == ["hard walls", "walls that give"]
+    assert errors.title.values.tolist() == ["hard walls", "compliant contact"]
     assert errors.solver.values.tolist() == list(SETTINGS)
     assert errors.finer.values.tolist() == [-1, 1, 1, -1, -1, -1, -1]
     assert set(errors.setting_name.values.tolist()) == {"step"}
@@ -116,7 +116,7 @@ def test_rounding_grows_with_the_motion(errors: xr.Dataset) -> None:
     assert math.isfinite(order_at(place, "energy_residual"))
 
 
-def test_walls_that_give_have_no_order_of_penetration(errors: xr.Dataset) -> None:
+def test_compliant_contact_has_no_order_of_penetration(errors: xr.Dataset) -> None:
     place = errors.sel(scene="hard", solver="rk4_located").copy(deep=True)
     place["penetration"] = place.state_error
     assert order_at(place, "penetration") == pytest.approx(3.0)
@@ -166,8 +166,9 @@ def test_runs_of_other_settings_are_refused(errors: xr.Dataset, timings: xr.Data
 
 
 def test_errors_table(errors: xr.Dataset) -> None:
-    text, markdown = solver_errors.make(errors)
-    rows = list(csv.DictReader(io.StringIO(text)))
+    table = solver_errors.make(errors)
+    markdown = table.markdown()
+    rows = list(csv.DictReader(io.StringIO(table.csv())))
     levels = {name: len(values) for name, values in SETTINGS.items()}
     assert len(rows) == sum(levels.values()) - 1 + levels["exact"] + 1
     for row in rows:
@@ -207,8 +208,9 @@ def test_times_are_rounded_before_their_unit_is_chosen(seconds: float, text: str
 
 
 def test_times_table(errors: xr.Dataset, timings: xr.Dataset) -> None:
-    text, markdown = solver_speed.make(errors, timings)
-    rows = list(csv.DictReader(io.StringIO(text)))
+    table = solver_speed.make(errors, timings)
+    markdown = table.markdown()
+    rows = list(csv.DictReader(io.StringIO(table.csv())))
     one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
     assert float(one["run_time"]) == pytest.approx(0.01)
     assert float(one["run_time_low"]) == pytest.approx(0.009)

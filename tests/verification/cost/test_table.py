@@ -15,17 +15,19 @@ def rows(text: str) -> list[dict[str, str]]:
 
 @pytest.mark.parametrize("show", ["suite", "growth"])
 def test_every_entry_has_a_row_and_the_machine_is_named(show):
-    text, markdown = make(TIMINGS, show, "A title")
+    table = make(TIMINGS, show, "A title")
+    text, markdown = table.csv(), table.markdown()
     lines = markdown.splitlines()
     assert lines[0] == "# A title"
     assert "A processor, 2 cores" in markdown
-    table = [line for line in lines if line.startswith("|")]
-    assert len(table) - 2 == len(rows(text)) == {"suite": 3, "growth": 12}[show]
-    assert len({line.count("|") for line in table}) == 1
+    cells = [line for line in lines if line.startswith("|")]
+    assert len(cells) - 2 == len(rows(text)) == {"suite": 3, "growth": 12}[show]
+    assert len({line.count("|") for line in cells}) == 1
 
 
 def test_suite_keeps_digits_and_rounds_for_readers():
-    text, markdown = make(TIMINGS, "suite", "Suite")
+    table = make(TIMINGS, "suite", "Suite")
+    text, markdown = table.csv(), table.markdown()
     bare, observed, grounded = rows(text)
     assert float(observed["over_bare_median"]) == 1.0625
     assert observed["over_rigid_median"] == bare["memory"] == ""
@@ -37,7 +39,7 @@ def test_suite_keeps_digits_and_rounds_for_readers():
 
 
 def test_growth_is_given_per_run_and_with_its_exponents():
-    _, markdown = make(TIMINGS, "growth", "Growth")
+    markdown = make(TIMINGS, "growth", "Growth").markdown()
     assert "| runs | bare | 1000 | 0.04 | 40 | 0.02 | 0.00 |" in markdown
     assert "periods, slope 0.99 observed." in markdown
     assert "observed by impact section" in markdown

@@ -135,8 +135,9 @@ def test_the_energy_balance_may_add_a_rounding_for_each_segment(cube):
 
 
 def test_table(cube):
-    text, markdown = make(cube, title="A study")
-    rows = {row["regime"]: row for row in csv.DictReader(io.StringIO(text))}
+    table = make(cube, title="A study")
+    markdown = table.markdown()
+    rows = {row["regime"]: row for row in csv.DictReader(io.StringIO(table.csv()))}
     assert rows["all"]["max_events_reached"] == "1"
     assert rows["all"]["worst_law"] == "momentum"
     assert float(rows["all"]["momentum"]) == 3e-12

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.tables import markdown_table
+from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison.best import GOOD_RUN
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import MEASURES, MISSES, VERDICTS
+from damper.verification.labels import label
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 _HEADS = {
@@ -40,8 +40,8 @@ class SolverErrors(Made):
     """Errors, orders and outcomes of every solver on every scene."""
 
 
-def make(errors: xr.Dataset) -> tuple[str, str]:
-    """Write errors, orders and outcomes of every scene, solver and level.
+def make(errors: xr.Dataset) -> Table:
+    """Make the table of errors, orders and outcomes of every scene and solver.
 
     Parameters
     ----------
@@ -50,12 +50,38 @@ def make(errors: xr.Dataset) -> tuple[str, str]:
 
     Returns
     -------
-    csv, markdown : str
-        The CSV has a line for each level, with the order of the solver repeated; missing numbers
-        are empty. The Markdown has a table for each scene: errors at the finest good level, and
-        what became of every level.
+    Table
+        The data have a row for each level, with the order of the solver repeated. The body has a
+        table for each scene: errors at the finest good level, and the outcome of every level.
     """
-    return _errors_csv(errors), _errors_markdown(errors)
+    import pandas as pd
+
+    orders = [f"order_{name}" for name in ERRORS]
+    rows = [
+        run
+        | {name: float(one[name]) for name in ("reached", *MEASURES)}
+        | {name: float(place[name]) for name in orders}
+        for run, place, one in levels(errors)
+    ]
+    body: list[str | pd.DataFrame] = [
+        "Errors are those of the finest level that is good: finished, no event missed or too many, "
+        "inside the box. In brackets the observed order: the power of the setting (of its inverse, "
+        "if larger is finer) with which the error falls, over the good levels above roundoff; none "
+        "if these are fewer than three. The outcome of each level stands in the last column.",
+    ]
+    for scene in errors.scene.values.tolist():
+        here = errors.sel(scene=scene)
+        body += [
+            f"## {capital(str(here.title.item()))}",
+            f"Until t = {float(here.until):g}, {float(here.periods):.3g} forcing periods; "
+            f"{int(here.reference_impacts)} impacts count; a small change of the start has grown "
+            f"by {float(here.sensitivity):.2g} at the end.",
+            pd.DataFrame(
+                _errors_row(here.sel(solver=solver)) for solver in errors.solver.values.tolist()
+            ),
+        ]
+    title = f"{errors.attrs.get('title', 'Comparison of solvers')}: errors"
+    return Table(title, pd.DataFrame(rows), body)
 
 
 def outcomes_text(place: xr.Dataset) -> str:
@@ -108,74 +134,36 @@ def _outcome_text(one: xr.Dataset) -> str:
     return ", ".join([f"{verdict} at t = {float(one.reached):.6g}", *misses])
 
 
-def places(cube: xr.Dataset) -> Iterator[tuple[str, str, xr.Dataset]]:
-    """Yield scene and solver with their part of a cube."""
+def levels(cube: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset, xr.Dataset]]:
+    """Yield the names of each run, what there is of its scene and solver, and of its level."""
     for scene in cube.scene.values.tolist():
         for solver in cube.solver.values.tolist():
-            yield scene, solver, cube.sel(scene=scene, solver=solver)
+            place = cube.sel(scene=scene, solver=solver)
+            for level in np.flatnonzero(place.verdict.values >= 0).tolist():
+                one = place.isel(level=level)
+                yield (
+                    {
+                        "scene": scene,
+                        "solver": solver,
+                        "setting_name": str(one.setting_name.item()),
+                        "setting": float(one.setting),
+                        "verdict": VERDICTS[int(one.verdict)],
+                    },
+                    place,
+                    one,
+                )
 
 
-def _errors_csv(errors: xr.Dataset) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    orders = [f"order_{name}" for name in ERRORS]
-    writer.writerow(
-        ["scene", "solver", "setting_name", "setting", "verdict", "reached", *MEASURES, *orders]
-    )
-    for scene, solver, place in places(errors):
-        for level in range(place.sizes["level"]):
-            one = place.isel(level=level)
-            if int(one.verdict) < 0:
-                continue
-            numbers = [one.reached, *(one[name] for name in MEASURES)]
-            writer.writerow(
-                [
-                    *(scene, solver, str(one.setting_name.item()), f"{float(one.setting):g}"),
-                    VERDICTS[int(one.verdict)],
-                    *(number(float(value), 6) for value in numbers),
-                    *(number(float(place[name]), 4) for name in orders),
-                ]
-            )
-    return text.getvalue()
-
-
-def _errors_markdown(errors: xr.Dataset) -> str:
-    lines = [
-        f"# {errors.attrs.get('title', 'Comparison of solvers')}: errors",
-        "",
-        "Errors are those of the finest level that is good: finished, no event missed or too many, "
-        "inside the box. In brackets the observed order: the power of the setting (of its inverse, "
-        "if larger is finer) with which the error falls, over the good levels above rounding; none "
-        "if these are fewer than three. What became of each level stands in the last column.",
-    ]
-    heads = ["solver", "setting", *_HEADS.values(), "outcome"]
-    for scene in errors.scene.values.tolist():
-        here = errors.sel(scene=scene)
-        lines += [
-            "",
-            f"## {capital(str(here.title.item()))}",
-            "",
-            f"Until t = {float(here.until):g}, {float(here.periods):.3g} forcing periods; "
-            f"{int(here.reference_impacts)} impacts count; a small change of the start has grown "
-            f"by {float(here.sensitivity):.2g} at the end.",
-            "",
-        ]
-        rows = []
-        for solver in errors.solver.values.tolist():
-            place = here.sel(solver=solver)
-            good = np.flatnonzero(place.verdict.values == GOOD_RUN)
-            row = [str(place.label.item())]
-            if good.size:
-                one = place.isel(level=int(good[-1]))
-                row.append(f"{_words(place.setting_name.item())} {short(float(one.setting))}")
-                for name in _HEADS:
-                    value, order = float(one[name]), float(place[f"order_{name}"])
-                    row.append(_dash(value) + (f" ({order:.2f})" if math.isfinite(order) else ""))
-            else:
-                row += ["–"] * (1 + len(_HEADS))
-            rows.append([*row, outcomes_text(place)])
-        lines += markdown_table(heads, rows)
-    return "\n".join(lines) + "\n"
+def _errors_row(place: xr.Dataset) -> dict[str, str]:
+    good = np.flatnonzero(place.verdict.values == GOOD_RUN)
+    row = {"solver": str(place.label.item())} | dict.fromkeys(["setting", *_HEADS.values()], "–")
+    if good.size:
+        one = place.isel(level=int(good[-1]))
+        row["setting"] = f"{label(place.setting_name.item())} {short(float(one.setting))}"
+        for name, head in _HEADS.items():
+            value, order = float(one[name]), float(place[f"order_{name}"])
+            row[head] = _dash(value) + (f" ({order:.2f})" if math.isfinite(order) else "")
+    return row | {"outcome": outcomes_text(place)}
 
 
 def short(value: float) -> str:
@@ -188,15 +176,6 @@ def short(value: float) -> str:
 
 def _dash(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e")
-
-
-def number(value: float, digits: int) -> str:
-    """Write a number for the CSV; nothing for a missing one."""
-    return "" if math.isnan(value) else f"{value:.{digits}g}"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def capital(text: str) -> str:

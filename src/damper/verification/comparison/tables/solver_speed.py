@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from damper.tables import markdown_table
+from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison.best import (
     BASE,
@@ -21,11 +19,11 @@ from damper.verification.comparison.best import (
     relative_to_base,
     time_to_reach,
 )
-from damper.verification.comparison.errors import VERDICTS
-from damper.verification.comparison.tables.solver_errors import capital, number, places, short
+from damper.verification.comparison.tables.solver_errors import capital, levels, short
 from damper.verification.timing import machine_text
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 #: Errors for which the time is stated.
@@ -34,6 +32,10 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 TARGETS_OF_PEERS = (1e-4, 1e-6, 1e-9, 1e-12)
 #: And of what.
 WANTED = ("impact_time_error", "state_error")
+TIMES = (
+    *("run_time", "run_time_low", "run_time_high", "import_time", "warm_up_time"),
+    *("call_time", "stretch_time", "stretch_impacts"),
+)
 
 
 class SolverSpeed(Made):
@@ -42,8 +44,8 @@ class SolverSpeed(Made):
     reads: ClassVar[tuple[str, ...]] = FILES
 
 
-def make(errors: xr.Dataset, timings: xr.Dataset) -> tuple[str, str]:
-    """Write how long each solver takes for a wanted error, and what its first use costs.
+def make(errors: xr.Dataset, timings: xr.Dataset) -> Table:
+    """Make the table of how long each solver takes for a wanted error, and of its first use.
 
     Parameters
     ----------
@@ -52,119 +54,84 @@ def make(errors: xr.Dataset, timings: xr.Dataset) -> tuple[str, str]:
 
     Returns
     -------
-    csv, markdown : str
+    Table
 
     Raises
     ------
     ValueError
         When the two are not of the same runs.
     """
+    import pandas as pd
+
     check_same_runs(errors, timings)
-    return _times_csv(errors, timings), _times_markdown(errors, timings)
-
-
-def _times_csv(errors: xr.Dataset, timings: xr.Dataset) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        [
-            *("scene", "solver", "setting_name", "setting", "verdict", *WANTED),
-            *("run_time", "run_time_low", "run_time_high", "repeats"),
-            *("time_per_impact", "time_per_period", "import_time", "warm_up_time"),
-            *("call_time", "stretch_time", "stretch_impacts"),
-        ]
-    )
-    for scene, solver, place in places(errors):
-        times = timings.sel(scene=scene, solver=solver)
-        for level in range(place.sizes["level"]):
-            one, time = place.isel(level=level), times.isel(level=level)
-            if int(one.verdict) < 0:
-                continue
-            numbers = [
-                *(one[name] for name in WANTED),
-                *(time.run_time, time.run_time_low, time.run_time_high, time.repeats),
-                *(_per_impact(one, time), time.run_time / one.periods),
-                *(times.import_time, times.warm_up_time),
-                *(time.call_time, time.stretch_time, time.stretch_impacts),
-            ]
-            writer.writerow(
-                [
-                    *(scene, solver, str(one.setting_name.item()), f"{float(one.setting):g}"),
-                    VERDICTS[int(one.verdict)],
-                    *(number(float(value), 4) for value in numbers),
-                ]
-            )
-    return text.getvalue()
-
-
-def _times_markdown(errors: xr.Dataset, timings: xr.Dataset) -> str:
-    lines = [
-        f"# {errors.attrs.get('title', 'Comparison of solvers')}: run times",
-        "",
+    rows = []
+    for run, place, one in levels(errors):
+        at = {name: place[name].item() for name in ("scene", "solver")}
+        time = timings.sel(**at, level=one.level)
+        rows.append(
+            run
+            | {name: float(one[name]) for name in WANTED}
+            | {name: float(time[name]) for name in TIMES}
+            | {
+                "repeats": int(time.repeats),
+                "time_per_impact": _per_impact(one, time),
+                "time_per_period": float(time.run_time / one.periods),
+            }
+        )
+    body: list[str | pd.DataFrame] = [
         "Run time of the cheapest good level whose error is no larger than the column's, and in "
         "brackets how many times that of the exact engine for the same error it is. Times per "
         "impact and per forcing period are those of the finest good level. Import and warm-up are "
         "in none of these; see the last table.",
-        "",
         f"Machine: {machine_text(timings.attrs)}.",
     ]
     for name in WANTED:
-        lines += ["", f"## Error of {'impact times' if name == WANTED[0] else 'the end state'}"]
+        body.append(f"## Error of {'impact times' if name == WANTED[0] else 'the end state'}")
         found = [time_to_reach(errors, timings, name, target) for target in TARGETS]
-        ratios = [relative_to_base(times) for times in found]
+        both = [(times, relative_to_base(times)) for times in found]
         for scene in errors.scene.values.tolist():
-            rows = []
-            for solver in errors.solver.values.tolist():
+            here = errors.sel(scene=scene)
+            known = here.solver.values[(here.verdict >= 0).any("level").values].tolist()
+            rows_here = []
+            for solver in known:
                 at = {"scene": scene, "solver": solver}
-                place, times = errors.sel(at), timings.sel(at)
-                if (place.verdict < 0).all():
-                    continue
-                cells = [
-                    _time_and_ratio(float(time.sel(at)), float(ratio.sel(at)), solver)
-                    for time, ratio in zip(found, ratios, strict=True)
-                ]
-                rows.append([str(place.label.item()), *cells, *_rates(place, times)])
-            heads = ["solver", *(f"{target:.0e}".replace("e-0", "e-") for target in TARGETS)]
-            lines += ["", f"### {capital(str(errors.title.sel(scene=scene).item()))}", ""]
-            lines += markdown_table([*heads, "per impact", "per period"], rows)
-    lines += _peers_lines(errors, timings)
-    lines += ["", "## First use", ""]
-    rows = [
-        [
-            str(timings.label.sel(solver=solver).item()),
-            _time_text(float(timings.import_time.sel(solver=solver))),
-            _time_text(float(timings.warm_up_time.sel(solver=solver))),
-        ]
+                cells = {
+                    _target(target): _time_and_ratio(float(t.sel(at)), float(r.sel(at)), solver)
+                    for target, (t, r) in zip(TARGETS, both, strict=True)
+                }
+                rates = _rates(errors.sel(at), timings.sel(at))
+                rows_here.append({"solver": _label(errors, solver)} | cells | rates)
+            body += [f"### {capital(str(here.title.item()))}", pd.DataFrame(rows_here)]
+    body += _peers(errors, timings)
+    first = [
+        {
+            "solver": _label(timings, solver),
+            "import": _time_text(float(timings.import_time.sel(solver=solver))),
+            "warm-up": _time_text(float(timings.warm_up_time.sel(solver=solver))),
+        }
         for solver in timings.solver.values.tolist()
     ]
-    lines += markdown_table(["solver", "import", "warm-up"], rows)
-    return "\n".join(lines) + "\n"
+    body += ["## First use", pd.DataFrame(first)]
+    title = f"{errors.attrs.get('title', 'Comparison of solvers')}: run times"
+    return Table(title, pd.DataFrame(rows), body)
 
 
-def _peers_lines(errors: xr.Dataset, timings: xr.Dataset) -> list[str]:
+def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
     """The engine beside RK4 with located impacts: per call, and per impact in long runs."""
+    import pandas as pd
+
     if not set(PEERS) <= set(errors.solver.values.tolist()):
         return []
     engine, peer = PEERS
-    lines = [
-        "",
-        "## Exact engine and compiled RK4 with located impacts",
-        "",
-        "How many times the engine's time RK4 takes, each at its cheapest good level whose error "
-        "of impact times is no larger than the column's. Per call: the scene alone, with the fixed "
-        "cost of a Python call, which is most of the engine's time here. Per impact: without that "
-        f"cost, in runs {LONGER} times as long.",
-        "",
-    ]
-    ratios = [
-        [
+    ratios = {
+        target: [
             relative_to_base(time_to_reach(errors, timings, "impact_time_error", target, time)).sel(
                 solver=peer
             )
             for time in ("run_time", "stretch_time")
         ]
         for target in TARGETS_OF_PEERS
-    ]
+    }
     calls = timings.call_time.median("level")
     impacts = (timings.stretch_time / timings.stretch_impacts).median("level")
     rows = []
@@ -172,34 +139,44 @@ def _peers_lines(errors: xr.Dataset, timings: xr.Dataset) -> list[str]:
         here = errors.sel(scene=scene)
         if (here.verdict.sel(solver=peer) < 0).all():
             continue
-        found = [
-            calls.sel(scene=scene, solver=engine),
-            calls.sel(scene=scene, solver=peer),
-            impacts.sel(scene=scene, solver=engine),
-        ]
-        pairs = [[float(ratio.sel(scene=scene)) for ratio in pair] for pair in ratios]
-        rows.append(
-            [
-                capital(str(here.title.item())),
-                *(_time_text(float(value)) for value in found),
-                *("–" if math.isnan(sum(pair)) else "; ".join(map(short, pair)) for pair in pairs),
-            ]
-        )
-    targets = [f"{target:.0e}".replace("e-0", "e-") for target in TARGETS_OF_PEERS]
-    heads = ["scene", "a call: engine", "RK4", "an impact: engine"]
-    heads += [f"{target}: per call; per impact" for target in targets]
-    return lines + markdown_table(heads, rows)
+        row = {
+            "scene": capital(str(here.title.item())),
+            "a call: engine": _time_text(float(calls.sel(scene=scene, solver=engine))),
+            "RK4": _time_text(float(calls.sel(scene=scene, solver=peer))),
+            "an impact: engine": _time_text(float(impacts.sel(scene=scene, solver=engine))),
+        }
+        for target, pair in ratios.items():
+            values = [float(ratio.sel(scene=scene)) for ratio in pair]
+            cell = "–" if math.isnan(sum(values)) else "; ".join(map(short, values))
+            row[f"{_target(target)}: per call; per impact"] = cell
+        rows.append(row)
+    return [
+        "## Exact engine and compiled RK4 with located impacts",
+        "How many times the engine's time RK4 takes, each at its cheapest good level whose error "
+        "of impact times is no larger than the column's. Per call: the scene alone, with the fixed "
+        "cost of a Python call, which is most of the engine's time here. Per impact: without that "
+        f"cost, in runs {LONGER} times as long.",
+        pd.DataFrame(rows),
+    ]
 
 
-def _rates(place: xr.Dataset, times: xr.Dataset) -> list[str]:
+def _rates(place: xr.Dataset, times: xr.Dataset) -> dict[str, str]:
     good = np.flatnonzero(place.verdict.values == GOOD_RUN)
     if not good.size:
-        return ["–", "–"]
+        return {"per impact": "–", "per period": "–"}
     one, time = place.isel(level=int(good[-1])), times.isel(level=int(good[-1]))
-    return [
-        _time_text(_per_impact(one, time)),
-        _time_text(float(time.run_time) / float(one.periods)),
-    ]
+    return {
+        "per impact": _time_text(_per_impact(one, time)),
+        "per period": _time_text(float(time.run_time) / float(one.periods)),
+    }
+
+
+def _label(cube: xr.Dataset, solver: str) -> str:
+    return str(cube.label.sel(solver=solver).item())
+
+
+def _target(value: float) -> str:
+    return f"{value:.0e}".replace("e-0", "e-")
 
 
 def _per_impact(one: xr.Dataset, time: xr.Dataset) -> float:

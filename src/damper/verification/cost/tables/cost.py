@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.study.fields import Choice
-from damper.tables import markdown_table
+from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.labels import label
 from damper.verification.timing import Spread, machine_text
@@ -41,8 +41,8 @@ class CostTable(Made):
         return {stem: self.model_dump(exclude_none=True) | {"title": title}}
 
 
-def make(timings: Mapping[str, Any], show: str, title: str) -> tuple[str, str]:
-    """Write one part of the timings.
+def make(timings: Mapping[str, Any], show: str, title: str) -> Table:
+    """Make the table of one part of the timings.
 
     Parameters
     ----------
@@ -53,18 +53,10 @@ def make(timings: Mapping[str, Any], show: str, title: str) -> tuple[str, str]:
 
     Returns
     -------
-    csv, markdown : str
-        All digits, and rounded ones.
+    Table
     """
     data, cells, remark = (_suite if show == "suite" else _growth)(timings[show])
-    lines = [
-        f"# {title}",
-        "",
-        f"Machine: {machine_text(timings['machine'])}. {remark}",
-        "",
-        *markdown_table(list(cells), cells.values.tolist()),
-    ]
-    return data.to_csv(index=False, lineterminator="\n"), "\n".join(lines) + "\n"
+    return Table(title, data, [f"Machine: {machine_text(timings['machine'])}. {remark}", cells])
 
 
 def slopes(rows: Mapping[str, Mapping[str, Any]]) -> str:

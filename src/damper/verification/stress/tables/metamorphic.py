@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from damper.tables import markdown_table
+from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.labels import label
 from damper.verification.stress.parts import point_of
@@ -18,6 +16,7 @@ from damper.verification.stress.verdicts import (
     ALLOWANCE,
     CHECKS,
     CONDITIONS,
+    EPS,
     FAILED,
     NOT_APPLICABLE,
     PASSED,
@@ -29,9 +28,6 @@ from damper.verification.stress.verdicts import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Line of the CSV: what it is about, which one, which quantity, and its value.
-Line = tuple[str, str, str, str]
 
 _CLOSING = "backward_closing"
 #: Damping ratio from which the primary creeps: its speed is some 1 / (2 zeta).
@@ -57,8 +53,8 @@ class MetamorphicTable(Made):
     reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
 
 
-def make(cube: xr.Dataset) -> tuple[str, str]:
-    """Make the table.
+def make(cube: xr.Dataset) -> Table:
+    """Make the table: the data have a row for each relation, the body tables of more.
 
     Parameters
     ----------
@@ -67,67 +63,46 @@ def make(cube: xr.Dataset) -> tuple[str, str]:
 
     Returns
     -------
-    csv, markdown : str
-        One value a line, and what a person reads.
+    Table
     """
+    import pandas as pd
+
     count = cube.sizes["run"]
-    lines: list[Line] = [("all", "all", "runs", str(count))]
-    text = ["# Metamorphic tests", ""]
     if not count:
-        return _csv(lines), "\n".join([*text, "No runs were compared.", ""])
+        return Table(
+            "Metamorphic tests", pd.DataFrame(columns=["relation"]), ["No runs were compared."]
+        )
     failed = failures(cube)
-    text += [
-        f"{count} runs were made again in six ways that must not matter. {_outcome(cube, failed)}",
-        "",
-        f"Where roundoff alone moves an event, two runs may differ by it: allowed are {ALLOWANCE:g}"
-        " units of roundoff (2.2e-16) times the growth of a small noise over the run, and, where "
-        "the accuracy is another one, its error times that growth. A run whose noise grows beyond "
-        "all comparison, or that ends in other events, is judged step by step: the backward error "
-        "is the change of the equations, in units of roundoff, that would make each segment exact. "
-        f"Up to {SOUND:g} of them ({SOUND * 2.0**-52:.0e}) the method is sound, and the difference "
-        "is the run's own. Runs of models other than the rigid damper must keep the laws of the "
-        "other table instead (impact, continuity, energy), which is less than a backward error.",
-        "",
-        "## Ways",
-        "",
-    ]
-    found, rows = _ways(cube)
-    lines += found
-    text += markdown_table(["made again", "runs", *_COUNTED.values(), *_RATIOS], rows)
-    text += [
-        "",
-        "Ratio: largest difference over what is allowed, of the runs that have events to compare.",
-        _beyond(cube),
-        "",
-        "## Condition",
-        "",
-    ]
-    found, rows = _conditions(cube)
-    lines += found
-    heads = ["runs that are", "runs", "share", "median comparable events", "of events"]
-    text += markdown_table([*heads, "median growth", "worst backward error [2^-52]"], rows)
-    text += ["", "## Backward error", ""]
-    found, rows = _checks(cube)
-    lines += found
-    heads = ["check", "median [2^-52]", "99 %", "worst", "run", "its parameters"]
-    text += markdown_table(heads, rows)
-    text += ["", "## Failed", ""]
-    if not len(failed):
-        text += ["None."]
-    else:
-        rows = []
-        for run in failed:
-            ways = [name for name in RELATIONS if _verdicts(cube, name)[run] == FAILED]
-            judged = [_number(float(cube[n].values[run])) for n in ("backward_error", _CLOSING)]
-            condition = CONDITIONS[int(cube.condition.values[run])]
-            words = ", ".join(RELATIONS[name] for name in ways)
-            place = parameters_of(cube, int(run))
-            rows.append([str(run), words, condition, *judged, place])
-            lines.append(("failed", str(run), "ways", " ".join(ways)))
-            lines.append(("failed", str(run), "parameters", place))
-        heads = ["run", "made again", "condition", "backward error [2^-52]", "closing"]
-        text += markdown_table([*heads, "its parameters"], rows)
-    return _csv(lines), "\n".join([*text, ""])
+    data = pd.DataFrame([_relation(cube, name) for name in RELATIONS])
+    cells = data.assign(**{name: data[name].map(_number) for name in _RATIOS})
+    cells["relation"] = list(RELATIONS.values())
+    return Table(
+        "Metamorphic tests",
+        data,
+        [
+            f"{count} runs were made again in six ways that must not matter. "
+            f"{_outcome(cube, failed)}",
+            "Where roundoff alone moves an event, two runs may differ by it: allowed are "
+            f"{ALLOWANCE:g} units of roundoff (2.2e-16) times the growth of a small noise over the "
+            "run, and, where the accuracy is another one, its error times that growth. A run whose "
+            "noise grows beyond all comparison, or that ends in other events, is judged step by "
+            "step: the backward error is the change of the equations, in units of roundoff, that "
+            f"would make each segment exact. Up to {SOUND:g} of them ({SOUND * EPS:.0e}) the "
+            "method is sound, and the difference is the run's own. Runs of models other than the "
+            "rigid damper must keep the laws of the other table instead (impact, continuity, "
+            "energy), which is less than a backward error.",
+            "## Relations",
+            cells.rename(columns={"relation": "made again"}),
+            "Ratio: largest difference over what is allowed, of the runs that have events to "
+            f"compare.\n{_beyond(cube)}",
+            "## Condition",
+            pd.DataFrame(_conditions(cube)),
+            "## Backward error",
+            pd.DataFrame(_checks(cube)),
+            "## Failed",
+            pd.DataFrame([_failure(cube, int(run)) for run in failed]) if len(failed) else "None.",
+        ],
+    )
 
 
 def failures(cube: xr.Dataset) -> np.ndarray:
@@ -171,51 +146,33 @@ def _beyond(cube: xr.Dataset) -> str:
     )
 
 
-def _ways(cube: xr.Dataset) -> tuple[list[Line], list[list[str]]]:
-    lines: list[Line] = []
-    rows = []
-    for name in RELATIONS:
-        verdicts = _verdicts(cube, name)
-        counts = {words: int((verdicts == code).sum()) for code, words in _COUNTED.items()}
-        ratios = cube[f"{name}_ratio"].values
-        ratios = ratios[~np.isnan(ratios)]
-        found = {w: form(ratios) if ratios.size else math.nan for w, form in _RATIOS.items()}
-        lines += [("way", name, words, str(value)) for words, value in counts.items()]
-        lines += [("way", name, words, f"{value:.3g}") for words, value in found.items()]
-        shown = [str(value) for value in counts.values()]
-        total = str(sum(counts.values()))
-        rows.append([RELATIONS[name], total, *shown, *(_number(value) for value in found.values())])
-    return lines, rows
+def _relation(cube: xr.Dataset, name: str) -> dict[str, Any]:
+    verdicts = _verdicts(cube, name)
+    counts = {words: int((verdicts == code).sum()) for code, words in _COUNTED.items()}
+    ratios = cube[f"{name}_ratio"].values
+    ratios = ratios[~np.isnan(ratios)]
+    found = {w: form(ratios) if ratios.size else math.nan for w, form in _RATIOS.items()}
+    return {"relation": name, "runs": sum(counts.values())} | counts | found
 
 
-def _conditions(cube: xr.Dataset) -> tuple[list[Line], list[list[str]]]:
-    lines: list[Line] = []
-    rows = []
+def _conditions(cube: xr.Dataset) -> Iterator[dict[str, str]]:
     kinds = cube.condition.values
     for code, name in CONDITIONS.items():
         chosen = kinds == code
         runs = int(chosen.sum())
         if not runs and code < 0:
             continue
-        found = {
-            "comparable events": _median(cube.comparable_events.values[chosen]),
-            "events": _median(cube.compared_of_events.values[chosen]),
-            "growth": _median(cube.growth.values[chosen]),
-            "worst backward error": _largest(cube.backward_error.values[chosen]),
+        shown = {
+            "median comparable events": f"{_median(cube.comparable_events.values[chosen]):g}",
+            "of events": f"{_median(cube.compared_of_events.values[chosen]):g}",
+            "median growth": _number(_median(cube.growth.values[chosen])),
+            "worst backward error [2^-52]": _number(_largest(cube.backward_error.values[chosen])),
         }
-        lines.append(("condition", name, "runs", str(runs)))
-        lines += [("condition", name, words, f"{value:.3g}") for words, value in found.items()]
-        share = f"{runs / len(kinds):.1%}"
-        events, growth = list(found.values())[:2], list(found.values())[2:]
-        shown = [f"{value:g}" for value in events] + [_number(value) for value in growth]
-        shown = [word if runs else "none" for word in shown]
-        rows.append([CONDITIONS[code], str(runs), share, *shown])
-    return lines, rows
+        counted = {"runs that are": name, "runs": str(runs), "share": f"{runs / len(kinds):.1%}"}
+        yield counted | {head: text if runs else "none" for head, text in shown.items()}
 
 
-def _checks(cube: xr.Dataset) -> tuple[list[Line], list[list[str]]]:
-    lines: list[Line] = []
-    rows = []
+def _checks(cube: xr.Dataset) -> Iterator[dict[str, str]]:
     described = {f"backward_{name}": words for name, words in CHECKS.items()} | {
         _CLOSING: "end of a burst, over the accuracy asked for",
         "laws_excess": "other models: worst law, over its limit",
@@ -223,16 +180,28 @@ def _checks(cube: xr.Dataset) -> tuple[list[Line], list[list[str]]]:
     for name, words in described.items():
         values = cube[name].values
         known = values[~np.isnan(values)]
-        if not known.size:
-            continue
-        run = int(np.nanargmax(values))
-        found = [float(np.median(known)), float(np.quantile(known, 0.99)), float(known.max())]
-        place = parameters_of(cube, run) if found[-1] > 0.0 else "none"
-        for quantity, value in zip(("median", "99 %", "worst"), found, strict=True):
-            lines.append(("check", name, quantity, f"{value:.3g}"))
-        lines.append(("check", name, "run", str(run)))
-        rows.append([words, *(_number(value) for value in found), str(run), place])
-    return lines, rows
+        if known.size:
+            run = int(np.nanargmax(values))
+            yield {
+                "check": words,
+                "median [2^-52]": _number(float(np.median(known))),
+                "99 %": _number(float(np.quantile(known, 0.99))),
+                "worst": _number(float(known.max())),
+                "run": str(run),
+                "its parameters": parameters_of(cube, run) if known.max() > 0.0 else "none",
+            }
+
+
+def _failure(cube: xr.Dataset, run: int) -> dict[str, str]:
+    failed = [words for name, words in RELATIONS.items() if _verdicts(cube, name)[run] == FAILED]
+    return {
+        "run": str(run),
+        "made again": ", ".join(failed),
+        "condition": CONDITIONS[int(cube.condition.values[run])],
+        "backward error [2^-52]": _number(float(cube.backward_error.values[run])),
+        "closing": _number(float(cube[_CLOSING].values[run])),
+        "its parameters": parameters_of(cube, run),
+    }
 
 
 def _median(values: np.ndarray) -> float:
@@ -247,11 +216,3 @@ def _largest(values: np.ndarray) -> float:
 
 def _number(value: float) -> str:
     return "none" if math.isnan(value) else f"{value:.2g}"
-
-
-def _csv(lines: list[Line]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["about", "name", "quantity", "value"])
-    writer.writerows(lines)
-    return text.getvalue()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.tables import markdown_table
+from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.labels import label
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
@@ -58,8 +56,8 @@ class StressTable(Made):
         return {stem: {"kind": self.kind, "title": study.title}}
 
 
-def make(cube: xr.Dataset, *, title: str) -> tuple[str, str]:
-    """Make the table of the regimes, with the summary of the laws above it in Markdown.
+def make(cube: xr.Dataset, *, title: str) -> Table:
+    """Make the table of the regimes, with a summary of the laws before it in the body.
 
     Parameters
     ----------
@@ -69,10 +67,31 @@ def make(cube: xr.Dataset, *, title: str) -> tuple[str, str]:
 
     Returns
     -------
-    csv, markdown : str
+    Table
     """
+    import pandas as pd
+
     rows = regimes(cube)
-    return to_csv(rows), to_markdown(cube, rows, title)
+    everything = rows[0]
+    counts = zip(everything.outcomes, _OUTCOME_WORDS, strict=True)
+    ends = ", ".join(f"{count} {words}" for count, words in counts if count)
+    return Table(
+        f"{title}: where accuracy degrades, and why",
+        pd.DataFrame([_numbers(row) for row in rows]),
+        [
+            f"{everything.runs} runs: {ends}. Runs that stop early are checked as far as they go.",
+            "Each law's violation is taken over the sizes of the terms whose difference it is, so "
+            f"roundoff is some 1e-16 to 1e-15. Beyond {LIMIT:g} it is broken; the energy balance "
+            f"may add {ENERGY_PER_SEGMENT:.1e} for each segment, one unit roundoff.",
+            "## Laws",
+            pd.DataFrame(_laws(cube)),
+            "## Regimes",
+            "Worst value of each law, and the number of runs that break any. Regimes overlap; "
+            "those of parameters are of the rigid damper, other models have rows of their own.",
+            pd.DataFrame([_regime(row) for row in rows]),
+            pd.DataFrame([_reason(row) for row in rows]),
+        ],
+    )
 
 
 def regimes(cube: xr.Dataset) -> list[Row]:
@@ -116,80 +135,6 @@ def _largest(values: np.ndarray) -> float:
     return float(finite.max()) if finite.size else math.nan
 
 
-def to_csv(rows: Sequence[Row]) -> str:
-    """Write one line per regime."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    heads = ["regime", "condition", "runs", *OUTCOMES, "broken"]
-    writer.writerow([*heads, *LAW_NAMES, "worst_law", "worst_point"])
-    for row in rows:
-        writer.writerow(
-            [
-                row.name,
-                row.condition,
-                row.runs,
-                *row.outcomes,
-                row.broken,
-                *(f"{row.worst[law]:.3g}" for law in LAW_NAMES),
-                row.law,
-                "; ".join(f"{name}={value:.16g}" for name, value in row.point.items()),
-            ]
-        )
-    return text.getvalue()
-
-
-def to_markdown(cube: xr.Dataset, rows: Sequence[Row], title: str) -> str:
-    """Write the tables a person reads."""
-    everything = rows[0]
-    ends = ", ".join(
-        f"{count} {words}"
-        for count, words in zip(everything.outcomes, _OUTCOME_WORDS, strict=True)
-        if count
-    )
-    lines = [
-        f"# {title}: where accuracy degrades, and why",
-        "",
-        f"{everything.runs} runs: {ends}. The status states that a run stops early; what "
-        "it did up to there is checked as well.",
-        "",
-        "Each law's violation is taken over the sizes of the terms whose difference it is, so "
-        f"roundoff is some 1e-16 to 1e-15. Beyond {LIMIT:g} it is broken; the energy balance may "
-        f"add {ENERGY_PER_SEGMENT:.1e} for each segment, one unit roundoff.",
-        "",
-        "## Laws",
-        "",
-        *markdown_table(
-            ["law", "runs", "kept", "kept by stopped runs", "broken", "worst", "limit"],
-            _laws(cube),
-        ),
-        "",
-        "## Regimes",
-        "",
-        "Worst value of each law, and the number of runs that break any. Regimes overlap; those of "
-        "parameters are of the rigid damper, other models have rows of their own.",
-        "",
-        *markdown_table(
-            ["regime", "runs", "stopped", "broken", *(label(law) for law in GRADED)],
-            [_regime(row) for row in rows],
-        ),
-        "",
-        *markdown_table(
-            ["regime", "condition", "why", "nearest to a limit"],
-            [
-                [
-                    row.name,
-                    row.condition,
-                    row.reason or "",
-                    f"{label(row.law)}: "
-                    + ", ".join(f"{label(n)} {v:g}" for n, v in row.point.items()),
-                ]
-                for row in rows
-            ],
-        ),
-    ]
-    return "\n".join(lines) + "\n"
-
-
 _OUTCOME_WORDS = (
     "finished",
     "stopped by their event budget",
@@ -198,42 +143,59 @@ _OUTCOME_WORDS = (
 )
 
 
-def _laws(cube: xr.Dataset) -> list[list[str]]:
+def _numbers(row: Row) -> dict[str, Any]:
+    point = "; ".join(f"{name}={value:.16g}" for name, value in row.point.items())
+    return (
+        {"regime": row.name, "condition": row.condition, "runs": row.runs}
+        | dict(zip(OUTCOMES, row.outcomes, strict=True))
+        | {"broken": row.broken, **row.worst, "worst_law": row.law, "worst_point": point}
+    )
+
+
+def _laws(cube: xr.Dataset) -> list[dict[str, str]]:
     stopped = cube.status.values > 0
     rows = []
     for name, far in excesses(cube).items():
         known = ~np.isnan(far)
         kept = known & ~(far > 1.0)
+        counts = {
+            "runs": known,
+            "kept": kept & ~stopped,
+            "kept by stopped runs": kept & stopped,
+            "broken": far > 1.0,
+        }
         limit = "0" if name in ("backwards", "not_finite") else f"{LIMIT:g}"
         rows.append(
-            [
-                label(name),
-                str(int(known.sum())),
-                str(int((kept & ~stopped).sum())),
-                str(int((kept & stopped).sum())),
-                str(int((far > 1.0).sum())),
-                _number(_largest(cube[name].values)),
-                limit + (" and more" if name == "energy" else ""),
-            ]
+            {"law": label(name)}
+            | {head: str(int(chosen.sum())) for head, chosen in counts.items()}
+            | {
+                "worst": _number(_largest(cube[name].values)),
+                "limit": limit + (" and more" if name == "energy" else ""),
+            }
         )
     return rows
 
 
-def _regime(row: Row) -> list[str]:
-    stops = [
-        f"{count} {words}"
-        for count, words in zip(
-            row.outcomes[1:], ("budget", "search failed", "refused"), strict=True
-        )
-        if count
-    ]
-    return [
-        row.name,
-        str(row.runs),
-        ", ".join(stops) or "none",
-        str(row.broken),
-        *(_number(row.worst[law]) for law in GRADED),
-    ]
+def _regime(row: Row) -> dict[str, str]:
+    words = ("budget", "search failed", "refused")
+    stops = [f"{n} {word}" for n, word in zip(row.outcomes[1:], words, strict=True) if n]
+    return {
+        "regime": row.name,
+        "runs": str(row.runs),
+        "stopped": ", ".join(stops) or "none",
+        "broken": str(row.broken),
+        **{label(law): _number(row.worst[law]) for law in GRADED},
+    }
+
+
+def _reason(row: Row) -> dict[str, str]:
+    point = ", ".join(f"{label(name)} {value:g}" for name, value in row.point.items())
+    return {
+        "regime": row.name,
+        "condition": row.condition,
+        "why": row.reason,
+        "nearest to a limit": f"{label(row.law)}: {point}",
+    }
 
 
 def _number(value: float) -> str:
