@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from damper.verification.comparison.reference_rigid import GUARD_DIGITS, Parameters, events, fly
+from damper.verification.comparison.reference_rigid import (
+    GUARD_DIGITS,
+    PreciseParameters,
+    events,
+    fly,
+)
 
 
 def accumulation_time(
@@ -46,7 +51,7 @@ def accumulation_time(
     """
     with mp.workdps(dps + GUARD_DIGITS):
         far = mpf(10) ** 9  # the other wall is out of reach
-        p = Parameters(
+        p = PreciseParameters(
             mpf(mass_ratio),
             mpf(damping_ratio),
             mpf(frequency_ratio),

@@ -12,7 +12,12 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from damper.verification.comparison.reference_rigid import Event, Parameters, events, stick_flow
+from damper.verification.comparison.reference_rigid import (
+    Event,
+    PreciseParameters,
+    events,
+    stick_flow,
+)
 
 from .accumulation import (
     accumulation_time,
@@ -38,7 +43,7 @@ def test_completion_formulas() -> None:
     """First and second order, and the common velocity: the errors fall as they should."""
     mu, zeta, omega, r = SCENE
     t, x, v = (ON_WALL[name] for name in ("time", "position", "velocity"))
-    p = Parameters(*(mpf(value) for value in (mu, zeta, omega, 1, r, 0)))
+    p = PreciseParameters(*(mpf(value) for value in (mu, zeta, omega, 1, r, 0)))
     errors = []
     with mp.workdps(40):
         for w, printed in ((mpf("0.01"), "0.0340400694"), (mpf("0.005"), "0.0169819753")):

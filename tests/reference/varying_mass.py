@@ -15,7 +15,7 @@ from damper.verification.comparison.reference_rigid import (
     GUARD_DIGITS,
     Event,
     Hit,
-    Parameters,
+    PreciseParameters,
     fly,
     taylor,
 )
@@ -34,14 +34,14 @@ class Mass(NamedTuple):
         return self.mean * (1 + self.depth * mp.cos(self.rate * t + self.phase))
 
 
-def panel(p: Parameters, mass: Mass) -> mpf:
+def panel(p: PreciseParameters, mass: Mass) -> mpf:
     """Length of a panel: a small part of every time there is."""
     least = 1 + mass.mean * (1 - mass.depth)
     pole = mp.acosh((1 + 1 / mass.mean) / mass.depth) / mass.rate
     return min(1 / (2 * p.zeta / least + 1 / mp.sqrt(least) + p.omega), pole / 8)
 
 
-def together(p: Parameters, mass: Mass, t: mpf, x: mpf, v: mpf, count: int) -> list[mpf]:
+def together(p: PreciseParameters, mass: Mass, t: mpf, x: mpf, v: mpf, count: int) -> list[mpf]:
     """Taylor coefficients of x about t."""
     angle, force = mass.rate * t + mass.phase, p.omega * t + p.phase
     inertia, drive, size, scale = [], [], mass.mean * mass.depth, mpf(1)
@@ -61,7 +61,7 @@ def together(p: Parameters, mass: Mass, t: mpf, x: mpf, v: mpf, count: int) -> l
 
 
 def stick(
-    p: Parameters, mass: Mass, t: mpf, x: mpf, v: mpf, side: int, until: mpf
+    p: PreciseParameters, mass: Mass, t: mpf, x: mpf, v: mpf, side: int, until: mpf
 ) -> tuple[mpf, mpf, mpf, bool]:
     """Time, position and velocity at the release, or at `until`, and whether released."""
     step, fresh = panel(p, mass), True
@@ -146,7 +146,7 @@ def burst(values: dict[str, float], start: Hit, rebound: float, dps: int = 40) -
         return t - mpf(start.time), x, v
 
 
-def model(values: dict[str, float]) -> tuple[Parameters, Mass]:
+def model(values: dict[str, float]) -> tuple[PreciseParameters, Mass]:
     """The parameters of `damper.Parameters` as exact numbers."""
     mean, zeta, omega, d, r = (
         mpf(values[name])
@@ -164,4 +164,4 @@ def model(values: dict[str, float]) -> tuple[Parameters, Mass]:
         omega / mpf(values.get("modulation_order", 1)),
         mpf(values.get("modulation_phase", 0)),
     )
-    return Parameters(mean, zeta, omega, d, r, mpf(values.get("phase", 0))), mass
+    return PreciseParameters(mean, zeta, omega, d, r, mpf(values.get("phase", 0))), mass

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from damper.sweep.cube import REFERENCES, write_cube
-from damper.verification.stress.cube import gather
+from damper.verification.stress.cube import gather_checks
 from damper.verification.stress.metamorphic_cube import gather_metamorphic
 
 params = snakemake.params
 about = {**params.about, "references": REFERENCES, "code_digest": params.code}
 groups = {origin: [Path(path) for path in paths] for origin, paths in params.groups.items()}
-write_cube(gather(groups, about), Path(snakemake.output.cube))
+write_cube(gather_checks(groups, about), Path(snakemake.output.cube))
 again = gather_metamorphic([Path(path) for path in snakemake.input.metamorphic], about)
 write_cube(again, Path(snakemake.output.metamorphic))

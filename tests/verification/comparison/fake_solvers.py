@@ -81,7 +81,6 @@ def fake(
         )
 
     return SimpleNamespace(
-        label="a fake",
         setting="step",
         finer=finer,
         models=models,

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from damper.verification.comparison.errors import (
-    FLOOR,
     MEASURES,
     MISSES,
+    SLOWEST_COUNTED,
     counted_impacts,
-    measure,
+    measure_errors,
     verdict,
 )
 from damper.verification.comparison.scene import read_scene
@@ -76,7 +76,7 @@ def solution(keep: Any = slice(None), **changes: Any) -> Solution:
 
 
 def check(given: Solution, **expected: float) -> None:
-    found = measure(SCENE, REFERENCE, given)
+    found = measure_errors(SCENE, REFERENCE, given)
     assert list(found) == list(MEASURES)
     assert all(type(value) is float for value in found.values())
     assert found == pytest.approx(NOTHING_WRONG | expected, nan_ok=True, rel=1e-9, abs=1e-15)
@@ -224,7 +224,7 @@ def test_late_burst_is_matched_by_speed() -> None:
     # By speeds that do not fit it is not.
     speeds = SPEEDS.copy()
     speeds[3:8] *= 0.3
-    found = measure(SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds))
+    found = measure_errors(SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds))
     assert (found["unresolved_impacts"], found["extra_impacts"]) == (2.0, 1.0)
 
 
@@ -237,13 +237,13 @@ def test_speeds_do_not_match_across_sticking() -> None:
     wanted.impact_sides = np.where(np.arange(10) == 8, 1, SIDES)
     keep = without(3, 4, 5, 6, 7, 8)
     closed = solution(keep, impact_sides=wanted.impact_sides[keep], approach_speeds=speeds[keep])
-    found = measure(SCENE, wanted, closed)  # type: ignore[arg-type]
+    found = measure_errors(SCENE, wanted, closed)  # type: ignore[arg-type]
     assert found["missed_impacts"] == 1.0  # the one at 9
     assert found["unresolved_impacts"] == 2.0
     assert found["impact_time_error"] == 0.0
     # Nor where no sticking was found, once times have matched it to a later one.
     never = replace(closed, stick_times=np.empty(0))
-    found = measure(SCENE, wanted, never)  # type: ignore[arg-type]
+    found = measure_errors(SCENE, wanted, never)  # type: ignore[arg-type]
     assert found["impact_time_error"] == 0.0
     assert found["missed_impacts"] == 3.0
 
@@ -314,8 +314,8 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
         release_times=np.array([3.0]),
         final_state=np.zeros(4),
     )
-    assert counted_impacts(plastic, FLOOR) == 1  # type: ignore[arg-type]
-    found = measure(
+    assert counted_impacts(plastic, SLOWEST_COUNTED) == 1  # type: ignore[arg-type]
+    found = measure_errors(
         SCENE,
         plastic,  # type: ignore[arg-type]
         Solution(
@@ -336,7 +336,7 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
         approach_speeds=np.array([0.5]),
         reached=20.0,
     )
-    found = measure(SCENE, plastic, far)  # type: ignore[arg-type]
+    found = measure_errors(SCENE, plastic, far)  # type: ignore[arg-type]
     assert found["missed_impacts"] == found["extra_impacts"] == 1.0
 
 

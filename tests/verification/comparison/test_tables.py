@@ -228,7 +228,7 @@ def test_times_table(errors: xr.Dataset, timings: xr.Dataset) -> None:
     assert hard[3][1:3] == ["not reached", "not reached"]
     assert hard[3][-2:] == ["3.3 ms", "5.2 ms"]
     assert hard[4][1:] == ["not reached"] * 4 + ["–", "–"]
-    assert "| a fake | 100 ms | 500 ms |" in markdown
+    assert "| exact engine | 100 ms | 500 ms |" in markdown
     # A call costs 20 us, and a scene's three impacts what the scene does.
     assert "| Hard walls | 20 µs | 20 µs | 18 ms | 0.2; 0.2 | 0.08; 0.08 | – | – |" in markdown
     assert float(one["call_time"]) == pytest.approx(2e-5)

@@ -9,12 +9,12 @@ from damper.verification.cost import measure
 from damper.verification.cost.measure import (
     LEAST,
     bare,
+    exponent,
     measure_size,
     measure_suite,
     observed,
     points_near,
     rigid_part,
-    slope,
 )
 
 BASE = {
@@ -94,5 +94,5 @@ def test_a_run_that_stops_early_is_not_measured(monkeypatch):
 def test_slope_finds_the_power_and_ignores_small_sizes(power):
     sizes = [1, LEAST // 2, LEAST, 10 * LEAST, 100 * LEAST]
     values = [77.0, 88.0, *(3.0 * size**power for size in sizes[2:])]
-    assert math.isclose(slope(sizes, values), power, abs_tol=1e-12)
-    assert slope(sizes[:3], values[:3]) is None
+    assert math.isclose(exponent(sizes, values), power, abs_tol=1e-12)
+    assert exponent(sizes[:3], values[:3]) is None

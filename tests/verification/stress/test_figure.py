@@ -9,9 +9,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from damper.figures.common.style import save, style
 from damper.verification.stress.box import corners, part
-from damper.verification.stress.cube import gather
+from damper.verification.stress.cube import gather_checks
 from damper.verification.stress.figures.stress import draw
-from damper.verification.stress.laws import LAWS, LIMIT, RUN
+from damper.verification.stress.laws import LAW_VARIABLES, LIMIT, RUN_VARIABLES
 from damper.verification.stress.parts import write_part
 from damper.verification.stress.tables.stress import GRADED, regimes
 
@@ -30,15 +30,15 @@ RUNS = corners(
 def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     count = len(RUNS)
     values = np.geomspace(1e-17, 1e-13, count)
-    arrays = {variable.name: values.copy() for variable in LAWS}
+    arrays = {variable.name: values.copy() for variable in LAW_VARIABLES}
     arrays |= {name: np.zeros(count) for name in ("backwards", "not_finite")}
-    arrays |= {variable.name: np.zeros(count, dtype=variable.dtype) for variable in RUN}
+    arrays |= {variable.name: np.zeros(count, dtype=variable.dtype) for variable in RUN_VARIABLES}
     arrays["touch"][:] = np.nan
     arrays["energy"][-1] = 5e-12
     arrays["status"][:3] = 1
     path = tmp_path_factory.mktemp("part") / "0.npz"
     write_part(path, part(RUNS, 0, 1), arrays)
-    return gather({"corner": [path]}, {"title": "Made-up runs"})
+    return gather_checks({"corner": [path]}, {"title": "Made-up runs"})
 
 
 def drawn(cube: xr.Dataset):

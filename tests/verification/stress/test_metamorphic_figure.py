@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from damper.figures.common.style import save, style
 from damper.verification.stress.box import random_points
 from damper.verification.stress.figures.metamorphic import draw, largest
-from damper.verification.stress.metamorphic_cube import VARIABLES, gather_metamorphic
+from damper.verification.stress.metamorphic_cube import METAMORPHIC_VARIABLES, gather_metamorphic
 from damper.verification.stress.parts import write_part
 from damper.verification.stress.verdicts import ALLOWANCE, EPS, FAILED, PASSED, RELATIONS, SOUND
 
@@ -21,7 +21,7 @@ COUNT = 40
 def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     kinds = np.arange(COUNT) % 4
     growth = np.geomspace(1.0, 1e10, COUNT)
-    arrays = {name: np.ones(COUNT) for name in VARIABLES}
+    arrays = {name: np.ones(COUNT) for name in METAMORPHIC_VARIABLES}
     arrays |= {f"{name}_verdict": np.full(COUNT, PASSED, dtype="i1") for name in RELATIONS}
     arrays |= {f"{name}_difference": EPS * growth for name in RELATIONS}
     arrays["units_difference"] = 3.0 * EPS * growth

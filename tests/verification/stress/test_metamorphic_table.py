@@ -10,7 +10,7 @@ from damper.sweep.cube import write_cube
 from damper.verification.stress.backward import LONG
 from damper.verification.stress.box import random_points
 from damper.verification.stress.metamorphic import run_metamorphic
-from damper.verification.stress.metamorphic_cube import VARIABLES, gather_metamorphic
+from damper.verification.stress.metamorphic_cube import METAMORPHIC_VARIABLES, gather_metamorphic
 from damper.verification.stress.parts import POINT_NAMES, write_part
 from damper.verification.stress.tables.metamorphic import HEAVY, failures, make, parameters_of
 from damper.verification.stress.verdicts import (
@@ -21,8 +21,8 @@ from damper.verification.stress.verdicts import (
     PASSED,
     PASSED_BACKWARD,
     PASSED_LAWS,
+    RELATION_VERDICTS,
     RELATIONS,
-    VERDICTS,
 )
 
 BOX = {
@@ -41,8 +41,10 @@ BAD, REFUSED, OTHER = 4, 7, 2
 
 def made_up(count: int) -> dict[str, np.ndarray]:
     """Return what well-conditioned runs give that agree in all ways."""
-    arrays = {name: np.linspace(1.0, 2.0, count) for name in VARIABLES}
-    arrays |= {name: np.full(count, 10, dtype="i4") for name in VARIABLES if "_events" in name}
+    arrays = {name: np.linspace(1.0, 2.0, count) for name in METAMORPHIC_VARIABLES}
+    arrays |= {
+        name: np.full(count, 10, dtype="i4") for name in METAMORPHIC_VARIABLES if "_events" in name
+    }
     arrays |= {f"{name}_verdict": np.full(count, PASSED, dtype="i1") for name in RELATIONS}
     return arrays | {
         "condition": np.zeros(count, dtype="i1"),
@@ -85,11 +87,11 @@ def test_runs_are_in_order(cube):
 
 
 def test_every_variable_is_described(cube):
-    assert set(cube.data_vars) == {*VARIABLES, *POINT_NAMES}
+    assert set(cube.data_vars) == {*METAMORPHIC_VARIABLES, *POINT_NAMES}
     for name, array in cube.variables.items():
         assert array.attrs["long_name"], name
         assert array.attrs["units"], name
-    for name, flags in (("condition", CONDITIONS), ("units_verdict", VERDICTS)):
+    for name, flags in (("condition", CONDITIONS), ("units_verdict", RELATION_VERDICTS)):
         attrs = cube[name].attrs
         assert attrs["flag_values"].tolist() == list(flags)
         assert len(attrs["flag_meanings"].split()) == len(flags)

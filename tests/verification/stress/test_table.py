@@ -9,8 +9,8 @@ import xarray as xr
 
 from damper.sweep.points import read_point
 from damper.verification.stress.box import corners, part
-from damper.verification.stress.cube import gather
-from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAWS, LIMIT, RUN
+from damper.verification.stress.cube import gather_checks
+from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_VARIABLES, LIMIT, RUN_VARIABLES
 from damper.verification.stress.parts import point_of, read_parts, write_part
 from damper.verification.stress.regimes import REGIMES, models
 from damper.verification.stress.tables.stress import excesses, make, regimes
@@ -32,13 +32,13 @@ BROKEN, STOPPED, REFUSED = 5, 11, 17
 
 def results(count):
     """Return arrays of runs that keep all laws."""
-    arrays = {variable.name: np.full(count, 1e-16) for variable in LAWS}
+    arrays = {variable.name: np.full(count, 1e-16) for variable in LAW_VARIABLES}
     arrays |= {name: np.zeros(count) for name in ("backwards", "not_finite")}
     return arrays | {
         variable.name: np.full(count, 100, dtype=variable.dtype)
         if variable.name != "status"
         else np.zeros(count, dtype="i1")
-        for variable in RUN
+        for variable in RUN_VARIABLES
     }
 
 
@@ -49,7 +49,7 @@ def cube(tmp_path_factory) -> xr.Dataset:
     arrays["touch"][:] = np.nan
     arrays["status"][STOPPED] = 1
     arrays["status"][REFUSED] = 3
-    for variable in LAWS:
+    for variable in LAW_VARIABLES:
         arrays[variable.name][REFUSED] = np.nan
     folder = tmp_path_factory.mktemp("parts")
     paths = []
@@ -57,7 +57,7 @@ def cube(tmp_path_factory) -> xr.Dataset:
         paths.append(folder / f"{number}.npz")
         some = {name: part(values, number, 3) for name, values in arrays.items()}
         write_part(paths[-1], part(RUNS, number, 3), some)
-    return gather({"corner": paths}, {"title": "Made-up runs"})
+    return gather_checks({"corner": paths}, {"title": "Made-up runs"})
 
 
 def test_parts_come_back_in_the_order_of_the_runs(cube):

@@ -15,6 +15,7 @@ from damper.verification.comparison.errors import MEASURES, VERDICTS
 from damper.verification.comparison.runs import NOT_APPLICABLE, solver_names
 from damper.verification.comparison.solution import OUTCOMES
 from damper.verification.comparison.solvers import load
+from damper.verification.labels import label_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -216,7 +217,7 @@ def _coordinates(
     levels = max(map(len, settings.values()))
     solvers = [load(name) for name in names]
     of_solvers = {
-        "label": ([solver.label for solver in solvers], "name of the solver in print"),
+        "label": ([label_of(name) for name in names], "name of the solver in print"),
         "setting_name": ([solver.setting for solver in solvers], "what is varied"),
         "finer": (
             np.array([solver.finer for solver in solvers], dtype="i1"),

@@ -13,9 +13,9 @@ impacts that were passed over:
   reference if their approach speeds agree: within half of the factor, on a logarithmic scale, by
   which these fall from impact to impact, which is the restitution. Windows in time are for those
   that do not.
-- Impacts of a complete burst count only down to `FLOOR` times the approach speed of its first
-  one: four impacts for a restitution of 0.3, ten for 0.6. All others count, however slow: a grazing
-  impact must not be lost.
+- Impacts of a complete burst count only down to `SLOWEST_COUNTED` times the approach speed of its
+  first one: four impacts for a restitution of 0.3, ten for 0.6. All others count, however slow: a
+  grazing impact must not be lost.
 - A solver that closes a burst by sticking leaves the rest of it *unresolved*; that is no impact
   missed.
 """
@@ -36,14 +36,14 @@ if TYPE_CHECKING:  # these bring mpmath and the engine along
     from damper.verification.comparison.scene import Scene
 
 #: Part of a complete burst's first approach speed below which its impacts do not count.
-FLOOR = 1e-2
+SLOWEST_COUNTED = 1e-2
 
 #: Part of the clearance by which a free mass may be beyond a rigid wall and still count as inside.
 BOX = 1e-2
 
 #: Part of a forcing period that sticking must last to count as one too many. A compliant contact
 #: whose force falls slowly seems to hold the mass for a moment.
-BRIEF = 1e-2
+SHORTEST_STICKING = 1e-2
 
 #: What became of a run: the first of these that holds, in the order of their names from the second
 #: on, or else the first. ``left_box`` is for rigid walls only; ``missed`` is any event passed over
@@ -52,7 +52,7 @@ VERDICTS = ("good", "stalled", "capped", "failed", "left_box", "missed")
 #: Counts that are 0 unless events were passed over or made up.
 MISSES = ("missed_impacts", "extra_impacts", "missed_sticks", "extra_sticks", "missed_releases")
 
-#: All that `measure` returns: name -> long name and units.
+#: All that `measure_errors` returns: name -> long name and units.
 MEASURES = {
     "impact_time_error": ("largest error of an impact time", "sqrt(M/K)"),
     "accumulation_error": ("largest error of the time at which sticking begins", "sqrt(M/K)"),
@@ -70,8 +70,8 @@ MEASURES = {
 }
 
 
-def measure(
-    scene: Scene, reference: Reference, solution: Solution, floor: float = FLOOR
+def measure_errors(
+    scene: Scene, reference: Reference, solution: Solution, floor: float = SLOWEST_COUNTED
 ) -> dict[str, float]:
     """Compare a solution with the reference.
 
@@ -82,7 +82,7 @@ def measure(
     solution : Solution
         Its last state, if there is one, is that at ``scene.until``.
     floor : float
-        See `FLOOR`.
+        See `SLOWEST_COUNTED`.
 
     Returns
     -------
@@ -153,8 +153,8 @@ def verdict(scene: Scene, solution: Solution, measured: Mapping[str, float]) -> 
     return "missed" if any(measured[name] for name in MISSES) else "good"
 
 
-def counted_impacts(reference: Reference, floor: float = FLOOR) -> int:
-    """How many impacts of the reference count; see `FLOOR`."""
+def counted_impacts(reference: Reference, floor: float = SLOWEST_COUNTED) -> int:
+    """How many impacts of the reference count; see `SLOWEST_COUNTED`."""
     return int(_bursts(reference, floor)[0].sum())
 
 
@@ -248,7 +248,7 @@ def _lasting(scene: Scene, solution: Solution) -> np.ndarray:
     """Which sticks of the solver are not brief."""
     after = np.searchsorted(solution.release_times, solution.stick_times)
     ends = np.append(solution.release_times, inf)[after]
-    return ends - solution.stick_times > BRIEF * scene.parameters.period
+    return ends - solution.stick_times > SHORTEST_STICKING * scene.parameters.period
 
 
 def _missed(wanted: np.ndarray, partner: np.ndarray, reached: float) -> float:

@@ -390,7 +390,7 @@ def rk4(
 
 
 @compiled
-def contact_force(
+def wall_acceleration(
     damper: Damper, mass: float, x: float, v: float, time: float, side: float
 ) -> tuple[float, ...]:
     """How a wall accelerates towards the free mass, and how that changes: -side x'', -side x'''.
@@ -405,7 +405,7 @@ def contact_force(
 
 @compiled
 def sticks(a: float, j: float, rebound: float, longest: float) -> bool:
-    """Whether masses stick after an impact, from `contact_force` and the rebound speed.
+    """Whether masses stick after an impact, from `wall_acceleration` and the rebound speed.
 
     They do where the flight back takes no more than the time `longest`.
     """

@@ -20,7 +20,7 @@ from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED, Solution
 
 #: Value of time and state whose fall (or rise) through zero ends a motion.
-Quantity = Callable[[float, Sequence[float]], float]
+EventFunction = Callable[[float, Sequence[float]], float]
 
 #: scipy's methods that solve equations, and need their derivatives.
 _IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -36,12 +36,12 @@ _IDLE_IMPACTS = 100
 LONGEST_STEP = math.pi / 4.0
 
 
-class Motion(NamedTuple):
+class Mode(NamedTuple):
     """What holds between two events."""
 
     side: float
     """Wall that the gap is measured from: -1, +1; 0 for both at once."""
-    events: tuple[Quantity, ...]
+    events: tuple[EventFunction, ...]
     """Each ends the motion when it falls through zero."""
     together: bool = False
     """Whether the masses move as one."""
@@ -68,7 +68,7 @@ class StalledError(Exception):
     """Impacts go on and time does not."""
 
 
-def falling_gap(start: Sequence[float]) -> Quantity:
+def falling_gap(start: Sequence[float]) -> EventFunction:
     """Gap of a flight, without the root that the flight may start on.
 
     A flight from the wall has g = 0 at its start, which the integrator would take for an impact,
@@ -80,14 +80,14 @@ def falling_gap(start: Sequence[float]) -> Quantity:
     return lambda tau, z: float(z[2] / tau if tau > 0.0 else z[3])
 
 
-def falling_depth(start: Sequence[float]) -> Quantity:
+def falling_depth(start: Sequence[float]) -> EventFunction:
     """Depth below the surface of a compliant wall, treated in the same way."""
     if start[2] < 0.0:
         return lambda tau, z: -float(z[2])
     return lambda tau, z: -float(z[2] / tau if tau > 0.0 else z[3])
 
 
-class Run:
+class Integration:
     """One run of a scene: what has come of it so far, and what it has cost.
 
     Parameters
@@ -137,7 +137,7 @@ class Run:
         self._idle = 0
         self._end: np.ndarray | None = None
 
-    def advance(self, motion: Motion, start: Sequence[float]) -> tuple[list[float], int]:
+    def advance(self, motion: Mode, start: Sequence[float]) -> tuple[list[float], int]:
         """Follow a motion from `reached` until it ends, or until the scene does.
 
         Returns
@@ -242,7 +242,7 @@ class Run:
             reached=self.reached,
         )
 
-    def outcome(self, follow: Callable[["Run"], tuple[float, list[float]]]) -> Solution:
+    def outcome(self, follow: Callable[["Integration"], tuple[float, list[float]]]) -> Solution:
         """Run to the end, or to what stops it; `follow` returns wall and state there."""
         try:
             side, z = follow(self)
@@ -255,12 +255,12 @@ class Run:
             return self.solution(FAILED)
         return self.solution(FINISHED)
 
-    def _absolute_tolerance(self, motion: Motion) -> np.ndarray:
+    def _absolute_tolerance(self, motion: Mode) -> np.ndarray:
         length = min(1.0, self.parameters.clearance) or 1.0
         sizes = np.array([length, length, motion.gap_size, motion.rate_size])
         return self._tolerance * np.minimum(sizes, length)
 
-    def _equations(self, motion: Motion) -> tuple[Callable, np.ndarray]:
+    def _equations(self, motion: Mode) -> tuple[Callable, np.ndarray]:
         p = self.parameters
         omega = p.frequency_ratio
         angle = omega * self.reached + p.phase
@@ -301,7 +301,7 @@ class Run:
             ]
         )
 
-    def _sample(self, motion: Motion, sol: Callable, begin: float, end: float, last: bool) -> None:
+    def _sample(self, motion: Mode, sol: Callable, begin: float, end: float, last: bool) -> None:
         low = np.searchsorted(self._times, begin)
         high = np.searchsorted(self._times, end, side="right" if last else "left")
         if high > low:
@@ -312,7 +312,7 @@ class Run:
                 beyond = np.maximum(-gaps, gaps - 2.0 * self.parameters.clearance)
                 self.penetration = max(self.penetration, float(beyond.max()))
 
-    def _add_energies(self, motion: Motion, sol: Callable, ends: np.ndarray, begin: float) -> None:
+    def _add_energies(self, motion: Mode, sol: Callable, ends: np.ndarray, begin: float) -> None:
         """Integrate power over the interpolant of each step.
 
         Not by two more equations: their errors would enter the norm that chooses the step, and a

@@ -218,7 +218,7 @@ def _start(scene: Scene) -> tuple[mpf, ...]:
     return x, v, y, u
 
 
-def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference_rigid.Run:
+def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference_rigid.ReferenceRun:
     p = scene.parameters
     settings: dict[str, Any] = {
         "until": scene.until,
@@ -247,7 +247,7 @@ def _resolved(event: reference_rigid.Event) -> bool:
     return event.kind == "impact" and event.approach_speed >= RESOLVED
 
 
-def _pattern(run: reference_rigid.Run) -> list[tuple[str, int]]:
+def _pattern(run: reference_rigid.ReferenceRun) -> list[tuple[str, int]]:
     """Which events there are, in order."""
     return [
         (event.kind, event.side)
@@ -257,7 +257,7 @@ def _pattern(run: reference_rigid.Run) -> list[tuple[str, int]]:
 
 
 def _sensitivity(
-    scene: Scene, start: Sequence[mpf], exact: reference_rigid.Run, digits: int
+    scene: Scene, start: Sequence[mpf], exact: reference_rigid.ReferenceRun, digits: int
 ) -> float:
     """Growth of a perturbation of either velocity; see `make_reference`."""
     growth = 0.0

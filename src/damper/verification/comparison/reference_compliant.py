@@ -25,9 +25,9 @@ from damper.verification.comparison.reference_rigid import (
     GUARD_DIGITS,
     PANEL,
     Event,
-    Pair,
-    Parameters,
-    Run,
+    FlightState,
+    PreciseParameters,
+    ReferenceRun,
     advance_flight,
     fastest_rate,
     first_order,
@@ -46,7 +46,7 @@ CONTACT_PANEL = 4
 _DISTINCT = 1e-6
 
 
-class Contact(NamedTuple):
+class PreciseContact(NamedTuple):
     """Walls and masses as ``mpf``."""
 
     share: mpf
@@ -81,7 +81,7 @@ def run(
     until: float,
     dps: int = 50,
     start_time: float = 0.0,
-) -> Run:
+) -> ReferenceRun:
     """Return every event up to a time, and the state then.
 
     Impacts are the moments at which the gap closes. ``stick`` comes one period of the contact's
@@ -102,9 +102,9 @@ def run(
     extra = GUARD_DIGITS + round(abs(math.log10(p.contact_stiffness_ratio)))
     extra += round(abs(math.log10(p.mass_ratio)))
     with mp.workdps(dps + GUARD_DIGITS + extra):
-        walk = _Walk(p, mpf(start_time), mpf(until))
+        walk = _CompliantSolution(p, mpf(start_time), mpf(until))
         walk.run(*(mpf(value) for value in state))
-        return Run(walk.found, walk.final)
+        return ReferenceRun(walk.found, walk.final)
 
 
 def damping_of(restitution: float, tension: bool) -> mpf:
@@ -128,7 +128,7 @@ def damping_of(restitution: float, tension: bool) -> mpf:
     return mp.findroot(excess, (start, start * (1 + mpf(10) ** -12)), verify=False)
 
 
-class _Walk:
+class _CompliantSolution:
     """One run at the precision that is set."""
 
     def __init__(self, p: parameters.Parameters, t: mpf, until: mpf) -> None:
@@ -140,7 +140,7 @@ class _Walk:
             p.restitution,
             p.phase,
         )
-        self.p = Parameters(*(mpf(value) for value in numbers))
+        self.p = PreciseParameters(*(mpf(value) for value in numbers))
         self.t, self.until = t, until
         self.contact = _contact(self.p, p)
         self.modes = _modes(self.p, self.contact)
@@ -151,7 +151,7 @@ class _Walk:
         """Go from contact to contact."""
         p, contact = self.p, self.contact
         side = 1 if y >= x else -1
-        pair = Pair(x, v, side, p.d - side * (y - x), side * (v - u))
+        pair = FlightState(x, v, side, p.d - side * (y - x), side * (v - u))
         # What comes next: a flight from the wall's surface on, a contact, or a flight below it.
         # Of the event function the terms below `order` are exactly zero.
         order = 0
@@ -171,7 +171,7 @@ class _Walk:
                 if hit is None:
                     break
                 self.t, order = hit.time, 0
-                pair = Pair(hit.x, hit.v, hit.side, mpf(0), -hit.approach_speed)
+                pair = FlightState(hit.x, hit.v, hit.side, mpf(0), -hit.approach_speed)
                 if hit.approach_speed > 0:
                     self._impact(pair)
                     phase = "contact"
@@ -194,10 +194,10 @@ class _Walk:
         x, v, side = pair.x, pair.v, pair.side
         self.final = (x, v, x + side * (p.d - pair.gap), v - side * pair.rate)
 
-    def _impact(self, pair: Pair) -> None:
+    def _impact(self, pair: FlightState) -> None:
         self.found.append(Event(self.t, "impact", pair.side, -pair.rate, pair.x, pair.v))
 
-    def _on_wall(self, pair: Pair) -> tuple[str, int]:
+    def _on_wall(self, pair: FlightState) -> tuple[str, int]:
         """At the surface: whether it separates or is pressed against, or held by, the wall."""
         order, falls = first_order(self.p, self.t, pair)
         return ("contact", 0) if falls else ("flight", order)
@@ -209,7 +209,7 @@ class _Walk:
             return [-value for value in g]
         return [-(contact.k * g[n] + contact.c * (n + 1) * g[n + 1]) for n in range(len(g) - 1)]
 
-    def _touch(self, pair: Pair, order: int) -> tuple[bool, Pair]:
+    def _touch(self, pair: FlightState, order: int) -> tuple[bool, FlightState]:
         """Follow a contact to its end, or to the end of all."""
         p, contact = self.p, self.contact
         side, begun, sticks = pair.side, self.t, False
@@ -243,7 +243,7 @@ class _Walk:
             fresh, order = False, 0
             self.t = goal if step == left else self.t + step
             x, v = side * (z[0] + beta * z[2]), side * (z[1] + beta * z[3])
-            pair = Pair(x, v, side, z[2], z[3])
+            pair = FlightState(x, v, side, z[2], z[3])
             if tau is not None:
                 if sticks:
                     self.found.append(Event(self.t, "release", side, mpf(0), x, v))
@@ -292,7 +292,7 @@ class _Walk:
         forced *= mp.expj(p.omega * span)
         return tuple(mp.re(free[i]) + mp.im(modes.steady[i] * forced) for i in range(4))
 
-    def _below(self, pair: Pair, order: int) -> tuple[bool | None, Pair]:
+    def _below(self, pair: FlightState, order: int) -> tuple[bool | None, FlightState]:
         """A flight below the wall's surface: True if the gap reopens, False if the wall catches up.
 
         None at the end of all.
@@ -321,13 +321,13 @@ class _Walk:
             self.t = self.until if step == self.until - self.t else self.t + step
             order = 0
             if caught is not None:
-                return False, Pair(x, v, side, g, rate)
+                return False, FlightState(x, v, side, g, rate)
             if opens is not None:
-                return True, Pair(x, v, side, mpf(0), rate)
-        return None, Pair(x, v, side, g, rate)
+                return True, FlightState(x, v, side, mpf(0), rate)
+        return None, FlightState(x, v, side, g, rate)
 
 
-def _contact(p: Parameters, given: parameters.Parameters) -> Contact:
+def _contact(p: PreciseParameters, given: parameters.Parameters) -> PreciseContact:
     k = mpf(given.contact_stiffness_ratio)
     tension = bool(given.contact_tension)
     z = damping_of(given.restitution, tension)
@@ -335,13 +335,13 @@ def _contact(p: Parameters, given: parameters.Parameters) -> Contact:
     frequency = mp.sqrt(k / beta)
     rate = frequency * (1 + 2 * z) + 2 * p.zeta + p.omega + 1
     lasting = min(2 * mp.pi / frequency, mpf(HORIZON))
-    return Contact(
+    return PreciseContact(
         1 / (1 + p.mu), beta, 1 / beta, k, 2 * z * mp.sqrt(k * beta), tension, rate, lasting
     )
 
 
 def _series(
-    p: Parameters, contact: Contact, t: mpf, side: int, z: tuple, count: int
+    p: PreciseParameters, contact: PreciseContact, t: mpf, side: int, z: tuple, count: int
 ) -> tuple[list[mpf], list[mpf]]:
     """Taylor coefficients of the centre of mass and of the gap in contact."""
     angle = p.omega * t + p.phase
@@ -361,7 +361,7 @@ def _series(
     return centre, gap
 
 
-def _modes(p: Parameters, contact: Contact) -> Modes | None:
+def _modes(p: PreciseParameters, contact: PreciseContact) -> Modes | None:
     """Modes of the contact, or None where they are not distinct enough to be of use.
 
     With f = 2 zeta s + 1 for exp(s t), the equations are (s^2 + share f) U + share beta f g = 0 and

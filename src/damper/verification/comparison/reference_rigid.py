@@ -42,7 +42,7 @@ class Event(NamedTuple):
     v: mpf
 
 
-class Parameters(NamedTuple):
+class PreciseParameters(NamedTuple):
     """Parameters of the rigid model as ``mpf``."""
 
     mu: mpf
@@ -63,7 +63,7 @@ class Hit(NamedTuple):
     v: mpf
 
 
-class Pair(NamedTuple):
+class FlightState(NamedTuple):
     """Where a flight is: the primary, and the gap to one wall with its rate."""
 
     x: mpf
@@ -73,7 +73,7 @@ class Pair(NamedTuple):
     rate: mpf
 
 
-class Run(NamedTuple):
+class ReferenceRun(NamedTuple):
     """Events in order of time, and ``(x, v, y, u)`` at the end."""
 
     events: list[Event]
@@ -120,7 +120,7 @@ def run(
     max_impacts: int | None = None,
     burst_floor: float = math.inf,
     start_time: float = 0.0,
-) -> Run:
+) -> ReferenceRun:
     """Return every event up to a time, and the state then.
 
     Parameters
@@ -147,20 +147,20 @@ def run(
         If the free mass starts outside its box.
     """
     with mp.workdps(dps + GUARD_DIGITS):
-        p = Parameters(*(mpf(value) for value in numbers))
+        p = PreciseParameters(*(mpf(value) for value in numbers))
         x, v, y, u = (mpf(value) for value in state)
-        walk = _Walk(p, mpf(start_time), mpf(until), dps, mpf(burst_floor))
+        walk = _RigidSolution(p, mpf(start_time), mpf(until), dps, mpf(burst_floor))
         return walk.run(x, v, y, u, max_impacts)
 
 
-class _Walk:
+class _RigidSolution:
     """One run at the precision that is set."""
 
-    def __init__(self, p: Parameters, t: mpf, until: mpf, dps: int, floor: mpf) -> None:
+    def __init__(self, p: PreciseParameters, t: mpf, until: mpf, dps: int, floor: mpf) -> None:
         self.p, self.t, self.until, self.dps, self.floor = p, t, until, dps, floor
         self.found: list[Event] = []
 
-    def run(self, x: mpf, v: mpf, y: mpf, u: mpf, max_impacts: int | None) -> Run:
+    def run(self, x: mpf, v: mpf, y: mpf, u: mpf, max_impacts: int | None) -> ReferenceRun:
         """Go from event to event."""
         p = self.p
         side = 1 if y >= x else -1
@@ -170,9 +170,9 @@ class _Walk:
         if p.d == 0:
             common = (v + p.mu * u) / (1 + p.mu)
             _, _, x, v = _slide(p, self.t, x, common, 0, self.until)
-            return Run([], (x, v, x, v))
+            return ReferenceRun([], (x, v, x, v))
         hits, order = 0, 0
-        pair = Pair(x, v, side, gap, rate)
+        pair = FlightState(x, v, side, gap, rate)
         hit = Hit(self.t, side, -rate, x, v) if gap == 0 and rate < 0 else None
         settled = gap > 0
         while True:
@@ -196,16 +196,16 @@ class _Walk:
             self.t, order = hit.time, 0
         x, v, side = pair.x, pair.v, pair.side
         final = (x, v, x + side * (p.d - pair.gap), v - side * pair.rate)
-        return Run(self.found, final)
+        return ReferenceRun(self.found, final)
 
-    def _bounce(self, hit: Hit) -> Pair:
+    def _bounce(self, hit: Hit) -> FlightState:
         """Impact: the state just after it."""
         p, (t, side, speed, x, v) = self.p, hit
         v += p.mu * (1 + p.r) / (1 + p.mu) * side * speed
         self.found.append(Event(t, "impact", side, speed, x, v))
-        return Pair(x, v, side, mpf(0), p.r * speed)
+        return FlightState(x, v, side, mpf(0), p.r * speed)
 
-    def _tail(self, pair: Pair) -> tuple[int, mpf | None]:
+    def _tail(self, pair: FlightState) -> tuple[int, mpf | None]:
         """Order of the gap's first term after an impact, and the time to sticking if that is near.
 
         With the rebound speed w, a = -g'' and j = g''' the bounces that are left last
@@ -237,7 +237,7 @@ class _Walk:
             return 1, None
         return 1, span
 
-    def _stick(self, pair: Pair, span: mpf) -> tuple[Pair, bool]:
+    def _stick(self, pair: FlightState, span: mpf) -> tuple[FlightState, bool]:
         """Follow the end of a burst, and sticking; whether it ends in time."""
         p, (x, v, side, _, w) = self.p, pair
         v -= p.mu / (1 + p.mu) * side * w  # common velocity (x' + mu y') / (1 + mu)
@@ -250,10 +250,10 @@ class _Walk:
             released, self.t, x, v = _slide(p, self.t, x, v, side, self.until)
             if released:
                 self.found.append(Event(self.t, "release", side, mpf(0), x, v))
-        return Pair(x, v, side, mpf(0), mpf(0)), released
+        return FlightState(x, v, side, mpf(0), mpf(0)), released
 
 
-def first_order(p: Parameters, t: mpf, pair: Pair) -> tuple[int, bool]:
+def first_order(p: PreciseParameters, t: mpf, pair: FlightState) -> tuple[int, bool]:
     """Order of the first term of the gap that is not zero in a flight from a wall at rest on it.
 
     And whether that term is negative, so that there can be no such flight.
@@ -263,14 +263,14 @@ def first_order(p: Parameters, t: mpf, pair: Pair) -> tuple[int, bool]:
     return order, order < len(ahead) and pair.side * ahead[order] < 0
 
 
-def fastest_rate(p: Parameters, inertia: mpf) -> mpf:
+def fastest_rate(p: PreciseParameters, inertia: mpf) -> mpf:
     """Return the largest modulus of the rates of the flow (free roots and forcing)."""
     disc = p.zeta**2 - inertia
     free = (p.zeta + mp.sqrt(disc)) / inertia if disc > 0 else 1 / mp.sqrt(inertia)
     return max(free, p.omega)
 
 
-def taylor(p: Parameters, inertia: mpf, t: mpf, x: mpf, v: mpf, count: int) -> list[mpf]:
+def taylor(p: PreciseParameters, inertia: mpf, t: mpf, x: mpf, v: mpf, count: int) -> list[mpf]:
     """Return the Taylor coefficients of the primary's position about time ``t``.
 
     Parameters
@@ -301,7 +301,7 @@ def taylor(p: Parameters, inertia: mpf, t: mpf, x: mpf, v: mpf, count: int) -> l
 
 
 def fly(
-    p: Parameters,
+    p: PreciseParameters,
     state: tuple[mpf, mpf, mpf],
     side: int,
     gap: tuple[mpf, mpf],
@@ -331,12 +331,12 @@ def fly(
         None when there is no impact before ``until``.
     """
     t, x, v = state
-    return advance_flight(p, t, Pair(x, v, side, *gap), until, order)[0]
+    return advance_flight(p, t, FlightState(x, v, side, *gap), until, order)[0]
 
 
 def advance_flight(
-    p: Parameters, t: mpf, pair: Pair, until: mpf, order: int
-) -> tuple[Hit | None, Pair]:
+    p: PreciseParameters, t: mpf, pair: FlightState, until: mpf, order: int
+) -> tuple[Hit | None, FlightState]:
     """Return what `fly` does, and the state at the impact or at ``until``."""
     x, v, side, g, rate = pair
     longest = PANEL / fastest_rate(p, mpf(1))
@@ -361,27 +361,19 @@ def advance_flight(
         if tau is not None:
             hit = -side if hit_other is not None else side
             speed = max(-rate if hit == side else rate, mpf(0))
-            return Hit(t, hit, speed, x, v), Pair(x, v, side, g, rate)
-    return None, Pair(x, v, side, g, rate)
+            return Hit(t, hit, speed, x, v), FlightState(x, v, side, g, rate)
+    return None, FlightState(x, v, side, g, rate)
 
 
-def stick_flow(p: Parameters, t: mpf, x: mpf, v: mpf, span: mpf) -> tuple[mpf, mpf]:
+def stick_flow(p: PreciseParameters, t: mpf, x: mpf, v: mpf, span: mpf) -> tuple[mpf, mpf]:
     """Return position and velocity after ``span`` of sticking (``span`` short)."""
     inertia = 1 + p.mu
     c = taylor(p, inertia, t, x, v, term_count(span * fastest_rate(p, inertia)))
     return horner(c, span)
 
 
-def stick_until_release(
-    p: Parameters, t: mpf, x: mpf, v: mpf, side: int, until: mpf
-) -> tuple[mpf, mpf, mpf] | None:
-    """Return time, position and velocity where ``x'' = 0`` ends sticking, or None if too late."""
-    released, t, x, v = _slide(p, t, x, v, side, until)
-    return (t, x, v) if released else None
-
-
 def _slide(
-    p: Parameters, t: mpf, x: mpf, v: mpf, side: int, until: mpf
+    p: PreciseParameters, t: mpf, x: mpf, v: mpf, side: int, until: mpf
 ) -> tuple[bool, mpf, mpf, mpf]:
     """Sticking up to the release or to ``until``; no side, no release."""
     inertia = 1 + p.mu

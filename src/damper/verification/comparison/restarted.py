@@ -13,9 +13,9 @@ from damper.models.compliant.restitution import contact_damping
 from damper.models.walls import slack
 from damper.verification.comparison.integration import (
     LONGEST_STEP,
-    Motion,
-    Quantity,
-    Run,
+    EventFunction,
+    Integration,
+    Mode,
     falling_depth,
     falling_gap,
 )
@@ -60,7 +60,7 @@ def solve_restarted(
     lasting : bool, default False
         Walls that give: whether contacts that last are noted as sticking.
     """
-    run = Run(scene, method, tolerance, times, balance, max_evaluations)
+    run = Integration(scene, method, tolerance, times, balance, max_evaluations)
     with warnings.catch_warnings():
         # LSODA warns where it gives up, solve_ivp where it raises rtol; both are outcomes here.
         warnings.simplefilter("ignore")
@@ -69,7 +69,7 @@ def solve_restarted(
         return run.outcome(lambda run: _follow_rigid(run, tolerance, sticking))
 
 
-def _start(run: Run) -> tuple[float, list[float]]:
+def _start(run: Integration) -> tuple[float, list[float]]:
     """Wall that is nearer, and the state relative to it; a gap of roundoff is none.
 
     From the centre it is the one that the free mass will near, so that a mirrored scene is
@@ -84,7 +84,7 @@ def _start(run: Run) -> tuple[float, list[float]]:
     return side, [s.x, s.v, gap, -side * (s.u - s.v)]
 
 
-def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], bool]:
+def _fly(run: Integration, side: float, z: list[float]) -> tuple[float, list[float], bool]:
     """Fly to the next impact, and measure from the wall that it is on."""
     across = 2.0 * run.parameters.clearance
     events = (falling_gap(z), lambda tau, z: across - float(z[2]))
@@ -94,24 +94,24 @@ def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], boo
         rate_size = z[3]
         if force > 0.0:
             gap_size = 0.5 * z[3] * z[3] / force
-    flight = Motion(side, events, gap_size=gap_size, rate_size=rate_size)
+    flight = Mode(side, events, gap_size=gap_size, rate_size=rate_size)
     z, hit = run.advance(flight, z)
     if hit == 1:
         side, z = -side, [z[0], z[1], 0.0, -z[3]]
     return side, z, hit >= 0
 
 
-def _force_on(run: Run, side: float) -> Quantity:
+def _force_on(run: Integration, side: float) -> EventFunction:
     return lambda tau, z: run.contact_force(side, z, tau)
 
 
-def _sticks(run: Run, side: float, z: Sequence[float]) -> bool:
+def _sticks(run: Integration, side: float, z: Sequence[float]) -> bool:
     """Whether masses in contact without relative velocity stick."""
     a, j = _derivatives(run, z[0], z[1])
     return -side * (a or j) > 0.0
 
 
-def _derivatives(run: Run, x: float, v: float) -> tuple[float, float]:
+def _derivatives(run: Integration, x: float, v: float) -> tuple[float, float]:
     """Second derivative of the primary in flight, and what decides where it vanishes: the third."""
     p = run.parameters
     a = -run.contact_force(1.0, (x, v))
@@ -119,7 +119,7 @@ def _derivatives(run: Run, x: float, v: float) -> tuple[float, float]:
     return a, p.frequency_ratio * math.cos(angle) - 2.0 * p.damping_ratio * a - v
 
 
-def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, list[float]]:
+def _follow_rigid(run: Integration, tolerance: float, sticking: bool) -> tuple[float, list[float]]:
     p = run.parameters
     r = p.restitution
     share = p.mass_ratio / (1.0 + p.mass_ratio)
@@ -130,7 +130,7 @@ def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, li
 
     side, z = _start(run)
     if p.clearance == 0.0:
-        z, _ = run.advance(Motion(0.0, (), together=True), merged(side, z))
+        z, _ = run.advance(Mode(0.0, (), together=True), merged(side, z))
         return 0.0, z
     begin = run.reached
     touches = z[2] == 0.0 and z[3] < 0.0
@@ -153,13 +153,13 @@ def _follow_rigid(run: Run, tolerance: float, sticking: bool) -> tuple[float, li
         if not stuck:
             side, z, touches = _fly(run, side, z)
             continue
-        z, ended = run.advance(Motion(side, (_force_on(run, side),), together=True), z)
+        z, ended = run.advance(Mode(side, (_force_on(run, side),), together=True), z)
         if ended >= 0:
             run.release_times.append(run.reached)
         stuck = touches = False
 
 
-def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
+def _follow_compliant(run: Integration, lasting: bool) -> tuple[float, list[float]]:
     p = run.parameters
     k = p.contact_stiffness_ratio
     share = p.mass_ratio / (1.0 + p.mass_ratio)
@@ -193,7 +193,7 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
             continue
         if kind == CONTACT:
             rate_size = abs(z[3]) + abs(run.contact_force(side, z)) / frequency
-            contact = Motion(
+            contact = Mode(
                 side,
                 (falling_depth(z) if held else force,),
                 stiffness=k,
@@ -213,7 +213,7 @@ def _follow_compliant(run: Run, lasting: bool) -> tuple[float, list[float]]:
             kind = FLIGHT if held or z[2] >= 0.0 else RELEASED
         else:
             # Until the gap reopens, or the wall springs back faster than the mass leaves it.
-            released = Motion(
+            released = Mode(
                 side,
                 (lambda tau, z: -float(z[2]), lambda tau, z: -force(tau, z)),
                 springs=k,

@@ -13,7 +13,7 @@ from damper.verification.comparison.errors import (
     MEASURES,
     VERDICTS,
     counted_impacts,
-    measure,
+    measure_errors,
     verdict,
 )
 from damper.verification.comparison.solution import OUTCOMES
@@ -75,7 +75,7 @@ def run_scene(
                 balance=True,
                 max_evaluations=most_evaluations(solver, cap),
             )
-            measured = measure(scene, reference, solution)
+            measured = measure_errors(scene, reference, solution)
             for key, value in measured.items():
                 arrays[key][row, level] = value
             found = verdict(scene, solution, measured)

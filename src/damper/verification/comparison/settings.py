@@ -26,6 +26,7 @@ from damper.verification.base import (
     values_of,
 )
 from damper.verification.comparison.solvers import SOLVERS
+from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
 #: Models of which there is a reference to 50 digits.
@@ -143,10 +144,10 @@ class Comparison(Verification):
         """What a page shows of the study's settings: name -> value."""
         found = {}
         for name, scene in self.scenes.items():
-            given = ", ".join(f"{key} {value:g}" for key, value in scene.values.items())
-            found[f"scene {name}"] = f"{given}, until {scene.until:g}"
+            given = ", ".join(f"{label_of(key)} {value:g}" for key, value in scene.values.items())
+            found[f"scene {label_of(name)}"] = f"{given}, until {scene.until:g}"
         for name, levels in self.solvers.items():
-            found[f"solver {name}"] = ", ".join(f"{value:g}" for value in levels)
+            found[f"solver {label_of(name)}"] = ", ".join(f"{value:g}" for value in levels)
         return found | {"digits": str(self.digits), "cap": f"{self.cap:g} s"}
 
     @classmethod

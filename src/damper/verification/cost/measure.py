@@ -22,7 +22,7 @@ from damper.sweep.runs import run_points
 from damper.verification.cost.process import fresh, peak_memory
 from damper.verification.timing import machine, spread, take_turns
 
-Values = Mapping[str, float]
+Numbers = Mapping[str, float]
 Observers = Mapping[str, Mapping[str, Any] | None]
 
 #: No run makes so many events: one that stops early would cost less than it should.
@@ -32,7 +32,7 @@ WIDTH = 0.04
 #: Periods of each run where the number of runs grows.
 RUN_PERIODS = 10
 #: Seconds that one size of a growing run may take: it is repeated within them.
-PATIENCE = 0.5
+LONGEST_SAMPLE = 0.5
 #: Sizes below are too small for a slope: what a run costs before it starts weighs in them.
 LEAST = 100
 
@@ -146,7 +146,7 @@ def measure_suite(
 
 
 def measure_growth(
-    parameters: Values,
+    parameters: Numbers,
     observers: Observers,
     *,
     runs: Sequence[int],
@@ -164,14 +164,14 @@ def measure_growth(
     periods : sequence of int
         Numbers of periods of a single run.
     repeats : int
-        Repeats of each size at most; fewer where they take longer than `PATIENCE`.
+        Repeats of each size at most; fewer where they take longer than `LONGEST_SAMPLE`.
 
     Returns
     -------
     dict
         ``observers``, and ``runs`` and ``periods``, each with ``bare`` and ``observed``: lists with
-        an entry for each size: ``size``, and what `measure_size` returns; and ``slope``, the
-        exponent of the time, see `slope`.
+        an entry for each size: ``size``, and what `measure_size` returns; and ``exponent``, the
+        exponent of the time, see `exponent`.
     """
     found: dict[str, Any] = {"observers": list(observers)}
     for along, sizes in (("runs", runs), ("periods", periods)):
@@ -189,13 +189,13 @@ def measure_growth(
                 for size in sizes
             ]
             columns = {name: [row[name] for row in rows] for name in rows[0]}
-            exponent = slope(sizes, columns["seconds"])
-            found[along][how] = {"size": list(sizes), **columns, "slope": exponent}
+            slope = exponent(sizes, columns["seconds"])
+            found[along][how] = {"size": list(sizes), **columns, "slope": slope}
     return found
 
 
 def measure_size(
-    parameters: Values, observers: Observers | None, runs: int, periods: int, repeats: int = 1
+    parameters: Numbers, observers: Observers | None, runs: int, periods: int, repeats: int = 1
 ) -> dict[str, float]:
     """Measure time and memory of runs in this process; None for observers is the bare engine.
 
@@ -216,7 +216,7 @@ def measure_size(
     run(1, 1)
     before = peak_memory()
     seconds: list[float] = []
-    while not seconds or (len(seconds) < repeats and sum(seconds) < PATIENCE):
+    while not seconds or (len(seconds) < repeats and sum(seconds) < LONGEST_SAMPLE):
         started = time.perf_counter()
         arrays = run(runs, periods)
         seconds.append(time.perf_counter() - started)
@@ -229,7 +229,7 @@ def measure_size(
     }
 
 
-def bare(points: Iterable[Values], periods: int) -> int:
+def bare(points: Iterable[Numbers], periods: int) -> int:
     """Run the bare engine over points; return the number of events."""
     compile_at_once()
     events = 0
@@ -243,7 +243,7 @@ def bare(points: Iterable[Values], periods: int) -> int:
     return events
 
 
-def observed(points: Iterable[Values], periods: int, observers: Observers) -> int:
+def observed(points: Iterable[Numbers], periods: int, observers: Observers) -> int:
     """Run points as a simulation job does; return the bytes of what the observers keep."""
     compile_at_once()
     arrays, _ = run_points(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
@@ -252,7 +252,7 @@ def observed(points: Iterable[Values], periods: int, observers: Observers) -> in
     return sum(array.nbytes for array in arrays.values())
 
 
-def points_near(parameters: Values, runs: int) -> Iterator[dict[str, float]]:
+def points_near(parameters: Numbers, runs: int) -> Iterator[dict[str, float]]:
     """Points of runs that differ in clearance, one after the other: they take no memory."""
     travel = "gap" if "gap" in parameters else "clearance"
     for run in range(runs):
@@ -260,18 +260,18 @@ def points_near(parameters: Values, runs: int) -> Iterator[dict[str, float]]:
         yield {**parameters, travel: parameters[travel] * factor}
 
 
-def rigid_part(parameters: Values) -> dict[str, float]:
+def rigid_part(parameters: Numbers) -> dict[str, float]:
     """Parameters without those of other models."""
     others = {name for names in MODEL_NAMES.values() for name in names}
     return {name: value for name, value in parameters.items() if name not in others}
 
 
-def slope(sizes: Sequence[float], values: Sequence[float]) -> float | None:
+def exponent(sizes: Sequence[float], values: Sequence[float]) -> float | None:
     """Exponent of the power law that fits sizes of `LEAST` and more; None without two of them.
 
     Examples
     --------
-    >>> round(slope([1, 100, 1000, 10_000], [5.0, 6.0, 60.0, 600.0]), 6)
+    >>> round(exponent([1, 100, 1000, 10_000], [5.0, 6.0, 60.0, 600.0]), 6)
     1.0
     """
     size, value = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)

@@ -22,6 +22,7 @@ from damper.verification.base import (
     tables_of,
     values_of,
 )
+from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
 #: Growing runs are repeated less often than cases: each size is a process of its own.
@@ -131,9 +132,10 @@ class Cost(Verification):
         """What a page shows of the study's settings: name -> value."""
         found = {}
         for name, case in self.cases.items():
-            values = ", ".join(f"{key} {one.value:g}" for key, one in case.parameters.items())
-            observers = ", ".join(case.observers) or "no observer"
-            found[f"case {name}"] = f"{values}; {observers}"
+            parameters = case.parameters.items()
+            values = ", ".join(f"{label_of(key)} {one.value:g}" for key, one in parameters)
+            observers = ", ".join(map(label_of, case.observers)) or "no observer"
+            found[f"case {label_of(name)}"] = f"{values}; {observers}"
         return found | {"repeats": str(self.repeats)}
 
     def settings(self) -> dict[str, Any]:

@@ -37,7 +37,7 @@ from damper.models.walls import primary_motion
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.parameters.quantity import whole
 from damper.sweep.points import Point, read_point
-from damper.verification.stress.laws import LAW_NAMES, LAWS, REFUSED, RUN
+from damper.verification.stress.laws import LAW_NAMES, LAW_VARIABLES, REFUSED, RUN_VARIABLES
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
@@ -79,7 +79,10 @@ class Laws(Observer):
     some 1e-16 to 1e-15 in each. What a run does not have, such as impacts, leaves NaN.
     """
 
-    variables = (*LAWS, *(variable for variable in RUN if variable.name == "segments"))
+    variables = (
+        *LAW_VARIABLES,
+        *(variable for variable in RUN_VARIABLES if variable.name == "segments"),
+    )
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from damper.engine.segment import IMPACT, RATE, SPEED, STICK, V, X
 from damper.parameters import Parameters, State
-from damper.verification.stress.runs import Events, Run, events_of, noisy_run
+from damper.verification.stress.runs import Events, ShortRun, events_of, noisy_run
 from damper.verification.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
 
 #: Noise, as a part of each number.
@@ -49,7 +49,7 @@ class Scale(NamedTuple):
 
 
 def condition_of(
-    run: Run,
+    run: ShortRun,
     state: State | None,
     *,
     periods: float,
@@ -88,7 +88,7 @@ def condition_of(
     return Condition(growth, min(comparable, limit), kind)
 
 
-def scale_of(run: Run, events: Events) -> Scale:
+def scale_of(run: ShortRun, events: Events) -> Scale:
     """Sizes of a run: its largest displacement and speed at events and at the start."""
     p: Parameters = run.parameters
     length = float(np.abs(run.log[:, X]).max())

@@ -12,10 +12,10 @@ from damper.parameters.variables import STATUS_MEANINGS, Variable
 
 #: Status beside those of the engine: the run was refused with an error.
 REFUSED = 3
-OUTCOMES = (*STATUS_MEANINGS, "refused")
+RUN_OUTCOMES = (*STATUS_MEANINGS, "refused")
 
 #: What the checks write for each run; what a run does not have, such as impacts, stays NaN.
-LAWS = (
+LAW_VARIABLES = (
     Variable(
         "penetration",
         "largest distance beyond a wall in flight",
@@ -63,7 +63,7 @@ LAWS = (
     Variable("not_finite", "segments with a number that is not finite", "1"),
 )
 #: What a run was, beside the laws.
-RUN = (
+RUN_VARIABLES = (
     Variable(
         "status",
         "why the run ended",
@@ -77,7 +77,7 @@ RUN = (
     Variable("segments", "segments of the run", "1"),
     Variable("periods", "forcing periods that were asked for", "1", dtype="i8"),
 )
-LAW_NAMES = tuple(variable.name for variable in LAWS)
+LAW_NAMES = tuple(variable.name for variable in LAW_VARIABLES)
 
 #: Largest violation that is still roundoff; the target of the project for penetration.
 LIMIT = 1e-12
@@ -119,7 +119,7 @@ def broken(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     Parameters
     ----------
     arrays : mapping of str to ndarray (runs,)
-        The variables of `LAWS` and ``segments``.
+        The variables of `LAW_VARIABLES` and ``segments``.
     """
     found = np.zeros(len(arrays["segments"]), dtype=bool)
     for name in LAW_NAMES:

@@ -33,7 +33,7 @@ from damper.verification.stress.condition import (
     scale_of,
 )
 from damper.verification.stress.laws import LAW_NAMES, excess
-from damper.verification.stress.runs import END, REST, Events, Run, events_of, short_run
+from damper.verification.stress.runs import END, REST, Events, ShortRun, events_of, short_run
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
     CHECKS,
@@ -69,7 +69,7 @@ class _Source(NamedTuple):
 
     parameters: Parameters
     state: State
-    run: Run
+    run: ShortRun
     events: Events
     scale: Scale
     condition: Condition
@@ -80,7 +80,7 @@ class _Source(NamedTuple):
 class _FollowUp(NamedTuple):
     """The run of a point in another way, and its events taken back."""
 
-    run: Run
+    run: ShortRun
     state: State
     """Its start."""
     events: Events
@@ -214,7 +214,7 @@ def _sound(found: Mapping[str, float], p: Parameters) -> bool:
     return found["backward_error"] <= SOUND and found["backward_closing"] <= slow
 
 
-def _judged(run: Run, state: State, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
+def _judged(run: ShortRun, state: State, accuracy: float = DEFAULT_ACCURACY) -> dict[str, float]:
     """Backward error of a run, or its violations of the laws."""
     p = run.parameters
     if p.model != "rigid":
@@ -228,7 +228,7 @@ def _judged(run: Run, state: State, accuracy: float = DEFAULT_ACCURACY) -> dict[
     }
 
 
-def _laws_excess(run: Run, state: State, accuracy: float) -> float:
+def _laws_excess(run: ShortRun, state: State, accuracy: float) -> float:
     """Largest violation of a law over its limit."""
     laws = Laws()
     laws.allocate(1, 1)
@@ -310,7 +310,7 @@ def _closed(events: Events, start: int, side: float) -> int:
     return len(events.kind)
 
 
-def _again(source: _Source, parameters: Parameters, state: State, **more: float) -> Run:
+def _again(source: _Source, parameters: Parameters, state: State, **more: float) -> ShortRun:
     return short_run(parameters, state, periods=source.periods, events=source.most_events, **more)
 
 

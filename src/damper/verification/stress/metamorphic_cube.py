@@ -7,10 +7,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.parameters.quantities import ALL
 from damper.parameters.variables import Variable
-from damper.verification.stress.parts import POINT_NAMES
-from damper.verification.stress.verdicts import ALLOWANCE, CHECKS, CONDITIONS, RELATIONS, VERDICTS
+from damper.verification.stress.parts import attributes_of
+from damper.verification.stress.verdicts import (
+    ALLOWANCE,
+    CHECKS,
+    CONDITIONS,
+    RELATION_VERDICTS,
+    RELATIONS,
+)
 
 _ROUNDING = "2^-52"
 
@@ -76,7 +81,7 @@ def _variables() -> list[Variable]:
 
 
 #: What `damper.verification.stress.metamorphic.run_metamorphic` finds of each run.
-VARIABLES = {variable.name: variable for variable in _variables()}
+METAMORPHIC_VARIABLES = {variable.name: variable for variable in _variables()}
 
 
 def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -109,14 +114,5 @@ def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> 
 
 
 def _attributes(name: str) -> dict[str, Any]:
-    about: Any = ALL[name] if name in POINT_NAMES else VARIABLES[name]
-    attrs: dict[str, Any] = {"long_name": about.long_name, "units": about.units}
-    if getattr(about, "comment", ""):
-        attrs["comment"] = about.comment
-    flags = CONDITIONS if name == "condition" else VERDICTS if name.endswith("_verdict") else {}
-    if flags:
-        attrs["flag_values"] = np.array(list(flags), dtype="i1")
-        attrs["flag_meanings"] = " ".join(
-            words.replace(" ", "_").replace("-", "_") for words in flags.values()
-        )
-    return attrs
+    flags = RELATION_VERDICTS if name.endswith("_verdict") else {}
+    return attributes_of(name, METAMORPHIC_VARIABLES, CONDITIONS if name == "condition" else flags)

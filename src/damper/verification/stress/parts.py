@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.variables import Variable
 
 #: Quantities of a run; those that it does not give have their defaults.
 POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
@@ -14,13 +16,13 @@ POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 def write_part(
     path: Path, points: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
 ) -> None:
-    """Write the runs' quantities and results.
+    """Write points and what was found of their runs.
 
     Parameters
     ----------
     path : Path
-    runs : sequence of mapping
-    arrays : mapping of str to ndarray (runs,)
+    points : sequence of mapping
+    arrays : mapping of str to ndarray (points,)
     """
     given = {
         name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
@@ -56,3 +58,20 @@ def point_of(arrays: Mapping[str, np.ndarray], number: int) -> dict[str, float]:
     """
     values = {name: float(arrays[name][number]) for name in POINT_NAMES}
     return {name: value for name, value in values.items() if value != ALL[name].default}
+
+
+def attributes_of(
+    name: str, variables: Mapping[str, Variable], flags: Mapping[int, str]
+) -> dict[str, Any]:
+    """Return the attributes of a variable of a cube: a quantity, or one of `variables`."""
+    about: Any = ALL[name] if name in POINT_NAMES else variables[name]
+    attrs: dict[str, Any] = {"long_name": about.long_name, "units": about.units}
+    if getattr(about, "comment", ""):
+        attrs["comment"] = about.comment
+    if flags:
+        words = (meaning.replace(" ", "_").replace("-", "_") for meaning in flags.values())
+        attrs |= {
+            "flag_values": np.array(list(flags), dtype="i1"),
+            "flag_meanings": " ".join(words),
+        }
+    return attrs

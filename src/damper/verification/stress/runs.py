@@ -32,7 +32,7 @@ END = 9
 REST = State(0.0, 0.0, 0.0, 0.0)
 
 
-class Run(NamedTuple):
+class ShortRun(NamedTuple):
     """The first segments of a run."""
 
     parameters: Parameters
@@ -61,7 +61,7 @@ def short_run(
     periods: float,
     events: int,
     accuracy: float = DEFAULT_ACCURACY,
-) -> Run:
+) -> ShortRun:
     """Run a point over some forcing periods, or fewer if that takes more than `events` events.
 
     Parameters
@@ -81,7 +81,7 @@ def short_run(
     buffer = np.empty((ROWS_PER_EVENT * events, COLUMNS))
     log = next(trajectory.segments(first + periods, time, buffer))
     whole = trajectory.status == FINISHED and len(log) < len(buffer)
-    return Run(parameters, log, _end_of(trajectory, log) if whole else None)
+    return ShortRun(parameters, log, _end_of(trajectory, log) if whole else None)
 
 
 def _end_of(trajectory: Trajectory, log: np.ndarray) -> tuple[float, float]:
@@ -97,7 +97,7 @@ def noisy_run(
     events: int,
     size: float,
     random: np.random.Generator,
-) -> Run:
+) -> ShortRun:
     """Run a point as `short_run` does, with what roundoff does to it, larger.
 
     Each parameter is changed by a random part of itself of at most `size` before the run, and after
@@ -139,7 +139,7 @@ def noisy_run(
         row[X : RATE + 1] *= factors[event]
         row[TIME] = min(max(row[TIME] + shifts[event], 0.0), latest)
     log = log[:done]
-    return Run(parameters, log, _end_of(trajectory, log) if code == FINISHED else None)
+    return ShortRun(parameters, log, _end_of(trajectory, log) if code == FINISHED else None)
 
 
 def perturbed(parameters: Parameters, size: float, random: np.random.Generator) -> Parameters:
@@ -164,7 +164,7 @@ def _factors(count: int | tuple[int, ...], size: float, random: np.random.Genera
     return 1.0 + size * random.choice((-1.0, 1.0), count) * random.uniform(0.5, 1.0, count)
 
 
-def events_of(run: Run) -> Events:
+def events_of(run: ShortRun) -> Events:
     """List the events of a run, and its end if it came that far."""
     log = run.log
     rows = log[log[:, CAUSE] >= IMPACT]

@@ -35,6 +35,7 @@ from damper.verification.base import (
     tables_of,
     values_of,
 )
+from damper.verification.labels import label_of
 from damper.verification.stress.box import STARTS
 
 _NONE: dict[str, Any] = {}
@@ -270,13 +271,15 @@ class Stress(Verification):
     @property
     def values(self) -> dict[str, str]:
         """What a page shows of the study's settings: name -> value."""
-        found = {"periods": str(self.periods), "max_events": str(self.max_events)}
+        found = {"periods": str(self.periods), "event budget": str(self.max_events)}
         for name, some in self.corners.items():
-            found[f"corners {name}"] = f"{some.count} runs"
+            found[f"corners {label_of(name)}"] = f"{some.count} runs"
         for name, draws in self.random.items():
-            found[f"random {name}"] = f"{draws.runs} runs, {draws.metamorphic} also transformed"
+            found[f"random {label_of(name)}"] = (
+                f"{draws.runs} runs, {draws.metamorphic} with metamorphic tests"
+            )
         for name, run in self.long_runs.items():
-            found[f"long run {name}"] = f"{run.periods} periods"
+            found[f"long run {label_of(name)}"] = f"{run.periods} periods"
         return found
 
     def parts(self) -> dict[str, dict[str, Any]]:

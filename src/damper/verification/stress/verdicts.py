@@ -11,7 +11,7 @@ RELATIONS = {
 }
 #: Verdicts on a run and relation.
 NOT_APPLICABLE, PASSED, PASSED_BACKWARD, FAILED, PASSED_LAWS = -1, 0, 1, 2, 3
-VERDICTS = {
+RELATION_VERDICTS = {
     NOT_APPLICABLE: "not applicable",
     PASSED: "passed",
     PASSED_BACKWARD: "passed by backward error",

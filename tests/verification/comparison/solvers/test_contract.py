@@ -13,6 +13,7 @@ from damper.verification.comparison import solvers
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FINISHED, OUTCOMES, STALLED
 from damper.verification.comparison.solvers import SOLVERS, load
+from damper.verification.labels import LABELS
 
 HERE = Path(solvers.__file__).parent
 #: A setting that is fine enough for each kind of setting, and a coarse one.
@@ -70,9 +71,9 @@ def test_every_solver_is_in_the_list():
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_solver_describes_itself(name):
     solver = load(name)
-    assert isinstance(solver.label, str)
     assert solver.setting in FINE, "give the setting a fine and a coarse value at the top"
     assert np.sign(FINE[solver.setting] - COARSE[solver.setting]) == solver.finer
+    assert name in LABELS
     assert solver.models
     assert set(solver.models) <= {"rigid", "compliant"}
     assert solver.evaluations_per_second > 0

@@ -15,7 +15,7 @@ from damper.verification.comparison.fixed_step import Damper, rk4
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.verification.comparison.solvers import load, rk4_step_end
-from damper.verification.comparison.solvers.rk4_located import State, _find_impact
+from damper.verification.comparison.solvers.rk4_located import RelativeState, _find_impact
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
 ALL = (STEP_END, LOCATED, MOREAU)
@@ -231,7 +231,7 @@ def test_states_inside_steps(name):
 def test_located_impacts_lie_on_the_wall_to_rounding():
     # From a wall with speed 0.1 into one that pushes with 5: 40 steps, or a part of one.
     damper = Damper(0.1, 0.0, 1e-3, 1.0, 0.6, 0.0)
-    state = State(x=-5.0, v=0.0, gap=0.0, rate=0.1, side=-1.0, stuck=False, due=IMPACT)
+    state = RelativeState(x=-5.0, v=0.0, gap=0.0, rate=0.1, side=-1.0, stuck=False, due=IMPACT)
     for left in (0.05, 0.1, 0.5):
         tau, evaluations = _find_impact(damper, state, 0.0, left)
         curve, _, _, _ = rk4(damper, 1.0, -5.0, 0.0, 0.0, tau)
@@ -383,7 +383,7 @@ def test_without_sticking_the_free_mass_would_sink_through_the_wall(monkeypatch)
         kept = solve_plain(STEP_END, scene, setting)
         assert len(kept.stick_times) == 1
         assert kept.penetration < 1e-12
-    monkeypatch.setattr(rk4_step_end, "contact_force", lambda *state: (-1.0, -1.0))
+    monkeypatch.setattr(rk4_step_end, "wall_acceleration", lambda *state: (-1.0, -1.0))
     for setting in steps:
         step = p.period / setting
         sunk = solve_plain(STEP_END, scene, setting)

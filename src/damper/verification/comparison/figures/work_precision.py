@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Panels of one page, and of one row.
 MOST, _COLUMNS = 12, 3
 #: Errors below are drawn there: that is rounding.
-FLOOR = 1e-16
+LEAST_ERROR = 1e-16
 _TOP = 1e1
 #: Height of a strip of failures, in decades of the error.
 _STRIP = 1.9
@@ -169,13 +169,15 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, strips: dict[str, float]) ->
     if strips:
         top = _TOP * 10.0 ** (_STRIP * (len(strips) + 0.2))
         ax.axhspan(_TOP, top, color=PALE, lw=0.0, zorder=0)
-    ax.axhline(FLOOR, **_FLOOR_LINE, zorder=1)
+    ax.axhline(LEAST_ERROR, **_FLOOR_LINE, zorder=1)
     nothing = True
     for solver in scene.solver.values.tolist():
         place = scene.sel(solver=solver)
         time, verdict = place.run_time.values, place.verdict.values
         look = line_of(solver)
-        shown = np.where(verdict == GOOD_RUN, np.clip(place[error].values, FLOOR, _TOP), np.nan)
+        shown = np.where(
+            verdict == GOOD_RUN, np.clip(place[error].values, LEAST_ERROR, _TOP), np.nan
+        )
         ax.plot(time, shown, **look, zorder=3)
         nothing &= not np.isfinite(shown).any()
         for name, height in strips.items():
@@ -195,7 +197,7 @@ def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
     good = times[np.isfinite(times)]
     if good.size:
         ax.set_xlim(good.min() / 2.0, good.max() * 2.0)
-    ax.set_ylim(FLOOR / 5.0, _TOP * 10.0 ** (_STRIP * (len(strips) + 0.2)))
+    ax.set_ylim(LEAST_ERROR / 5.0, _TOP * 10.0 ** (_STRIP * (len(strips) + 0.2)))
     texts = [r"$\leq 10^{-16}$", *(f"$10^{{{round(np.log10(t))}}}$" for t in _TICKS[1:-1]), "$1$"]
     ax.yaxis.set_major_locator(FixedLocator([*_TICKS, *strips.values()]))
     ax.yaxis.set_minor_locator(NullLocator())

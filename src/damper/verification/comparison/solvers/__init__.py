@@ -31,8 +31,6 @@ SOLVERS = {
 class Solver:
     """One way to simulate the damper; a module here has one or more of them in its `SOLVERS`."""
 
-    label: str
-    """Name in figures and tables."""
     setting: str
     """The one thing that is varied to make it more exact, such as ``tolerance``."""
     finer: int

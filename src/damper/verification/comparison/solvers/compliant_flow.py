@@ -27,8 +27,4 @@ def solve(
     return found
 
 
-SOLVERS = {
-    "compliant_flow": Solver(
-        "stiff springs, exact flow", "contact_stiffness", +1, ("rigid",), 4e6, solve
-    )
-}
+SOLVERS = {"compliant_flow": Solver("contact_stiffness", +1, ("rigid",), 4e6, solve)}

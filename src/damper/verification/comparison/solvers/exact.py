@@ -138,4 +138,4 @@ def _residual(run, scene, observer):
     )
 
 
-SOLVERS = {"exact": Solver("exact engine", "accuracy", -1, ("rigid", "compliant"), 5e6, solve)}
+SOLVERS = {"exact": Solver("accuracy", -1, ("rigid", "compliant"), 5e6, solve)}

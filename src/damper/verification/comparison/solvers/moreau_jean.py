@@ -64,7 +64,7 @@ class MoreauJean(NamedTuple):
     until: float
 
 
-class Contact(NamedTuple):
+class ContactMemory(NamedTuple):
     """What is remembered of the impulses, from which events are read off."""
 
     side: float
@@ -91,7 +91,7 @@ class Impulse(NamedTuple):
     time: float
 
 
-class State(NamedTuple):
+class StepState(NamedTuple):
     """State at the end of a step, with the force there."""
 
     x: float
@@ -100,7 +100,7 @@ class State(NamedTuple):
     u: float
     force: float
     impulse: Impulse
-    contact: Contact
+    contact: ContactMemory
 
 
 @begin.of(MoreauJean)
@@ -112,9 +112,9 @@ def _begin(method, start, time, tally):
         tally = lose(tally, impact_loss(p.mu, u - v, 0.0))
         v = common_velocity(p.mu, v, u)
         u = v
-    contact = Contact(0.0, time, False, False, 0, time, time)
+    contact = ContactMemory(0.0, time, False, False, 0, time, time)
     impulse = Impulse(False, 0.0, 0.0, 0.0, time)
-    return State(x, v, y, u, force_at(p, time), impulse, contact), tally
+    return StepState(x, v, y, u, force_at(p, time), impulse, contact), tally
 
 
 @settle.of(MoreauJean)
@@ -123,7 +123,7 @@ def _settle(method, state, time, index, notes, tally):
         tally = deepen(tally, abs(state.y - state.x) - method.damper.d)
     contact, tally = _read(method, state, time, notes, tally)
     x, v, y, u, force, impulse, _ = state
-    return State(x, v, y, u, force, impulse, contact), tally
+    return StepState(x, v, y, u, force, impulse, contact), tally
 
 
 @advance.of(MoreauJean)
@@ -157,7 +157,7 @@ def _advance(method, state, piece, tally):
     found = Impulse(impulse > 0.0, side, gap, rate0, piece.time)
     v_mean, u_mean = _mean(v, v1), _mean(u, u1)
     tally = transfer(tally, h * force * v_mean, h * 2.0 * p.zeta * v_mean * v_mean)
-    after = State(x + h * v_mean, v1, y + h * u_mean, u1, force1, found, contact)
+    after = StepState(x + h * v_mean, v1, y + h * u_mean, u1, force1, found, contact)
     return after, tally, h, False
 
 
@@ -185,7 +185,7 @@ def _read(method, state, time, notes, tally):
             stuck = False
             last = parted
             tally = note(notes, tally, parted, RELEASE, wall, 0.0)
-    return Contact(wall, since, acts, stuck, free, parted, last), tally
+    return ContactMemory(wall, since, acts, stuck, free, parted, last), tally
 
 
 @compiled
@@ -206,7 +206,6 @@ def _inside(method, state, after, piece, part):
 
 SOLVERS = {
     "moreau_jean": Solver(
-        "Moreau-Jean",
         "steps_per_period",
         +1,
         ("rigid",),

@@ -31,7 +31,6 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    contact_force,
     damper_of,
     deepen,
     fixed_step,
@@ -46,6 +45,7 @@ from damper.verification.comparison.fixed_step import (
     spend,
     sticks,
     transfer,
+    wall_acceleration,
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solvers import Solver
@@ -62,7 +62,7 @@ class Located(NamedTuple):
     """Duration of the flight back up to which masses stay together after an impact."""
 
 
-class State(NamedTuple):
+class RelativeState(NamedTuple):
     """State relative to a wall, as far as the masses are not stuck."""
 
     x: float
@@ -87,11 +87,11 @@ def _begin(method, start, time, tally):
     if p.d == 0.0:
         # Together for good, with no wall to leave.
         tally = lose(tally, impact_loss(p.mu, rate, 0.0))
-        return State(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING), tally
+        return RelativeState(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING), tally
     due = NOTHING
     if gap == 0.0 and rate <= 0.0:
         due = IMPACT if rate < 0.0 else STICK
-    return State(x, v, gap, rate, side, False, due), tally
+    return RelativeState(x, v, gap, rate, side, False, due), tally
 
 
 @settle.of(Located)
@@ -102,7 +102,7 @@ def _settle(method, state, time, index, notes, tally):
     x, v, gap, rate, side, _, due = state
     if due == RELEASE:
         tally = note(notes, tally, time, RELEASE, side, 0.0)
-        return State(x, v, gap, rate, side, False, NOTHING), tally
+        return RelativeState(x, v, gap, rate, side, False, NOTHING), tally
     arrived = max(-rate, 0.0)
     rate = p.r * arrived
     if due == IMPACT:
@@ -111,12 +111,12 @@ def _settle(method, state, time, index, notes, tally):
         v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
     common = v - side * p.mu / (1.0 + p.mu) * rate
     tally = spend(tally, 1)
-    a, j = contact_force(p, 1.0, x, common, time, side)
+    a, j = wall_acceleration(p, 1.0, x, common, time, side)
     if not sticks(a, j, rate, method.shortest):
-        return State(x, v, gap, rate, side, False, NOTHING), tally
+        return RelativeState(x, v, gap, rate, side, False, NOTHING), tally
     tally = lose(tally, impact_loss(p.mu, rate, 0.0))
     tally = note(notes, tally, time, STICK, side, 0.0)
-    return State(x, common, gap, 0.0, side, True, NOTHING), tally
+    return RelativeState(x, common, gap, 0.0, side, True, NOTHING), tally
 
 
 @advance.of(Located)
@@ -132,7 +132,7 @@ def _advance(method, state, piece, tally):
     if stuck:
         if p.d > 0.0:
             evaluations += 1
-            a, _ = contact_force(p, mass, x + (v * left + curve), v + dv, time + left, side)
+            a, _ = wall_acceleration(p, mass, x + (v * left + curve), v + dv, time + left, side)
             if a < 0.0:
                 due = RELEASE
                 tau, more = _find_release(p, state, time, left)
@@ -143,7 +143,9 @@ def _advance(method, state, piece, tally):
             due = IMPACT
             if near > 2.0 * p.d:
                 side, gap, rate = -side, 2.0 * p.d - gap, -rate
-            tau, more = _find_impact(p, State(x, v, gap, rate, side, stuck, due), time, left)
+            tau, more = _find_impact(
+                p, RelativeState(x, v, gap, rate, side, stuck, due), time, left
+            )
             evaluations += more
     if due != NOTHING:
         curve, dv, work, loss = rk4(p, mass, x, v, time, tau)
@@ -158,7 +160,7 @@ def _advance(method, state, piece, tally):
         rate = 0.0
     if due != NOTHING:
         gap = 0.0
-    after = State(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due)
+    after = RelativeState(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due)
     return after, tally, tau, due != NOTHING
 
 
@@ -174,7 +176,7 @@ def _inside(method, state, after, piece, part):
         gap += rate * part + after.side * curve
         rate += after.side * dv
     x, v = state.x + (state.v * part + curve), state.v + dv
-    return masses(method, State(x, v, gap, rate, after.side, state.stuck, NOTHING))
+    return masses(method, RelativeState(x, v, gap, rate, after.side, state.stuck, NOTHING))
 
 
 @masses.of(Located)
@@ -225,7 +227,9 @@ def _find_release(damper, state, time, left):
     tau = high
     for _ in range(_ITERATIONS):
         curve, dv, _, _ = rk4(damper, mass, x, v, time, tau)
-        value, slope = contact_force(damper, mass, x + (v * tau + curve), v + dv, time + tau, side)
+        value, slope = wall_acceleration(
+            damper, mass, x + (v * tau + curve), v + dv, time + tau, side
+        )
         evaluations += 5
         if value < 0.0:
             high = tau
@@ -245,8 +249,4 @@ def _method(scene: Scene, step: float) -> Located:
     return Located(damper, step * step * max(1.0, damper.omega))
 
 
-SOLVERS = {
-    "rk4_located": Solver(
-        "RK4, impacts located", "steps_per_period", +1, ("rigid",), 3e7, fixed_step(_method)
-    )
-}
+SOLVERS = {"rk4_located": Solver("steps_per_period", +1, ("rigid",), 3e7, fixed_step(_method))}

@@ -36,7 +36,6 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    contact_force,
     damper_of,
     deepen,
     fixed_step,
@@ -51,12 +50,13 @@ from damper.verification.comparison.fixed_step import (
     spend,
     sticks,
     transfer,
+    wall_acceleration,
 )
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solvers import Solver
 
 
-class Rigid(NamedTuple):
+class RigidMethod(NamedTuple):
     """The method for rigid walls."""
 
     damper: Damper
@@ -76,7 +76,7 @@ class RigidState(NamedTuple):
     """y - x of masses that move as one."""
 
 
-@begin.of(Rigid)
+@begin.of(RigidMethod)
 def _begin_rigid(method, start, time, tally):
     p = method.damper
     x, v, y, u = start
@@ -88,14 +88,14 @@ def _begin_rigid(method, start, time, tally):
     return RigidState(x, v, y, v, 0.0, True, y - x), tally
 
 
-@settle.of(Rigid)
+@settle.of(RigidMethod)
 def _settle_rigid(method, state, time, index, notes, tally):
     p = method.damper
     x, v, y, u, side, stuck, offset = state
     if stuck:
         if side != 0.0:
             tally = spend(tally, 1)
-            a, _ = contact_force(p, 1.0 + p.mu, x, v, time, side)
+            a, _ = wall_acceleration(p, 1.0 + p.mu, x, v, time, side)
             if a < 0.0:
                 stuck = False
                 tally = note(notes, tally, time, RELEASE, side, 0.0)
@@ -116,7 +116,7 @@ def _settle_rigid(method, state, time, index, notes, tally):
             u = v - side * rebound
         common = common_velocity(p.mu, v, u)
         tally = spend(tally, 1)
-        a, j = contact_force(p, 1.0, x, common, time, side)
+        a, j = wall_acceleration(p, 1.0, x, common, time, side)
         if sticks(a, j, rebound, method.step):
             stuck = True
             offset = y - x
@@ -139,7 +139,7 @@ def _fly(method, state, time, h):
     return Masses(x, v, state.y + state.u * h, state.u), work, loss
 
 
-@advance.of(Rigid)
+@advance.of(RigidMethod)
 def _advance_rigid(method, state, piece, tally):
     end, work, loss = _fly(method, state, piece.time, piece.left)
     tally = spend(transfer(tally, work, loss), 4)
@@ -147,13 +147,13 @@ def _advance_rigid(method, state, piece, tally):
     return after, tally, piece.left, False
 
 
-@inside.of(Rigid)
+@inside.of(RigidMethod)
 def _inside_rigid(method, state, after, piece, part):
     here, _, _ = _fly(method, state, piece.time, part)
     return here
 
 
-class Compliant(NamedTuple):
+class CompliantMethod(NamedTuple):
     """The method for compliant contact."""
 
     damper: Damper
@@ -184,13 +184,13 @@ class CompliantState(NamedTuple):
     """When the contact began."""
 
 
-@begin.of(Compliant)
+@begin.of(CompliantMethod)
 def _begin_compliant(method, start, time, tally):
     x, v, y, u = start
     return CompliantState(x, v, y, u, 0.0, 0.0, False, False, time), tally
 
 
-@settle.of(Compliant)
+@settle.of(CompliantMethod)
 def _settle_compliant(method, state, time, index, notes, tally):
     d = method.damper.d
     x, v, y, u, speed, wall, pressed, stuck, began = state
@@ -218,7 +218,7 @@ def _settle_compliant(method, state, time, index, notes, tally):
     return CompliantState(x, v, y, u, speed, wall, pressed, stuck, began), tally
 
 
-@advance.of(Compliant)
+@advance.of(CompliantMethod)
 def _advance_compliant(method, state, piece, tally):
     x, v, y, u, _, wall, pressed, stuck, began = state
     speed = u - v
@@ -230,7 +230,7 @@ def _advance_compliant(method, state, piece, tally):
     return after, tally, piece.left, False
 
 
-@inside.of(Compliant)
+@inside.of(CompliantMethod)
 def _inside_compliant(method, state, after, piece, part):
     x, v, y, u, _, _, _ = _step(method, state.x, state.v, state.y, state.u, piece.time, part)
     return Masses(x, v, y, u)
@@ -286,20 +286,19 @@ def _step(method, x, v, y, u, time, h):
     )
 
 
-def _method(scene: Scene, step: float) -> Rigid | Compliant:
+def _method(scene: Scene, step: float) -> RigidMethod | CompliantMethod:
     p = scene.parameters
     if scene.model == "rigid":
-        return Rigid(damper_of(scene), step)
+        return RigidMethod(damper_of(scene), step)
     tension = bool(p.contact_tension)
     k = p.contact_stiffness_ratio
     reduced = p.mass_ratio / (1.0 + p.mass_ratio)
     c = 2.0 * contact_damping(p.restitution, tension) * math.sqrt(k * reduced)
-    return Compliant(damper_of(scene), k, c, tension, 2.0 * math.pi * math.sqrt(reduced / k))
+    return CompliantMethod(damper_of(scene), k, c, tension, 2.0 * math.pi * math.sqrt(reduced / k))
 
 
 SOLVERS = {
     "rk4_step_end": Solver(
-        "RK4, impacts at step ends",
         "steps_per_period",
         +1,
         ("rigid", "compliant"),

@@ -20,17 +20,14 @@ from damper.verification.comparison.springs import with_springs
 _SPRINGS_TOLERANCE = 1e-8
 
 
-def _restarted(
-    method: str, evaluations_per_second: float, more: str = "", **options: Any
-) -> Solver:
+def _restarted(method: str, evaluations_per_second: float, **options: Any) -> Solver:
     def run(
         scene: Scene, setting: float, times: Sequence[float], balance: bool, most: int
     ) -> Solution:
         return solve_restarted(method, scene, setting, times, balance, most, **options)
 
-    label = f"scipy {method}, restarted{more}"
     models = ("rigid",) if options else ("rigid", "compliant")
-    return Solver(label, "tolerance", -1, models, evaluations_per_second, run)
+    return Solver("tolerance", -1, models, evaluations_per_second, run)
 
 
 def _springs(
@@ -42,11 +39,9 @@ def _springs(
 
 SOLVERS = {
     "dop853": _restarted("DOP853", 120_000),
-    "dop853_free": _restarted("DOP853", 120_000, ", no sticking", sticking=False),
+    "dop853_free": _restarted("DOP853", 120_000, sticking=False),
     "rk45": _restarted("RK45", 100_000),
     "lsoda": _restarted("LSODA", 60_000),
     "radau": _restarted("Radau", 40_000),
-    "compliant_stiff": Solver(
-        "stiff springs, scipy Radau", "contact_stiffness", +1, ("rigid",), 40_000, _springs
-    ),
+    "compliant_stiff": Solver("contact_stiffness", +1, ("rigid",), 40_000, _springs),
 }

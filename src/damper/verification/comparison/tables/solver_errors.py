@@ -13,7 +13,7 @@ from damper.verification.base import Made
 from damper.verification.comparison.best import GOOD_RUN
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import MEASURES, MISSES, VERDICTS
-from damper.verification.labels import label
+from damper.verification.labels import label_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,7 +159,7 @@ def _errors_row(place: xr.Dataset) -> dict[str, str]:
     row = {"solver": str(place.label.item())} | dict.fromkeys(["setting", *_HEADS.values()], "–")
     if good.size:
         one = place.isel(level=int(good[-1]))
-        row["setting"] = f"{label(place.setting_name.item())} {short(float(one.setting))}"
+        row["setting"] = f"{label_of(place.setting_name.item())} {short(float(one.setting))}"
         for name, head in _HEADS.items():
             value, order = float(one[name]), float(place[f"order_{name}"])
             row[head] = _dash(value) + (f" ({order:.2f})" if math.isfinite(order) else "")

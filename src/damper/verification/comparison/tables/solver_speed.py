@@ -32,7 +32,7 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 TARGETS_OF_PEERS = (1e-4, 1e-6, 1e-9, 1e-12)
 #: And of what.
 WANTED = ("impact_time_error", "state_error")
-TIMES = (
+TIMED = (
     *("run_time", "run_time_low", "run_time_high", "import_time", "warm_up_time"),
     *("call_time", "stretch_time", "stretch_impacts"),
 )
@@ -71,7 +71,7 @@ def make(errors: xr.Dataset, timings: xr.Dataset) -> Table:
         rows.append(
             run
             | {name: float(one[name]) for name in WANTED}
-            | {name: float(time[name]) for name in TIMES}
+            | {name: float(time[name]) for name in TIMED}
             | {
                 "repeats": int(time.repeats),
                 "time_per_impact": _per_impact(one, time),

@@ -13,7 +13,7 @@ from damper.figures.common.style import BLUE, ORANGE, PAGE, VERMILION
 from damper.study.fields import Choice
 from damper.verification.base import Made, OptionalCaption
 from damper.verification.cost.tables.cost import slopes
-from damper.verification.labels import label
+from damper.verification.labels import label_of
 from damper.verification.timing import machine_text
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _suite(suite: Mapping[str, Any]) -> tuple[Figure, str, str]:
     time.xaxis.set_major_formatter("{x:g}")
     time.xaxis.set_minor_formatter(NullFormatter())
     time.set_xlabel("ratio of times per event, median and quartiles")
-    time.set_yticks(range(len(cases)), [label(name) for name in cases])
+    time.set_yticks(range(len(cases)), [label_of(name) for name in cases])
     time.set_ylim(len(cases) - 0.4, -0.6)
     for key, look in _MEMORY.items():
         sizes = [max(case.get(key, 0), 0) / _MB for case in cases.values()]
@@ -153,5 +153,5 @@ def _growth(growth: Mapping[str, Any]) -> tuple[Figure, str, str]:
     return (
         figure,
         "Run time and peak memory against number of runs and periods",
-        f"observed by {', '.join(map(label, growth['observers']))}",
+        f"observed by {', '.join(map(label_of, growth['observers']))}",
     )

@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.study.fields import Choice
 from damper.tables import Table
 from damper.verification.base import Made
-from damper.verification.labels import label
+from damper.verification.labels import label_of
 from damper.verification.timing import Spread, machine_text
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _suite(suite: Mapping[str, Any]) -> tuple[pd.DataFrame, pd.DataFrame, str]:
             head: f"{case[key] / _MB:.2f}" if key in case else "" for key, head in _BYTES.items()
         }
         times = {f"{key}, us/event": _median(case.get(key)) for key in spreads[:2]}
-        cells.append({"case": label(name)} | times | ratios | sizes)
+        cells.append({"case": label_of(name)} | times | ratios | sizes)
     remark = (
         f"Medians of {suite['repeats']} interleaved repeats of {suite['runs']} runs of "
         f"{suite['periods']} periods, with [quartiles] of the ratios within a repeat; two timings "
@@ -125,9 +125,10 @@ def _growth(growth: Mapping[str, Any]) -> tuple[pd.DataFrame, pd.DataFrame, str]
     )
     remark = (
         f"Runs have ten periods each; periods are those of one run; observed by "
-        f"{', '.join(map(label, growth['observers']))}. Memory is the peak of a new process beyond "
-        "that after one run of one period; arrays are what the observers keep. Exponents of the "
-        f"time from 100 on: runs, {slopes(growth['runs'])}; periods, {slopes(growth['periods'])}."
+        f"{', '.join(map(label_of, growth['observers']))}. Memory is the peak of a new process "
+        "beyond that after one run of one period; arrays are what the observers keep. Exponents of "
+        f"the time from 100 on: runs, {slopes(growth['runs'])}; "
+        f"periods, {slopes(growth['periods'])}."
     )
     return data, cells, remark
 

@@ -13,7 +13,7 @@ from damper.verification.base import (
     Made,
     OptionalCaption,
 )
-from damper.verification.labels import label
+from damper.verification.labels import label_of
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
@@ -40,7 +40,7 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     Parameters
     ----------
     cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather`.
+        Of `damper.verification.stress.cube.gather_checks`.
     caption : str, optional
         Heading; the cube's title when not given.
 
@@ -88,7 +88,7 @@ def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
             lw=1.0,
             color=colours[number // len(_LINES) % len(colours)],
             ls=_LINES[number % len(_LINES)],
-            label=label(name),
+            label=label_of(name),
         )
     ax.axvline(LIMIT, color="#777777", lw=0.8)
     ax.annotate(
@@ -133,7 +133,7 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
             fontsize=6.5,
             color="white" if beyond else "black",
         )
-    ax.set_xticks(range(len(GRADED)), [wrap(label(n).split(), 12) for n in GRADED])
+    ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED])
     ax.set_yticks(range(len(rows)), [f"{row.name} ({row.runs}{_stops(row)})" for row in rows])
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     for side in ("left", "bottom"):

@@ -10,7 +10,7 @@ import numpy as np
 
 from damper.tables import Table
 from damper.verification.base import Made
-from damper.verification.labels import label
+from damper.verification.labels import label_of
 from damper.verification.stress.parts import point_of
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
@@ -116,7 +116,7 @@ def parameters_of(cube: xr.Dataset, run: int) -> str:
     """Write the quantities of a run that are not their defaults, in full digits."""
     arrays = {str(name): array.values for name, array in cube.data_vars.items()}
     values = point_of(arrays, run).items()
-    return ", ".join(f"{label(name)} {value:.16g}" for name, value in values)
+    return ", ".join(f"{label_of(name)} {value:.16g}" for name, value in values)
 
 
 def _verdicts(cube: xr.Dataset, name: str) -> np.ndarray:

@@ -11,8 +11,14 @@ import numpy as np
 
 from damper.tables import Table
 from damper.verification.base import Made
-from damper.verification.labels import label
-from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, OUTCOMES, excess
+from damper.verification.labels import label_of
+from damper.verification.stress.laws import (
+    ENERGY_PER_SEGMENT,
+    LAW_NAMES,
+    LIMIT,
+    RUN_OUTCOMES,
+    excess,
+)
 from damper.verification.stress.parts import point_of
 from damper.verification.stress.regimes import REGIMES
 
@@ -27,10 +33,9 @@ GRADED = tuple(name for name in LAW_NAMES if name not in ("backwards", "not_fini
 class Row:
     """Runs of one regime: how they ended, the worst value of each law, and the worst run.
 
-    `outcomes` are counts in the order of `damper.verification.stress.laws.OUTCOMES`; `worst` has
-    NaN where there is nothing to violate, `nearest` the largest violation over its limit; `broken`
-    counts runs that break a law; `law` and `point` name the law nearest to its limit, or
-    farthest beyond, and where.
+    `outcomes` are counts in the order of `RUN_OUTCOMES`; `worst` has NaN where there is nothing to
+    violate, `nearest` the largest violation over its limit; `broken` counts runs that break a law;
+    `law` and `point` name the law nearest to its limit, or farthest beyond, and where.
     """
 
     name: str
@@ -62,7 +67,7 @@ def make(cube: xr.Dataset, *, title: str) -> Table:
     Parameters
     ----------
     cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather`.
+        Of `damper.verification.stress.cube.gather_checks`.
     title : str
 
     Returns
@@ -121,7 +126,7 @@ def _row(cube: xr.Dataset, name: str, condition: str, reason: str, chosen: np.nd
         name,
         condition,
         reason,
-        tuple(int((status == code).sum()) for code in range(len(OUTCOMES))),
+        tuple(int((status == code).sum()) for code in range(len(RUN_OUTCOMES))),
         worst,
         {law: _largest(far[law]) for law in LAW_NAMES},
         int((table > 1.0).any(axis=0).sum()),
@@ -147,7 +152,7 @@ def _numbers(row: Row) -> dict[str, Any]:
     point = "; ".join(f"{name}={value:.16g}" for name, value in row.point.items())
     return (
         {"regime": row.name, "condition": row.condition, "runs": row.runs}
-        | dict(zip(OUTCOMES, row.outcomes, strict=True))
+        | dict(zip(RUN_OUTCOMES, row.outcomes, strict=True))
         | {"broken": row.broken, **row.worst, "worst_law": row.law, "worst_point": point}
     )
 
@@ -166,7 +171,7 @@ def _laws(cube: xr.Dataset) -> list[dict[str, str]]:
         }
         limit = "0" if name in ("backwards", "not_finite") else f"{LIMIT:g}"
         rows.append(
-            {"law": label(name)}
+            {"law": label_of(name)}
             | {head: str(int(chosen.sum())) for head, chosen in counts.items()}
             | {
                 "worst": _number(_largest(cube[name].values)),
@@ -184,17 +189,17 @@ def _regime(row: Row) -> dict[str, str]:
         "runs": str(row.runs),
         "stopped": ", ".join(stops) or "none",
         "broken": str(row.broken),
-        **{label(law): _number(row.worst[law]) for law in GRADED},
+        **{label_of(law): _number(row.worst[law]) for law in GRADED},
     }
 
 
 def _reason(row: Row) -> dict[str, str]:
-    point = ", ".join(f"{label(name)} {value:g}" for name, value in row.point.items())
+    point = ", ".join(f"{label_of(name)} {value:g}" for name, value in row.point.items())
     return {
         "regime": row.name,
         "condition": row.condition,
         "why": row.reason,
-        "nearest to a limit": f"{label(row.law)}: {point}",
+        "nearest to a limit": f"{label_of(row.law)}: {point}",
     }
 
 
