@@ -34,7 +34,7 @@ def test_suite_shows_each_ratio_that_there_is():
     names = [tick.get_text() for tick in time.get_yticklabels()]
     assert names == ["bare engine", "impacts", "grounded"]
     shown_points = [container.lines[0].get_xydata().tolist() for container in time.containers]
-    assert shown_points == [[[1.0625, 1]], [[1.0, 0], [2.0, 2]], [[2.0, 2]]]
+    assert shown_points == [[[1.0625, 1]], [[1.0, -0.2], [2.0, 1.8]], [[2.0, 2.2]]]
     assert [bar.get_width() for bar in memory.patches] == [0.0, 3.0, 0.0, 0.0, 0.25, 0.0]
 
 
