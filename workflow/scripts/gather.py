@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from damper.sweep.cube import REFERENCES, gather, write_cube
+from damper.sweep.record import record
 from damper.sweep.slices import read_slice
 
 params = snakemake.params
@@ -10,9 +11,7 @@ parts = [read_slice(Path(path)) for path in snakemake.input]
 attributes = {
     **params.about,
     "references": REFERENCES,
-    "transient_periods": params.transient,
-    "recorded_periods": params.periods,
-    **params.engine,
+    **record(**params.run),
     "code_digest": params.code,
 }
 cube = gather(parts, params.axes, params.fan_axes, params.fixed, attributes, params.notes)

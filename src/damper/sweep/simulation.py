@@ -17,6 +17,7 @@ from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_na
 from damper.parameters.quantity import filled
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
+from damper.sweep.record import record
 from damper.sweep.slices import simulate_slice
 
 #: What a parameter may be: a number, or a sequence that makes a dimension.
@@ -119,6 +120,7 @@ def simulate(
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
+    observers = list(observers) if isinstance(observers, Iterator) else observers
     settings = _checked_initial(initial, given, state)
     follow = _checked_follow(follow, axes)
     with _progress_bar() as progress:
@@ -139,10 +141,14 @@ def simulate(
     attributes = {
         "title": "Impact damper simulation",
         "references": REFERENCES,
-        "transient_periods": int(transient),
-        "recorded_periods": int(periods),
-        "accuracy": accuracy,
-        "max_events": int(max_events),
+        **record(
+            transient=transient,
+            periods=periods,
+            observers=observers,
+            primary="" if state else settings.get("primary", "rest"),
+            accuracy=accuracy,
+            max_events=max_events,
+        ),
     }
     if state is not None:
         attributes["initial"] = repr(state)

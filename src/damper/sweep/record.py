@@ -1,0 +1,85 @@
+"""How the points of a cube were run: written into its attributes, and read from there."""
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+
+def record(
+    *,
+    transient: int,
+    periods: int,
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
+    primary: str,
+    accuracy: float,
+    max_events: int,
+) -> dict[str, Any]:
+    """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
+
+    `primary` is empty for runs from a given state.
+    """
+    if isinstance(observers, str):
+        observers = [observers]
+    settings = observers if isinstance(observers, Mapping) else dict.fromkeys(observers)
+    plain = {name: dict(given or {}) for name, given in settings.items()}
+    return {
+        "transient_periods": int(transient),
+        "recorded_periods": int(periods),
+        "observers": json.dumps(plain, default=lambda value: value.tolist()),
+        "primary_starts": primary,
+        "accuracy": float(accuracy),
+        "max_events": int(max_events),
+    }
+
+
+def observers_of(cube: Any) -> dict[str, dict[str, Any]]:
+    """Observers that a cube was made with -> their settings, as `damper.simulate` takes them.
+
+    Raises
+    ------
+    ValueError
+        When the cube does not say so.
+    """
+    if "observers" not in cube.attrs:
+        raise ValueError(
+            "the cube does not say how its points were run: make it by damper.simulate or a study"
+        )
+    return dict(json.loads(cube.attrs["observers"]))
+
+
+def recorded(cube: Any, *observers: str) -> dict[str, Any]:
+    """Arguments of `damper.sweep.runs.run_points` with which more points of a cube are run.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        From `damper.simulate`, or a study's.
+    *observers : str
+        Those that are wanted; all that the cube was made with when none is named.
+
+    Raises
+    ------
+    ValueError
+        When the cube does not say how it was made, or was made without one of these observers, or
+        its runs depend on more than their point: on a given state, a neighbour or a draw.
+    """
+    about, settings = cube.attrs, observers_of(cube)
+    for dim in ("direction", "draw"):
+        if dim in cube.dims:
+            raise ValueError(
+                f"the cube has a dimension {dim!r}: more of its points can only be run where "
+                "there is one run at each, from rest or from the steady response"
+            )
+    if not about["primary_starts"]:
+        raise ValueError("runs from a given state: more points of this cube cannot be run")
+    for name in observers:
+        if name not in settings:
+            raise ValueError(f"the cube was made without the observer {name!r}, which is needed")
+    return {
+        "observers": {name: settings[name] for name in observers or settings},
+        "transient": int(about["transient_periods"]),
+        "periods": int(about["recorded_periods"]),
+        "primary": about["primary_starts"],
+        "accuracy": float(about["accuracy"]),
+        "max_events": int(about["max_events"]),
+    }
