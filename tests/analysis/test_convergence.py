@@ -17,17 +17,11 @@ POINT = {
     "restitution": 0.3,
 }
 STIFFNESS = "contact_stiffness_ratio"
-STUDY = """
-observers:
-  stroboscopic_section: {at: 0.75}
-  impacts:
-  bursts: {threshold: {fraction: 0.05, assumed: a guess}, records: 2}
-"""
 
 
 @pytest.fixture(scope="module")
 def cube() -> xr.Dataset:
-    made = simulate(
+    return simulate(
         **POINT,
         contact_stiffness_ratio=[1e4, 1e6],
         contact_tension=[0, 1],
@@ -39,8 +33,6 @@ def cube() -> xr.Dataset:
             "bursts": {"threshold": 0.05, "records": 2},
         },
     )
-    made.attrs["study"] = STUDY
-    return made
 
 
 def test_rigid_values_are_those_of_the_rigid_damper(cube: xr.Dataset) -> None:

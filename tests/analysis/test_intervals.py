@@ -1,15 +1,26 @@
-"""Intervals of made-up chatter functions with known edges, and of real lanes."""
+"""Intervals of made-up chatter functions with known edges, and of simulated cubes."""
 
 from bisect import bisect_right
+from itertools import product
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from damper import simulate
 from damper.analysis import intervals as module
-from damper.analysis.intervals import PREDICATES, ChatterAt, intervals
+from damper.analysis.intervals import (
+    PREDICATES,
+    ChatterAt,
+    chatter_intervals,
+    intervals,
+    thresholds,
+)
+from damper.analysis.places import rows_at
 from damper.sweep.runs import run_points
 
 
@@ -228,12 +239,7 @@ POINT = {
     "clearance": 0.05,
     "phase": 0.0,
 }
-RUN: dict[str, Any] = {
-    "transient": 40,
-    "periods": 10,
-    "accuracy": 1e-12,
-    "max_events": 1_000_000,
-}
+RUN: dict[str, Any] = {"transient": 40, "periods": 10}
 
 
 @pytest.fixture
@@ -241,10 +247,10 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Restitution of every lane that is run."""
     calls: list[float] = []
 
-    def counting(parameters: Any, *arguments: Any, **keywords: Any) -> Any:
+    def counting(parameters: Any, **keywords: Any) -> Any:
         parameters = list(parameters)
         calls.extend(values["restitution"] for values in parameters)
-        return run_points(parameters, *arguments, **keywords)
+        return run_points(parameters, **keywords)
 
     monkeypatch.setattr(module, "run_points", counting)
     return calls
@@ -307,3 +313,156 @@ def test_stopped_lane_is_no_chatter() -> None:
     (chatter,) = ChatterAt("restitution", POINT, [0.03], {**RUN, "max_events": 10})(0.5)
     assert chatter == -1
     assert not any(holds(int(chatter)) for holds in PREDICATES.values())
+
+
+# --- cubes
+
+GRID_R = [round(0.3 + 0.02 * k, 2) for k in range(31)]
+MASSES = [0.25, 0.001]
+THRESHOLDS = [0.01, 0.03, 0.1]
+LONG: dict[str, Any] = {"transient": 60, "periods": 10}
+HOLDS = {"complete": (2,), "any": (1, 2)}
+FIXED = {name: value for name, value in POINT.items() if name != "mass_ratio"}
+
+
+def make_cube(observer: dict[str, Any], **axes: Any) -> xr.Dataset:
+    given = {**FIXED, "mass_ratio": MASSES, "restitution": GRID_R, **axes}
+    return simulate(**given, observers={"bursts": observer}, **LONG)
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    return make_cube({"threshold": 0.03, "compare_thresholds": THRESHOLDS})
+
+
+@pytest.fixture(scope="module")
+def table(cube: xr.Dataset) -> pd.DataFrame:
+    return chatter_intervals(cube, "restitution")
+
+
+def chatter(point: dict[str, float], threshold: Any = 0.03) -> int:
+    """Chatter of one run from rest."""
+    arrays, _ = run_points([{**FIXED, **point}], {"bursts": {"threshold": threshold}}, **LONG)
+    return int(arrays["chatter"][0])
+
+
+def test_all_places_thresholds_and_predicates_in_order(table: pd.DataFrame) -> None:
+    names = ["3 %", "1 %", "10 %"]  # the main one first, and once
+    order = [(m, t, c) for m in MASSES for t in names for c in HOLDS]
+    groups = table.groupby(["mass_ratio", "threshold", "chatter"], sort=False)
+    assert [name for name, _ in groups] == order
+    assert groups["restitution_lower"].apply(lambda lower: lower.is_monotonic_increasing).all()
+
+
+def test_intervals_hold_exactly_the_grid_values_with_chatter(
+    cube: xr.Dataset, table: pd.DataFrame
+) -> None:
+    for mass, threshold in product(MASSES, THRESHOLDS):
+        line = cube.chatter_by_threshold.sel(mass_ratio=mass, threshold=threshold)
+        for predicate, levels in HOLDS.items():
+            where = {
+                "mass_ratio": mass,
+                "threshold": f"{100 * threshold:g} %",
+                "chatter": predicate,
+            }
+            mine = rows_at(table, where)
+            assert len(mine)
+            for r, level in zip(GRID_R, line.values, strict=True):
+                inside = (mine["restitution_lower"] <= r) & (r <= mine["restitution_upper"])
+                assert inside.any() == (level in levels), (where, r)
+
+
+def test_edges_are_where_runs_from_rest_change(table: pd.DataFrame) -> None:
+    """The edge has chatter; a value within the resolution outside of it has none."""
+    checked = 0
+    for item in table.to_dict("records"):
+        threshold = float(item["threshold"].removesuffix(" %")) / 100
+        levels = HOLDS[item["chatter"]]
+        mass = {"mass_ratio": item["mass_ratio"]}
+        for edge, end, outwards in (
+            (item["restitution_lower"], GRID_R[0], -1),
+            (item["restitution_upper"], GRID_R[-1], 1),
+        ):
+            assert chatter({**mass, "restitution": edge}, threshold) in levels
+            if edge == end:
+                assert item["cut"]
+                continue
+            # The last halving of a grid step of .02 that is still within the resolution.
+            outside = edge + outwards * 0.02 / 32
+            assert chatter({**mass, "restitution": outside}, threshold) not in levels
+            checked += 1
+    assert checked > 10
+
+
+def test_edges_of_complete_chatter_of_the_papers(table: pd.DataFrame) -> None:
+    """Model section 8, B1: five visible impacts at 3 % begin near .03^(1/4) = .416; B2: the upper
+    edge rises as the mass ratio falls, .72 and .75 at omega 1.3."""
+    for mass, upper in ((0.25, 0.72), (0.001, 0.75)):
+        where = {"mass_ratio": mass, "threshold": "3 %", "chatter": "complete", "narrow": False}
+        wide = rows_at(table, where)
+        assert 0.40 < wide["restitution_lower"].iloc[0] < 0.43
+        assert wide["restitution_upper"].max() == pytest.approx(upper, abs=0.015)
+
+
+def test_every_value_is_simulated_once(cube: xr.Dataset, counted: list[float]) -> None:
+    one = cube.isel(mass_ratio=0)
+    chatter_intervals(one, "restitution")
+    assert len(counted) == len(set(counted)) > 5
+    assert not set(counted) & set(GRID_R), "grid values are known from the cube"
+
+
+def test_order_of_dimensions_and_values_does_not_matter(
+    cube: xr.Dataset, table: pd.DataFrame
+) -> None:
+    turned = cube.transpose("threshold", "restitution", "mass_ratio")
+    turned = turned.isel(restitution=slice(None, None, -1))
+    assert chatter_intervals(turned, "restitution").equals(table)
+
+
+def test_threshold_as_speed_reaches_the_runs() -> None:
+    cube = make_cube({"threshold": {"speed": 0.02}}, mass_ratio=0.25)
+    found = chatter_intervals(cube, "restitution")
+    assert set(found["threshold"]) == {"speed 0.02"}
+    first = rows_at(found, {"chatter": "complete"}).iloc[0]
+    assert not first["cut"]
+    point = {"mass_ratio": 0.25, "restitution": first["restitution_lower"]}
+    assert chatter(point, {"speed": 0.02}) == 2
+    point["restitution"] -= 0.02 / 32
+    assert chatter(point, {"speed": 0.02}) != 2
+
+
+def test_along_another_axis() -> None:
+    frequencies = [round(1.1 + 0.1 * k, 1) for k in range(10)]
+    axes = {"mass_ratio": 0.25, "frequency_ratio": frequencies, "restitution": [0.5, 0.6]}
+    found = chatter_intervals(make_cube({"threshold": 0.03}, **axes), "frequency_ratio")
+    inner = found[found["frequency_ratio_upper"] < frequencies[-1]]
+    assert len(inner)
+    for item in inner.to_dict("records"):
+        point = {
+            "restitution": item["restitution"],
+            "mass_ratio": 0.25,
+            "frequency_ratio": item["frequency_ratio_upper"],
+        }
+        assert chatter(point) in HOLDS[item["chatter"]]
+
+
+def test_cube_without_any_chatter_has_the_columns(table: pd.DataFrame) -> None:
+    found = chatter_intervals(make_cube({"threshold": 0.03}, clearance=50.0), "restitution")
+    assert found.empty
+    assert list(found.columns) == list(table.columns)
+
+
+def test_cubes_whose_points_cannot_be_run_are_refused(cube: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match="has no variable 'chatter'"):
+        chatter_intervals(cube.drop_vars("chatter"), "restitution")
+    with pytest.raises(ValueError, match="does not say how its points were run"):
+        chatter_intervals(cube.drop_attrs(), "restitution")
+    with pytest.raises(ValueError, match="a dimension 'direction'"):
+        chatter_intervals(cube.expand_dims(direction=["up", "down"]), "restitution")
+
+
+def test_thresholds_by_name() -> None:
+    observer = {"threshold": {"speed": 0.02}, "compare_thresholds": [0.005, 0.125]}
+    cube = make_cube(observer, mass_ratio=0.25, restitution=[0.5])
+    named = {"speed 0.02": {"speed": 0.02}, "0.5 %": 0.005, "12.5 %": 0.125}
+    assert thresholds(cube) == named

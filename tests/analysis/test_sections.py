@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damper.analysis.section_period import first_lasting_change, section_period
+from damper.analysis.sections import first_lasting_change, period_of
 
 
 @pytest.mark.parametrize(
@@ -19,15 +19,15 @@ def test_logistic_map(rate: float, period: int) -> None:
         x = rate * x * (1.0 - x)
         if n >= 5000:
             points.append([x])
-    assert section_period(np.array(points)) == period
+    assert period_of(np.array(points)) == period
 
 
 @pytest.mark.parametrize(("p", "q"), [(1, 3), (2, 7), (5, 12)])
 def test_rotation(p: int, q: int) -> None:
     angles = 2.0 * math.pi * p / q * np.arange(60)
-    assert section_period(np.column_stack([np.cos(angles), np.sin(angles)])) == q
+    assert period_of(np.column_stack([np.cos(angles), np.sin(angles)])) == q
     golden = np.arange(60) * math.pi * (math.sqrt(5.0) - 1.0)
-    assert section_period(np.column_stack([np.cos(golden), np.sin(golden)])) == 0
+    assert period_of(np.column_stack([np.cos(golden), np.sin(golden)])) == 0
 
 
 @given(st.permutations(range(1, 9)), st.integers(1, 8), st.integers(2, 5), st.integers(0, 3))
@@ -36,21 +36,21 @@ def test_distinct_points_again_and_again(
 ) -> None:
     cycle = [[float(k), -0.5 * k] for k in order[:period]]
     points = np.array((cycle * (times + 1))[: period * times + min(more, period)])
-    assert section_period(points) == period
+    assert period_of(points) == period
 
 
 def test_what_is_left_of_the_transient_does_not_count() -> None:
     decay = 1e-6 * 0.9 ** np.arange(50)
     points = np.column_stack([1.0 + decay, -2.0 - decay])
-    assert section_period(points) == 1
-    assert section_period(points, same=1e-8) == 0
+    assert period_of(points) == 1
+    assert period_of(points, same=1e-8) == 0
 
 
 def test_missing_and_few_points() -> None:
-    assert section_period(np.array([[1.0], [np.nan], [1.0], [1.0]])) == 0
-    assert section_period(np.empty((0, 2))) == 0
-    assert section_period(np.array([[1.0]])) == 0
-    assert section_period(np.zeros((4, 2))) == 1
+    assert period_of(np.array([[1.0], [np.nan], [1.0], [1.0]])) == 0
+    assert period_of(np.empty((0, 2))) == 0
+    assert period_of(np.array([[1.0]])) == 0
+    assert period_of(np.zeros((4, 2))) == 1
 
 
 @pytest.mark.parametrize(

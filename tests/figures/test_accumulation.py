@@ -11,7 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 
 import damper
-from damper.analysis.accumulation_errors import errors_of
+from damper.analysis.completion import errors_of
 from damper.figures.common.style import BLACK, BLUE, VERMILION
 
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.25, "clearance": 0.03}

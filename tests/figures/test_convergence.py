@@ -9,7 +9,7 @@ from figures.drawing import assert_nothing_overlaps, drawn
 
 from damper import simulate
 from damper.analysis.convergence import distance_to_rigid
-from damper.tables import About, make
+from damper.tables import make
 
 POINT = {
     "mass_ratio": 0.1,
@@ -24,17 +24,11 @@ SETTINGS: dict[str, Any] = {
     "along": "contact_stiffness_ratio",
     "lines": "contact_tension",
 }
-STUDY = """
-observers:
-  stroboscopic_section: {at: 0.75}
-  impacts:
-  bursts: {threshold: {fraction: 0.05, assumed: a guess}, records: 2}
-"""
 
 
 @pytest.fixture(scope="module")
 def cube() -> xr.Dataset:
-    made = simulate(
+    return simulate(
         **POINT,
         contact_stiffness_ratio=[1e4, 1e5, 1e6, 1e7, 1e8],
         contact_tension=[0, 1],
@@ -46,8 +40,6 @@ def cube() -> xr.Dataset:
             "bursts": {"threshold": 0.05, "records": 2},
         },
     )
-    made.attrs["study"] = STUDY
-    return made
 
 
 def test_figure(cube: xr.Dataset) -> None:
@@ -68,8 +60,8 @@ def test_figure(cube: xr.Dataset) -> None:
 
 
 def test_table(cube: xr.Dataset) -> None:
-    table = make("convergence", cube, SETTINGS, About("A study", POINT))
+    table = make("convergence", cube, SETTINGS)
     assert len(table.data) == len(VARIABLES) * 2 * 5
     markdown = table.markdown()
-    assert markdown.startswith("# A study: distance to the rigid damper\n\nFixed: mass_ratio = 0.1")
+    assert markdown.startswith("# Impact damper simulation: distance to the rigid damper\n")
     assert "| max approach speed | 0 |" in markdown

@@ -6,7 +6,7 @@ from figures.drawing import made_up
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from damper.analysis.best import least
+from damper.analysis.optimum import least
 from damper.figures.common.layout import edges, geometric, legend, numbers, select, wrap
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}

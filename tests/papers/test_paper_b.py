@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from damper import simulate
-from damper.analysis.section_period import first_lasting_change, section_period
+from damper.analysis import first_lasting_change, section_period
 from damper.study.config import Study, load_study
 
 STUDIES = Path(__file__).parents[2] / "config/studies"
@@ -34,8 +34,7 @@ def section_points(**point: object) -> np.ndarray:
         periods=RESTITUTION.periods,
         observers={"stroboscopic_section": RESTITUTION.observer_settings()["stroboscopic_section"]},
     )
-    pairs = np.stack([cube.displacement.values, cube.velocity.values], axis=-1)
-    return np.array([section_period(points) for points in pairs])
+    return section_period(cube).values
 
 
 @pytest.mark.parametrize("other", [HISTORIES, PORTRAITS], ids=lambda s: s.name)

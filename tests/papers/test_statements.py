@@ -14,14 +14,14 @@ CODE = """
 import numpy as np, xarray as xr
 from damper.papers.calibration.ranking import rank
 from damper.papers.statements import STATEMENTS
-from damper.papers.verdicts import judge, to_csv, to_markdown
+from damper.papers.verdicts import judge, table
 from damper.study.reference import files
 
 chatter = ("clearance", "restitution"), [[2, 0], [2, 2]]
 cube = xr.Dataset({"chatter": chatter}, {"clearance": [0.1, 0.2], "restitution": [0.9, 1.0]})
 found = [one for one in judge({"restitution": cube}) if one.statement.name == "B7"]
-print(to_markdown(found, []))
-print(to_csv(found))
+print(table(found).markdown())
+print(table(found).csv())
 print([one.name for one in STATEMENTS][-2:])
 print(rank(cube, ["B7"]).scores["B7"].values.tolist())
 print("`B7`" in files()["docs/reference.md"])

@@ -1,31 +1,10 @@
 """Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
 
 from damper.study.kinds import TABLES
-from damper.study.settings import SECTIONS
 
 
 def _table_settings(wildcards):
     return STUDIES[wildcards.study].tables[wildcards.table].model_dump(exclude_none=True)
-
-
-def _about_table(wildcards):
-    study = STUDIES[wildcards.study]
-    return {
-        "title": study.title,
-        "fixed": study.fixed,
-        "observers": {
-            name: settings
-            for name, settings in study.observer_settings().items()
-            if name in ("bursts", *SECTIONS)
-        },
-        "assumed": study.assumed,
-        "run": {
-            "transient": study.transient,
-            "periods": study.periods,
-            "primary": study.initial.primary,
-            **ENGINE,
-        },
-    }
 
 
 rule table:
@@ -42,7 +21,6 @@ rule table:
         "logs/benchmarks/{study}/tables/{table}.tsv"
     params:
         settings=_table_settings,
-        about=_about_table,
         code=lambda wildcards: code_digest(
             SCRIPTS / "table.py",
             [

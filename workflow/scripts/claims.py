@@ -1,11 +1,10 @@
 """Judge the papers' statements by the cubes of the studies."""
 
 from contextlib import ExitStack
-from pathlib import Path
 
 import xarray as xr
 
-from damper.papers.verdicts import judge, to_csv, to_markdown
+from damper.papers.verdicts import judge, table
 
 with ExitStack() as stack:
     cubes = {
@@ -13,6 +12,4 @@ with ExitStack() as stack:
     }
     found = judge(cubes)
 
-texts = to_csv(found), to_markdown(found, snakemake.params.figures)
-for path, text in zip((snakemake.output.csv, snakemake.output.md), texts, strict=True):
-    Path(path).write_text(text, encoding="utf-8", newline="\n")
+table(found, snakemake.params.figures).save(snakemake.output.csv, snakemake.output.md)

@@ -1,1 +1,40 @@
-"""What a cube tells in numbers: cubes in, numbers out; for tables, figures and notebooks."""
+"""What a cube says in numbers: cubes in, numbers out; for tables, figures and notebooks.
+
+Each function takes a cube from `damper.simulate` or a study's ``cube.nc``, and returns a pandas or
+xarray object. A name loads what it needs when it is first used.
+"""
+
+from importlib import import_module
+from typing import Any
+
+#: Function -> the module that holds it.
+HOME = {
+    "best_clearance": "optimum",
+    "burst_statistics": "bursts",
+    "chatter_intervals": "intervals",
+    "completion_errors": "completion",
+    "damping_shares": "optimum",
+    "distance_to_rigid": "convergence",
+    "first_lasting_change": "sections",
+    "list_bursts": "bursts",
+    "order_of_convergence": "convergence",
+    "section_period": "sections",
+    "section_points": "sections",
+    "small_mass_border": "small_mass_limit",
+    "two_impact_errors": "two_impacts",
+    "two_impact_ranges": "two_impacts",
+}
+
+__all__ = list(HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in HOME:
+        raise AttributeError(f"module 'damper.analysis' has no attribute {name!r}")
+    value = getattr(import_module(f"damper.analysis.{HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *HOME})

@@ -7,14 +7,15 @@ of their own, so an error counts only where it is well above that.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from damper.analysis.places import need_variables, places
+
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 #: Dimensions of the observer.
@@ -29,6 +30,72 @@ SMALL = 1e-2
 _SPAN = 4.0
 #: Fewer points than these tell no slope.
 _LEAST = 5
+
+
+def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
+    """How well theory predicts when and where complete bursts end, at every place of a cube.
+
+    After each impact of a complete burst, theory predicts its completion time and the displacement
+    of the primary there, to first and to second order in the rebound speed.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer ``accumulation``.
+    within : float, default 0.01
+        The part of what is predicted that counts as agreement.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Four rows for each place along the axes, directions and draws: ``quantity`` (time,
+        displacement) and ``order`` (1, 2). Columns are these and
+
+        - ``complete_bursts`` in the record, -1 where the run stopped early, of these ``bursts``
+          looked at, with ``impacts`` and ``predicted_impacts``;
+        - ``slope``: exponent of the rebound speed in the error, and the number of errors that it
+          rests on, ``slope_points``;
+        - ``first_impact_...``: number of predictions made at the first impact of a burst, their
+          median and worst error in units of the quantity, and in per cent of the burst's size: its
+          duration, or the largest distance of the primary at an impact from where it completes;
+        - ``within_percent`` as given, and the impact, counted from 1, from which on all predictions
+          are that good: ``within_from_median`` and ``_worst``, infinite where the impacts listed do
+          not reach that far. ``within_left_percent``: part of the burst's size that is left then
+          (median over the bursts that get there).
+
+        NaN where there is nothing to compare.
+
+    Raises
+    ------
+    ValueError
+        When the cube was made without the observer.
+    """
+    import pandas as pd
+
+    need_variables(cube, "accumulation", "rebound_speed", "complete_bursts")
+    rows = []
+    for where in places(cube.complete_bursts):
+        here = cube.sel(where)
+        for quantity in QUANTITIES:
+            for number, order in enumerate(ORDERS, start=1):
+                found = errors_of(here, quantity, order)
+                slope, points = found.slope()
+                rows.append(
+                    where
+                    | {
+                        "quantity": quantity,
+                        "order": number,
+                        "complete_bursts": int(here.complete_bursts),
+                        "bursts": len(found.error),
+                        "impacts": int(np.isfinite(found.left).sum()),
+                        "predicted_impacts": int(np.isfinite(found.error).sum()),
+                        "slope": slope,
+                        "slope_points": points,
+                    }
+                    | _first_impact(found)
+                    | _within(found, within)
+                )
+    return pd.DataFrame(rows)
 
 
 @dataclass(frozen=True)
@@ -69,53 +136,6 @@ class Errors:
         return float(np.median(slopes)), points
 
 
-@dataclass(frozen=True)
-class FirstImpact:
-    """Errors of predictions made at the first impact of each burst: NaN where there are none.
-
-    In units of the quantity, and as parts of the burst's size: its duration, or the largest
-    distance of the primary at one of its impacts from where it completes.
-    """
-
-    predicted: int
-    median: float
-    worst: float
-    median_part: float
-    worst_part: float
-
-
-@dataclass(frozen=True)
-class Within:
-    """From which impact on predictions stay within a part of what they predict.
-
-    Counted from 1; infinite where the impacts listed do not reach that far. `left` is the part of
-    the burst's size that is left then (median over the bursts that get there).
-    """
-
-    median: float
-    worst: float
-    left: float
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """One prediction at one place along the axes."""
-
-    where: dict[str, float]
-    quantity: str
-    order: str
-    complete_bursts: int
-    """In the record; -1 where the run stopped early."""
-    bursts: int
-    """Looked at."""
-    impacts: int
-    predicted: int
-    slope: float
-    slope_points: int
-    first: FirstImpact
-    within: Within
-
-
 def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     """Collect the errors of one prediction from a cube, over all of its other dimensions.
 
@@ -143,44 +163,6 @@ def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     return Errors(*(array[there] for array in arrays))
 
 
-def agreements(cube: xr.Dataset, within: float) -> Iterator[Agreement]:
-    """Compare every prediction at every place along the axes and branches of a cube.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer `accumulation`.
-    within : float
-        The part of what is predicted that counts as agreement, such as 0.01.
-
-    Yields
-    ------
-    Agreement
-        Four for each place: time and displacement, each to first and second order.
-    """
-    axes = {name: cube[name].values.tolist() for name in cube.complete_bursts.dims}
-    for values in product(*axes.values()):
-        where = dict(zip(axes, values, strict=True))
-        here = cube.sel(where)
-        for quantity in QUANTITIES:
-            for order in ORDERS:
-                found = errors_of(here, quantity, order)
-                slope, points = found.slope()
-                yield Agreement(
-                    where,
-                    quantity,
-                    order,
-                    int(here.complete_bursts),
-                    len(found.error),
-                    int(np.isfinite(found.left).sum()),
-                    int(np.isfinite(found.error).sum()),
-                    slope,
-                    points,
-                    _first_impact(found),
-                    _within(found, within),
-                )
-
-
 def _rows(array: xr.DataArray) -> np.ndarray:
     """Values with one row for each burst, whatever other dimensions there are."""
     own = [dim for dim in (BURST, IMPACT) if dim in array.dims]
@@ -193,16 +175,22 @@ def _sizes(found: Errors) -> np.ndarray:
     return np.nanmax(np.abs(found.left), axis=1, initial=0.0)
 
 
-def _first_impact(found: Errors) -> FirstImpact:
+def _first_impact(found: Errors) -> dict[str, float]:
     error = np.abs(found.error[:, 0])
     made = np.isfinite(error)
     size = _sizes(found)
-    part = error[made & (size > 0.0)] / size[made & (size > 0.0)]
+    parts = 100.0 * (error[made & (size > 0.0)] / size[made & (size > 0.0)])
     error = error[made]
-    return FirstImpact(error.size, _median(error), _worst(error), _median(part), _worst(part))
+    return {
+        "first_impact_predicted": error.size,
+        "first_impact_median_error": _median(error),
+        "first_impact_worst_error": _worst(error),
+        "first_impact_median_percent": _median(parts),
+        "first_impact_worst_percent": _worst(parts),
+    }
 
 
-def _within(found: Errors, within: float) -> Within:
+def _within(found: Errors, within: float) -> dict[str, float]:
     starts, parts = [], []
     for left, error, sharp, size in zip(
         found.left, found.error, found.sharp, _sizes(found), strict=True
@@ -217,7 +205,12 @@ def _within(found: Errors, within: float) -> Within:
             parts.append(abs(left[start]) / size)
         else:
             starts.append(math.inf)
-    return Within(_median(np.array(starts)), _worst(np.array(starts)), _median(np.array(parts)))
+    return {
+        "within_percent": 100.0 * within,
+        "within_from_median": _median(np.array(starts)),
+        "within_from_worst": _worst(np.array(starts)),
+        "within_left_percent": 100.0 * _median(np.array(parts)),
+    }
 
 
 def _median(values: np.ndarray) -> float:

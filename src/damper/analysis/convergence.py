@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.parameters.quantities import ALL, MODEL_NAMES
+from damper.sweep.record import recorded
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,8 +94,6 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
 
 def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]:
     """Values of the rigid damper that is otherwise the same, by one run of it."""
-    import yaml
-
     from damper.sweep.slices import simulate_slice
 
     for name in variables:
@@ -109,27 +108,10 @@ def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float
             if cube[name].ndim:
                 raise ValueError(f"axis {name!r}: only the contact may vary here")
             fixed[name] = float(cube[name])
-    observers = yaml.safe_load(cube.attrs["study"])["observers"]
-    part = simulate_slice(
-        fixed,
-        {},
-        transient=int(cube.attrs["transient_periods"]),
-        periods=int(cube.attrs["recorded_periods"]),
-        observers={name: _plain(settings) for name, settings in observers.items()},
-        accuracy=float(cube.attrs["accuracy"]),
-        max_events=int(cube.attrs["max_events"]),
-    )
+    run = recorded(cube)
+    part = simulate_slice(fixed, {}, initial={"primary": run.pop("primary")}, **run)
     dims = {variable.name: variable.dims for variable in part.variables}
     return {
         name: float(part.arrays[name][(0, *(_TAKEN[dim] for dim in dims[name]))])
         for name in variables
-    }
-
-
-def _plain(settings: Any) -> Any:
-    """Observer settings without remarks on their origin."""
-    if not isinstance(settings, Mapping):
-        return settings
-    return {
-        key: _plain(value) for key, value in settings.items() if key not in ("assumed", "stated")
     }

@@ -1,4 +1,4 @@
-"""Tables of chatter intervals: where along one axis a study chatters, edges bisected.
+"""Chatter intervals: where along one axis a cube chatters, edges bisected by more runs.
 
 An interval is a run of neighbouring grid values at which a predicate holds. Each of its edges is
 bisected between the two differing neighbours, every run from rest, until both are closer than the
@@ -6,14 +6,22 @@ resolution; the edge given is the last value at which the predicate was seen to 
 are not unique, so intervals narrower than two grid steps are flagged.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.places import need_variables, places
 from damper.analysis.runs import runs
+from damper.parameters.quantities import ALL
+from damper.sweep.record import recorded
 from damper.sweep.runs import run_points
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 #: Name -> what `chatter` must be.
 PREDICATES: dict[str, Callable[[int], bool]] = {
@@ -22,24 +30,135 @@ PREDICATES: dict[str, Callable[[int], bool]] = {
 }
 
 
-@dataclass(frozen=True)
-class Interval:
-    """One interval of a predicate along the axis of a table.
+def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) -> pd.DataFrame:
+    """All intervals of complete and of any chatter along one axis of a cube.
 
-    `narrow`: narrower than two grid steps. `cut`: it reaches the end of the axis.
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer ``bursts``; from rest or the steady response, one run at
+        each point. Each visibility threshold of the observer is looked at.
+    along : str
+        Axis of a parameter.
+    resolution : float, default 1e-3
+        Edges are bisected to this distance, in units of the axis.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each interval, ordered by the other axes, threshold, predicate, place. Columns
+        are the other axes and
+
+        - ``threshold``: of visibility, the main one first;
+        - ``chatter``: ``complete`` or ``any``;
+        - ``<along>_lower``, ``<along>_upper``: outermost values with chatter;
+        - ``narrow``: narrower than two grid steps;
+        - ``cut``: reaches the end of the axis.
+
+    Raises
+    ------
+    ValueError
+        When the cube was made without bursts, or more of its points cannot be run.
+
+    Examples
+    --------
+    >>> import damper
+    >>> cube = damper.simulate(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3,
+    ...                        clearance=0.05, restitution=[0.2, 0.4, 0.6, 0.8], transient=20,
+    ...                        periods=5, observers=["bursts"])
+    >>> found = chatter_intervals(cube, along="restitution", resolution=0.05)
+    >>> found[["chatter", "restitution_lower", "restitution_upper"]].round(3)
+        chatter  restitution_lower  restitution_upper
+    0  complete               0.45               0.75
+    1       any               0.45               0.80
     """
+    import pandas as pd
 
-    where: dict[str, float]
-    threshold: str
-    chatter: str
-    lower: float
-    upper: float
-    narrow: bool
-    cut: bool
+    need_variables(cube, "bursts", "chatter")
+    visible = thresholds(cube)
+    run = recorded(cube, "bursts")
+    fixed = {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+    order = np.argsort(cube[along].values)
+    values = cube[along].values[order].tolist()
+    found = []
+    for where in places(cube.chatter, along):
+        place = cube.sel(where).isel({along: order})
+        chatter_at = ChatterAt(along, fixed | where, list(visible.values()), run)
+        for k, (name, threshold) in enumerate(visible.items()):
+            grid = place.chatter
+            if k:
+                grid = place.chatter_by_threshold.sel(threshold=threshold)
+
+            def one_at(value: float, at: ChatterAt = chatter_at, k: int = k) -> int:
+                return int(at(value)[k])
+
+            for predicate, holds in PREDICATES.items():
+                found += [
+                    (*where.values(), name, predicate, *interval)
+                    for interval in intervals(values, grid.values, holds, one_at, resolution)
+                ]
+    others = [dim for dim in cube.chatter.dims if dim != along]
+    columns = [*others, "threshold", "chatter", f"{along}_lower", f"{along}_upper"]
+    frame = pd.DataFrame(found, columns=[*columns, "narrow", "cut"])
+    return frame.astype({"narrow": bool, "cut": bool})
+
+
+def thresholds(cube: xr.Dataset) -> dict[str, Any]:
+    """Visibility thresholds of a cube, the main one first, as the bursts observer takes them.
+
+    Their names are `3 %` of the first approach speed of a burst, or `speed 0.01`.
+    """
+    from damper.observers.bursts import Bursts
+
+    made = Bursts(**recorded(cube, "bursts")["observers"]["bursts"])
+    fraction, speed = made.threshold
+    main = {f"speed {speed:g}": {"speed": speed}} if speed else {_percent(fraction): fraction}
+    return main | {_percent(value): value for value in made.compare_thresholds if value != fraction}
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:g} %"
+
+
+def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
+    """Lowest and highest value with chatter of `chatter_intervals`, narrow intervals left out.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each place, threshold and predicate with such an interval; columns as there,
+        without the flags.
+    """
+    lower, upper = f"{along}_lower", f"{along}_upper"
+    wide = found[~found["narrow"]]
+    keys = list(found.columns[: found.columns.get_loc(lower)])
+    return wide.groupby(keys, sort=False, as_index=False).agg({lower: "min", upper: "max"})
+
+
+def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataFrame:
+    """How far the hulls of `chatter_intervals` move from one visibility threshold to another.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each place and predicate with chatter at the threshold `low`: its place,
+        ``chatter``, ``lower`` and ``upper``, the moves of the edges in units of the axis, NaN where
+        there is no chatter at `high`.
+    """
+    spans = hulls(found, along)
+    before, after = (
+        spans[spans["threshold"] == name].drop(columns="threshold") for name in (low, high)
+    )
+    keys = [name for name in before.columns if not name.startswith(f"{along}_")]
+    both = before.merge(after, on=keys, how="left", suffixes=("", "_after"))
+    moves = {
+        end: both[f"{along}_{end}_after"] - both[f"{along}_{end}"] for end in ("lower", "upper")
+    }
+    return both[keys].assign(**moves)
 
 
 class ChatterAt:
-    """Chatter of single lanes for every threshold at once, each value simulated once.
+    """Chatter of single runs for every threshold at once, each value simulated once.
 
     Parameters
     ----------
@@ -48,9 +167,9 @@ class ChatterAt:
     fixed : mapping
         All other parameters.
     thresholds : sequence
-        Visibility thresholds as the bursts observer takes them.
-    settings : mapping
-        transient, periods, accuracy and max_events.
+        Visibility thresholds as the bursts observer takes them; after the first one, fractions.
+    run : mapping
+        Other arguments of `damper.sweep.runs.run_points`.
     """
 
     def __init__(
@@ -58,22 +177,18 @@ class ChatterAt:
         along: str,
         fixed: Mapping[str, float],
         thresholds: Sequence[Any],
-        settings: Mapping[str, Any],
+        run: Mapping[str, Any],
     ) -> None:
         self._along = along
         self._fixed = dict(fixed)
-        self._observer = {
-            "bursts": {"threshold": thresholds[0], "compare_thresholds": thresholds[1:]}
-        }
-        self._settings = settings
+        observer = {"threshold": thresholds[0], "compare_thresholds": thresholds[1:]}
+        self._run = {**run, "observers": {"bursts": observer}}
         self._known: dict[float, np.ndarray] = {}
 
     def __call__(self, value: float) -> np.ndarray:
         """Chatter at a value of the parameter, one number per threshold."""
         if value not in self._known:
-            arrays, _ = run_points(
-                [self._fixed | {self._along: value}], self._observer, **self._settings
-            )
+            arrays, _ = run_points([self._fixed | {self._along: value}], **self._run)
             more = arrays.get("chatter_by_threshold", np.empty((1, 0)))
             self._known[value] = np.concatenate([arrays["chatter"], more[0]])
         return self._known[value]

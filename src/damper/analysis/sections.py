@@ -1,35 +1,95 @@
 """How many distinct points a section has, and where along an axis that number changes."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from damper.analysis.places import need_variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Part of the largest coordinate within which two points of a section are one.
 SAME = 1e-6
 
 
-def section_period(points: np.ndarray, same: float = SAME) -> int:
-    """Number of distinct points through which a section runs again and again.
+def section_period(cube: xr.Dataset, same: float = SAME) -> xr.DataArray:
+    """Forcing periods (or impacts) after which a motion repeats on its section.
 
     Parameters
     ----------
-    points : ndarray, shape (n, m)
-        Points in the order in which they were taken.
+    cube : xarray.Dataset
+        With the variables of a section, and twice as many samples as the longest period to find.
     same : float, default 1e-6
         Part of the largest coordinate within which two points are one; more than what is left of
         the transient.
 
     Returns
     -------
-    int
-        The least period, up to half the number of points; 0 if there is none (quasi-periodic,
-        chaotic, or longer), or if a point is missing.
+    xarray.DataArray of int
+        Over all dimensions but ``sample``: the least period, up to half the number of samples; 0 if
+        there is none (quasi-periodic, chaotic, or longer), or if a sample is missing.
 
     Examples
     --------
-    >>> section_period(np.array([[1.0, 0.0], [2.0, 0.0]] * 4))
+    >>> import damper
+    >>> cube = damper.simulate(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.0,
+    ...                        clearance=10.0, restitution=[0.3, 0.6], transient=200, periods=20)
+    >>> section_period(cube).values
+    array([1, 1])
+    """
+    need_variables(cube, "stroboscopic_section", "displacement", "velocity")
+    pairs = [cube[name].transpose(..., "sample").values for name in ("displacement", "velocity")]
+    points = np.stack(pairs, axis=-1)
+    periods = [period_of(run, same) for run in points.reshape(-1, *points.shape[-2:])]
+    array = cube.displacement.transpose(..., "sample").isel(sample=0, drop=True)
+    found = array.copy(data=np.array(periods).reshape(array.shape)).rename("section_period")
+    found.attrs = {"long_name": "period on the section", "units": "1"}
+    return found
+
+
+def section_points(cube: xr.Dataset) -> xr.DataArray:
+    """Number of distinct displacements that a motion leaves on its section.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of a section.
+
+    Returns
+    -------
+    xarray.DataArray of int
+        Over all dimensions but ``sample``; 0 where a run stopped. Displacements within 1e-6 of the
+        section's size are one: a periodic motion has as many as periods, a chaotic one as many as
+        were taken. `section_period` takes their order into account.
+    """
+    need_variables(cube, "stroboscopic_section", "displacement")
+    array = cube.displacement.transpose(..., "sample")
+    x = np.sort(array.values, axis=-1)
+    size = SAME * (1.0 + np.abs(x).max(axis=-1, keepdims=True))
+    distinct = 1 + (np.diff(x, axis=-1) > size).sum(axis=-1)
+    distinct = np.where(np.isnan(x).any(axis=-1), 0, distinct)
+    return array.isel(sample=0, drop=True).copy(data=distinct)
+
+
+def period_of(points: np.ndarray, same: float = SAME) -> int:
+    """Period of one section, as `section_period` finds it.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, m)
+        Points in the order in which they were taken.
+    same : float, default 1e-6
+        As there.
+
+    Examples
+    --------
+    >>> period_of(np.array([[1.0, 0.0], [2.0, 0.0]] * 4))
     2
-    >>> section_period(np.array([[1.0], [2.0], [3.0], [4.0]]))
+    >>> period_of(np.array([[1.0], [2.0], [3.0], [4.0]]))
     0
     """
     if not np.isfinite(points).all():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.accumulation_errors import (
+from damper.analysis.completion import (
     BURST,
     IMPACT,
     ORDERS,

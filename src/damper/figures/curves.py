@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.best import least
+from damper.analysis.optimum import least
 from damper.figures.common.layout import (
     few_decades,
     geometric,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.section_period import section_period
+from damper.analysis.sections import period_of
 from damper.analysis.stretches import half_gap
 from damper.figures.common.layout import head, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
@@ -158,7 +158,7 @@ def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
     if not len(points):
         say(ax)
         return
-    period = section_period(points)
+    period = period_of(points)
     few = 0 < period <= _FEW
     size = 6.0 if few else 2.2
     ax.plot(*points.T, ".", ms=size, mew=0.0, color=VERMILION if few else BLACK, rasterized=True)

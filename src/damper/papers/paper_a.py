@@ -6,7 +6,7 @@ Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from damper.papers.base import (
@@ -22,9 +22,9 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
-from damper.parameters.variables import CHATTER_IMPACTS
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 Cubes = Mapping[str, "xr.Dataset"]
@@ -48,7 +48,8 @@ _MANY = 0.2
 
 def _judge_a1(cubes: Cubes) -> Verdict:
     """The range of chatter, and how regular motions are above it."""
-    from damper.papers.ranges import range_of, section_points
+    from damper.analysis.sections import section_points
+    from damper.papers.ranges import range_of
 
     cube = cubes["paper_a_clearance"].sortby("clearance")
     others = [dim for dim in cube.chatter.dims if dim != "clearance"]
@@ -99,7 +100,7 @@ def _judge_a2(cubes: Cubes) -> Verdict:
     """What our diagram shows: the text names one, and no more."""
     import numpy as np
 
-    from damper.papers.ranges import section_points
+    from damper.analysis.sections import section_points
 
     cube = cubes["paper_a_frequency"].sortby("frequency_ratio")
     points = section_points(cube).values.reshape(-1, cube.sizes["frequency_ratio"])[0]
@@ -113,37 +114,38 @@ def _judge_a2(cubes: Cubes) -> Verdict:
     return Verdict(measured, UNTESTABLE, "the text has lost what its diagram shows")
 
 
-def _bursts(cube: xr.Dataset, frequency: float) -> xr.Dataset:
+def _chatter(cubes: Cubes, frequency: float) -> pd.DataFrame:
     """Chatter bursts at one frequency ratio, in order."""
-    names = ("onset", "duration", "complete", "visible_impacts", "sticking_time")
+    from damper.analysis.bursts import list_bursts
+
+    cube = cubes["paper_a_histories"]
     line = cube.sel(frequency_ratio=frequency, method="nearest", tolerance=1e-9)
-    bursts = line[[f"burst_{name}" for name in names]]
-    return bursts.isel(burst=(line.burst_visible_impacts >= CHATTER_IMPACTS).values)
+    found = list_bursts(line)
+    return found[found["chatter"]]
 
 
 def _judge_a3(cubes: Cubes) -> Verdict:
     """The chatter burst whose onset is nearest to the stated one, and the first one."""
-    bursts = _bursts(cubes["paper_a_histories"], LOW)
-    if not bursts.sizes["burst"]:
+    bursts = _chatter(cubes, LOW)
+    if bursts.empty:
         return Verdict("no chatter", FAILS, "nothing chatters")
-    near = bursts.isel(burst=int(abs(bursts.burst_onset - ONSET).argmin("burst")))
-    onset, duration = float(near.burst_onset), float(near.burst_duration)
-    complete = bool(near.burst_complete == 1)
-    first = float(bursts.burst_onset[0])
+    near = bursts.loc[(bursts["onset"] - ONSET).abs().idxmin()]
+    first = bursts["onset"].iloc[0]
     measured = (
-        f"the chatter burst nearest to {ONSET:g} begins at {onset:.4g} and lasts {duration:.4g}, "
-        + ("complete" if complete else "incomplete")
-        + f", followed by {float(near.burst_sticking_time):.3g} of sticking; "
+        f"the chatter burst nearest to {ONSET:g} begins at {near['onset']:.4g} and lasts "
+        f"{near['duration']:.4g}, "
+        + ("complete" if near["complete"] else "incomplete")
+        + f", followed by {near['sticking']:.3g} of sticking; "
         f"the first chatter burst begins at {first:.4g}"
     )
     if not (
-        complete
-        and abs(onset - ONSET) <= _NEAR_ONSET
-        and abs(duration - DURATION) <= _ABOUT * DURATION
+        near["complete"]
+        and abs(near["onset"] - ONSET) <= _NEAR_ONSET
+        and abs(near["duration"] - DURATION) <= _ABOUT * DURATION
     ):
         why = f"no complete burst that lasts about {DURATION:g} begins near {ONSET:g}"
         return Verdict(measured, FAILS, why)
-    if first >= onset:
+    if first >= near["onset"]:
         return Verdict(measured, HOLDS, "the first burst has that onset and duration")
     return Verdict(measured, READING, "the burst is one of many, not the first")
 
@@ -159,15 +161,10 @@ def _score_a3(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 
 def _judge_a4(cubes: Cubes) -> Verdict:
     """Steady durations of complete chatter at the two lower frequencies."""
-    cube = cubes["paper_a_histories"]
-    slow, middle = (_steady(_bursts(cube, frequency)) for frequency in (LOW, MIDDLE))
-    durations = [
-        float(b.burst_duration.where(b.burst_complete == 1).median()) for b in (slow, middle)
-    ]
+    late = [_steady(_chatter(cubes, frequency)) for frequency in (LOW, MIDDLE)]
+    durations = [bursts.loc[bursts["complete"], "duration"].median() for bursts in late]
     ratio = durations[1] / durations[0]
-    shares = [
-        float((b.burst_complete == 1).mean()) if b.sizes["burst"] else 0.0 for b in (slow, middle)
-    ]
+    shares = [bursts["complete"].mean() if len(bursts) else 0.0 for bursts in late]
     measured = (
         f"in the last half of the record {shares[0]:.0%} and {shares[1]:.0%} of the chatter bursts "
         f"are complete and last {durations[0]:.4g} and {durations[1]:.4g}, a ratio of {ratio:.3g} "
@@ -205,30 +202,27 @@ def _part(some: xr.DataArray, of_all: xr.DataArray) -> xr.DataArray:
     return (some / of_all.where(of_all > 0, 1)).where(of_all > 0, 0.0)
 
 
-def _steady(bursts: xr.Dataset) -> xr.Dataset:
+def _steady(bursts: pd.DataFrame) -> pd.DataFrame:
     """Bursts that begin in the second half of the record."""
-    if not bursts.sizes["burst"]:
-        return bursts
-    last = float(bursts.burst_onset.max())
-    return bursts.isel(burst=(bursts.burst_onset > 0.5 * last).values)
+    return bursts[bursts["onset"] > 0.5 * bursts["onset"].max()]
 
 
 def _judge_a5(cubes: Cubes) -> Verdict:
     """Complete bursts at the highest frequency, early and late."""
-    bursts = _bursts(cubes["paper_a_histories"], HIGH)
-    if not bursts.sizes["burst"]:
+    bursts = _chatter(cubes, HIGH)
+    if bursts.empty:
         return Verdict("no chatter", FAILS, "nothing chatters")
     late = _steady(bursts)
-    complete = bursts.burst_onset.values[bursts.burst_complete.values == 1]
-    in_late = int((late.burst_complete == 1).sum())
+    complete = bursts.loc[bursts["complete"], "onset"]
+    in_late = late["complete"].sum()
     measured = (
-        f"{bursts.sizes['burst']} chatter bursts, {complete.size} of them complete"
-        + (f" (the last one begins at {complete.max():.4g})" if complete.size else "")
-        + f"; of the {late.sizes['burst']} in the last half {in_late} are"
+        f"{len(bursts)} chatter bursts, {len(complete)} of them complete"
+        + (f" (the last one begins at {complete.max():.4g})" if len(complete) else "")
+        + f"; of the {len(late)} in the last half {in_late} are"
     )
-    if not complete.size:
+    if complete.empty:
         return Verdict(measured, HOLDS, "no burst of chatter completes")
-    if in_late or not late.sizes["burst"]:
+    if in_late or late.empty:
         return Verdict(measured, FAILS, "chatter completes after the transient as well")
     return Verdict(measured, READING, "after the transient; some bursts before do complete")
 
@@ -243,39 +237,34 @@ def _score_a5(cube: xr.Dataset, late: bool = True) -> Scored:
 
 def _judge_a6(cubes: Cubes) -> Verdict:
     """Completion time and point predicted from the first impact of each burst."""
-    from damper.analysis.accumulation_errors import ORDERS, QUANTITIES, agreements
+    from damper.analysis.completion import QUANTITIES, completion_errors
 
+    found = completion_errors(cubes["accumulation"], _ABOUT)
     told = []
     good = {}
-    for order in ORDERS:
-        found = [one for one in agreements(cubes["accumulation"], _ABOUT) if one.order == order]
-        parts = {
-            quantity: [
-                one.first.worst_part
-                for one in found
-                if one.quantity == quantity and one.first.predicted
-            ]
+    for number, order in enumerate(("first", "second"), start=1):
+        here = found[found["order"] == number]
+        made = here[here["first_impact_predicted"] > 0]
+        worst = {
+            quantity: made.loc[made["quantity"] == quantity, "first_impact_worst_percent"] / 100.0
             for quantity in QUANTITIES
         }
-        if not all(parts.values()):
+        if not all(len(parts) for parts in worst.values()):
             return Verdict("", FAILS, "no burst has a prediction at its first impact")
-        shares = {
-            quantity: sum(part <= _ABOUT for part in values) / len(values)
-            for quantity, values in parts.items()
-        }
-        later = max(one.within.worst for one in found)
+        shares = {quantity: (parts <= _ABOUT).mean() for quantity, parts in worst.items()}
+        later = here["within_from_worst"].max()
         told.append(
-            f"{order} order: at {shares['time']:.0%} of {len(parts['time'])} places every "
+            f"{order} order: at {shares['time']:.0%} of {len(worst['time'])} places every "
             f"completion time, at {shares['displacement']:.0%} every completion point is predicted "
-            f"within {_ABOUT:.0%} from the burst's first impact (worst {max(parts['time']):.0%} "
-            f"and {max(parts['displacement']):.0%}); "
+            f"within {_ABOUT:.0%} from the burst's first impact (worst {worst['time'].max():.0%} "
+            f"and {worst['displacement'].max():.0%}); "
             + (
                 f"from impact {later:.0f} on all are"
                 if later < math.inf
                 else "no impact is listed from which all are"
             )
         )
-        left = min(one.within.left for one in found)
+        left = here["within_left_percent"].min() / 100.0
         good[order] = min(shares.values()) == 1.0, later, left
     measured = "; ".join(told)
     if all(first for first, *_ in good.values()):
@@ -297,21 +286,21 @@ def _judge_a6(cubes: Cubes) -> Verdict:
 
 def _judge_a7(cubes: Cubes) -> Verdict:
     """How long it takes from rest to the first chatter, and to the first that completes."""
-    cube = cubes["paper_a_histories"]
+    from damper.analysis.bursts import burst_statistics
+
+    found = burst_statistics(cubes["paper_a_histories"]).set_index("frequency_ratio")
     told = []
     first, complete = [], []
     for frequency in (LOW, MIDDLE, HIGH):
-        bursts = _bursts(cube, frequency)
-        period = 2.0 * math.pi / frequency
-        if not bursts.sizes["burst"]:
+        here = found.iloc[abs(found.index - frequency).argmin()]
+        if not here["chatter_bursts"]:
             told.append(f"none at {frequency:g}")
             continue
-        onsets = bursts.burst_onset.values / period
-        first.append(float(onsets[0]))
+        period = 2.0 * math.pi / frequency
+        first.append(here["first_chatter"] / period)
         told.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
-        completing = onsets[bursts.burst_complete.values == 1]
-        if completing.size:
-            complete.append(float(completing[0]))
+        if here["complete_bursts"]:
+            complete.append(here["first_complete"] / period)
             told[-1] += f", the first that completes after {complete[-1]:.3g}"
     measured = "first chatter burst from rest " + "; ".join(told)
     # Less than a period from rest is no transient worth the name.
@@ -327,24 +316,78 @@ def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
     return Scored((first / ONSET).clip(max=1.0).fillna(0.0), {"first complete chatter": first})
 
 
-def _judge_performance(number: int, holds: str, fails: str) -> Callable[[Cubes], Verdict]:
-    """Judge A8 to A10 as the performance table judges them; say why, either way."""
+def _judge_a8(cubes: Cubes) -> Verdict:
+    """How many of the points with impacts chatter or stick, and how many of the well damped."""
+    from damper.analysis.optimum import GOOD, damping_shares
 
-    def judge(cubes: Cubes) -> Verdict:
-        from damper.tables.performance import DAMPED, GOOD, best_clearances, statements
+    shares = damping_shares(cubes["performance"])
+    among_all, among_good = shares["lasting"], shares["lasting_well_damped"]
+    if not (shares["well_damped"] and among_all > 0.0):
+        return Verdict("", UNTESTED, "no such points in this study")
+    medians = [_median(shares[f"median_rms_{name}"]) for name in ("lasting", "two_impacts")]
+    measured = (
+        f"of the points with impacts {among_all:.0%} chatter or stick, of the well damped ones "
+        f"(rms ratio < {GOOD:g}) {among_good:.0%}; median rms ratio {medians[0]} with "
+        f"chatter or sticking, {medians[1]} with two impacts per period and neither"
+    )
+    among = "among well damped points than among all"
+    if among_good > among_all:
+        return Verdict(measured, HOLDS, f"chatter and sticking are more frequent {among}")
+    return Verdict(measured, FAILS, f"chatter and sticking are rarer {among}")
 
-        cube = cubes["performance"]
-        found = best_clearances(cube, "frequency_ratio", "clearance", DAMPED)
-        statement = statements(cube, found, "frequency_ratio", GOOD)[number]
-        if statement.verdict == "not tested":
-            return Verdict("", UNTESTED, statement.measured)
-        if statement.verdict == "holds only in part":
-            return Verdict(statement.measured, READING, statement.condition)
-        return Verdict(
-            statement.measured, statement.verdict, holds if statement.verdict == HOLDS else fails
-        )
 
-    return judge
+def _median(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.2f}"
+
+
+def _judge_a9(cubes: Cubes) -> Verdict:
+    """What bursts do without restitution."""
+    cube = cubes["performance"]
+    if not (cube.restitution == 0.0).any():
+        return Verdict("", UNTESTED, "restitution 0 is not in this study")
+    plastic = (cube.impacts_per_period > 0.0) & (cube.restitution == 0.0)
+    chatter = int(((cube.chatter > 0) & (cube.restitution == 0.0)).sum())
+    bursts = cube.bursts_per_period.where(plastic, 0.0)
+    sticks = float((bursts * cube.complete_fraction.fillna(0.0)).sum() / bursts.sum())
+    measured = (
+        f"{int(plastic.sum())} points with impacts, {chatter} of them chatter; "
+        f"{sticks:.0%} of the bursts end in sticking, after the others the wall draws away at once"
+    )
+    if chatter:
+        return Verdict(measured, FAILS, "there is chatter at restitution 0")
+    if sticks == 1.0:
+        return Verdict(measured, HOLDS, "every burst sticks")
+    return Verdict(measured, READING, "the wall does not draw away at once")
+
+
+def _judge_a10(cubes: Cubes) -> Verdict:
+    """Damped bands of low and of high restitution, and where two impacts per period damp well."""
+    from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
+
+    cube = cubes["performance"]
+    best = best_clearance(cube)
+    shares = damping_shares(cube)
+    r = best.get("restitution")
+    if r is None or r.nunique() < 2 or not shares["well_damped_two_impacts"]:
+        return Verdict("", UNTESTED, "needs an axis of restitution and such points")
+    middle = 0.5 * (r.min() + r.max())
+    low, high = (best.loc[half, "band"].mean() for half in (r <= middle, r > middle))
+    share = shares["near_resonance"]
+    measured = (
+        f"mean band at the best clearance {low:.3g} for restitution up to {middle:g}, {high:.3g} "
+        f"above; {share:.0%} of the well damped points (rms ratio < {GOOD:g}) with two impacts "
+        f"per period lie within {NEAR:.0%} of the resonance, all from "
+        f"{shares['lowest']:g} to {shares['highest']:g}"
+    )
+    wider, narrow = low > high, share >= 0.9
+    if wider and narrow:
+        why = "low restitution has the wider band, and two impacts damp well near resonance only"
+        return Verdict(measured, HOLDS, why)
+    if not (wider or narrow):
+        why = "neither is low restitution's band wider nor do two impacts need the resonance"
+        return Verdict(measured, FAILS, why)
+    half = "its first half is meant, the band" if wider else "its second half is meant"
+    return Verdict(measured, READING, half)
 
 
 def _judge_a11(cubes: Cubes) -> Verdict:
@@ -508,11 +551,7 @@ PAPER_A = (
         stated="no number",
         studies=("performance",),
         figures=("performance/figures/rms_ratio",),
-        judge=_judge_performance(
-            0,
-            "chatter and sticking are more frequent among well damped points than among all",
-            "chatter and sticking are rarer among well damped points than among all",
-        ),
+        judge=_judge_a8,
     ),
     Statement(
         "A9",
@@ -521,7 +560,7 @@ PAPER_A = (
         stated="r = 0",
         studies=("performance",),
         figures=("performance/figures/rms_ratio",),
-        judge=_judge_performance(1, "every burst sticks", "there is chatter at restitution 0"),
+        judge=_judge_a9,
     ),
     Statement(
         "A10",
@@ -530,11 +569,7 @@ PAPER_A = (
         stated="no number",
         studies=("performance",),
         figures=("performance/figures/best_clearance",),
-        judge=_judge_performance(
-            2,
-            "low restitution has the wider band, and two impacts damp well near resonance only",
-            "neither is low restitution's band wider nor do two impacts need the resonance",
-        ),
+        judge=_judge_a10,
     ),
     Statement(
         "A11",

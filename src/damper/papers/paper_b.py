@@ -182,7 +182,7 @@ def _summed(measured: str, held: Sequence[str], count: int) -> Verdict:
 
 def _judge_b5(cubes: Cubes) -> Verdict:
     """What our figures show: the text has lost what its own show."""
-    from damper.papers.ranges import section_points
+    from damper.analysis.sections import section_points
 
     portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
     points = section_points(portraits)
@@ -206,7 +206,7 @@ def _judge_b5(cubes: Cubes) -> Verdict:
 
 def _judge_b6(cubes: Cubes) -> Verdict:
     """Where motions have more than one point on the section, over the restitution."""
-    from damper.papers.ranges import section_points
+    from damper.analysis.sections import section_points
 
     edges = [CHATTER_FROM + tenths / 10.0 for tenths in range(6)]
     told = []

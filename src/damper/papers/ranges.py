@@ -80,16 +80,3 @@ def ends(ranges: Mapping[tuple[float, float], Range]) -> tuple[float, float]:
     if not found:
         return np.nan, np.nan
     return min(one.low for one in found), max(one.high for one in found)
-
-
-def section_points(cube: xr.Dataset) -> xr.DataArray:
-    """Number of distinct points that a motion leaves on the section; 0 where a run stopped.
-
-    Points within 1e-6 of the section's size are one: a periodic motion has as many as periods, a
-    chaotic one as many as were taken (`damper.analysis.section_period` tells of the order instead).
-    """
-    x = np.sort(cube.displacement.values, axis=-1)
-    size = 1e-6 * (1.0 + np.abs(x).max(axis=-1, keepdims=True))
-    distinct = 1 + (np.diff(x, axis=-1) > size).sum(axis=-1)
-    distinct = np.where(np.isnan(x).any(axis=-1), 0, distinct)
-    return cube.displacement.isel(sample=0, drop=True).copy(data=distinct)

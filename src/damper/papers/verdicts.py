@@ -6,28 +6,18 @@ because the papers' own are lost.
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from damper.papers.base import UNTESTED, Statement, Verdict
 from damper.papers.statements import STATEMENTS
-from damper.tables import markdown_table
+from damper.tables import Table
 
-_HEADS = (
-    "claim",
-    "statement",
-    "where",
-    "stated",
-    "found",
-    "verdict",
-    "why",
-    "assumptions",
-    "figures",
-)
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -72,31 +62,8 @@ def assumptions(cubes: Iterable[xr.Dataset]) -> str:
     return ", ".join(parts)
 
 
-def to_csv(found: Sequence[Judged]) -> str:
-    """Write one line per statement; `figures` are below the folder of results, without suffix."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_HEADS)
-    for item in found:
-        statement, verdict = item.statement, item.verdict
-        writer.writerow(
-            [
-                statement.name,
-                statement.text,
-                statement.where,
-                statement.stated,
-                "; ".join([verdict.found, *(", ".join(row) for row in verdict.numbers)]),
-                verdict.verdict,
-                verdict.why,
-                item.assumptions,
-                " ".join(statement.figures),
-            ]
-        )
-    return text.getvalue()
-
-
-def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
-    """Write a summary, then every statement in full.
+def table(found: Sequence[Judged], made: Collection[str] = ()) -> Table:
+    """Make the table of verdicts: a summary, then every statement in full.
 
     Parameters
     ----------
@@ -105,40 +72,57 @@ def to_markdown(found: Sequence[Judged], made: Collection[str]) -> str:
         Figures that there are, below the folder of results and without suffix; others are not
         linked.
     """
-    lines = [
-        "# What the two papers state, and whether it holds",
-        "",
+    import pandas as pd
+
+    summary = [(i.statement.name, i.statement.text, sentence(i)) for i in found]
+    body: list[str | pd.DataFrame] = [
         "The statements are in our words; what follows *stated* stands in the papers' texts, at "
         "the place in brackets. "
         "Both texts lost their formulas and parameter values, so a verdict is for the assumed "
         "values below it, and changes with them. It is computed from the cubes of the studies.",
-        "",
-        *markdown_table(
-            ["", "statement", "verdict"],
-            [[i.statement.name, i.statement.text, sentence(i)] for i in found],
-        ),
+        pd.DataFrame(summary, columns=["", "statement", "verdict"]),
     ]
     for item in found:
-        statement, verdict = item.statement, item.verdict
-        lines += [
-            "",
-            f"## {statement.name}: {statement.text}",
-            "",
-            f"- Stated: {statement.stated} ({statement.where})",
-        ]
-        if verdict.found:
-            lines.append(f"- Found: {verdict.found}")
-        lines.append(f"- Verdict: **{verdict.verdict}**: {verdict.why}")
-        if item.assumptions:
-            lines.append(f"- Assumed: {item.assumptions}")
-        links = [
-            f"[{path.rpartition('/')[2]}]({path}.png)" for path in statement.figures if path in made
-        ]
-        if links:
-            lines.append(f"- Shown by: {', '.join(links)}")
-        if verdict.numbers:
-            lines += ["", *markdown_table(verdict.numbers[0], verdict.numbers[1:])]
-    return "\n".join(lines) + "\n"
+        body += _in_full(item, made)
+    return Table(
+        "What the two papers state, and whether it holds", pd.DataFrame(map(_row, found)), body
+    )
+
+
+def _row(item: Judged) -> dict[str, str]:
+    """One line of the CSV; figures are below the folder of results, without suffix."""
+    statement, verdict = item.statement, item.verdict
+    return {
+        "claim": statement.name,
+        "statement": statement.text,
+        "where": statement.where,
+        "stated": statement.stated,
+        "found": "; ".join([verdict.found, *(", ".join(row) for row in verdict.numbers)]),
+        "verdict": verdict.verdict,
+        "why": verdict.why,
+        "assumptions": item.assumptions,
+        "figures": " ".join(statement.figures),
+    }
+
+
+def _in_full(item: Judged, made: Collection[str]) -> Iterator[str | pd.DataFrame]:
+    import pandas as pd
+
+    statement, verdict = item.statement, item.verdict
+    yield f"## {statement.name}: {statement.text}"
+    links = [
+        f"[{path.rpartition('/')[2]}]({path}.png)" for path in statement.figures if path in made
+    ]
+    lines = {
+        "Stated": f"{statement.stated} ({statement.where})",
+        "Found": verdict.found,
+        "Verdict": f"**{verdict.verdict}**: {verdict.why}",
+        "Assumed": item.assumptions,
+        "Shown by": ", ".join(links),
+    }
+    yield "\n".join(f"- {name}: {text}" for name, text in lines.items() if text)
+    if verdict.numbers:
+        yield pd.DataFrame(verdict.numbers[1:], columns=list(verdict.numbers[0]))
 
 
 def sentence(item: Judged) -> str:

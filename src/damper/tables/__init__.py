@@ -7,10 +7,11 @@ files of a table look like stands here, for all tables.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from damper.parameters.quantities import ALL
 from damper.study.kinds import TABLES
 
 if TYPE_CHECKING:
@@ -77,19 +78,7 @@ def _lines(cells: pd.DataFrame) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 
-@dataclass(frozen=True)
-class About:
-    """What a table says of its study, and needs to run more points of it."""
-
-    title: str
-    fixed: Mapping[str, float]
-    observers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    assumed: Mapping[str, str] = field(default_factory=dict)
-    run: Mapping[str, Any] = field(default_factory=dict)
-    """Settings of `damper.sweep.runs.run_points`: transient, periods, ..."""
-
-
-def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> Table:
+def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     """Make one table of a cube.
 
     Parameters
@@ -99,7 +88,6 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About)
     cube : xarray.Dataset
     settings : mapping
         Those of the kind in the study file.
-    about : About
 
     Returns
     -------
@@ -111,60 +99,35 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any], about: About)
     ValueError
         For an unknown kind, with the known ones.
     """
-    table = TABLES.module(kind).make(cube, settings, about)
-    if not isinstance(table, Table):
-        return _Texts("", *table)
-    body = [*_fixed(about), *table.body, *_assumed(about)]
-    return replace(table, title=f"{about.title}: {table.title}", body=body)
+    table = TABLES.module(kind).make(cube, settings)
+    title = f"{cube.attrs['title']}: {table.title}"
+    return replace(table, title=title, body=[*_fixed(cube), *table.body, *_assumed(cube)])
 
 
-def _fixed(about: About) -> Iterator[str]:
-    if about.fixed:
-        values = ", ".join(f"{name} = {value:g}" for name, value in about.fixed.items())
-        yield f"Fixed: {values}."
+def _fixed(cube: xr.Dataset) -> Iterator[str]:
+    values = {
+        name: float(cube[name]) for name in ALL if name in cube.coords and not cube[name].ndim
+    }
+    if values:
+        yield f"Fixed: {', '.join(f'{name} = {value:g}' for name, value in values.items())}."
 
 
-def _assumed(about: About) -> Iterator[str]:
-    if about.assumed:
+def _assumed(cube: xr.Dataset) -> Iterator[str]:
+    found = {
+        str(name).removeprefix("assumed_"): reason
+        for name, reason in cube.attrs.items()
+        if str(name).startswith("assumed_")
+    }
+    noted = {str(name): array.attrs for name, array in cube.coords.items()}
+    found = {name: attrs["assumed"] for name, attrs in noted.items() if "assumed" in attrs} | found
+    if found:
         yield "## Assumed"
         yield "These values are not stated in the source's text:"
-        reasons = about.assumed.items()
-        yield "\n".join(f"- {name.replace('_', ' ')}: {reason}" for name, reason in reasons)
-
-
-class _Texts(Table):
-    """Both texts of a kind that is not converted yet."""
-
-    def csv(self) -> str:
-        return str(self.data)
-
-    def markdown(self) -> str:
-        return str(self.body)
+        yield "\n".join(f"- {name.replace('_', ' ')}: {why}" for name, why in found.items())
 
 
 def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a Markdown table."""
-    return [
-        "| " + " | ".join(heads) + " |",
-        "|" + "---|" * len(heads),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
+    """Lines of a Markdown table, until all tables are a `Table`."""
+    import pandas as pd
 
-
-def remarks(about: About) -> list[str]:
-    """Lines that say which values are assumed, and why."""
-    if not about.assumed:
-        return []
-    return [
-        "",
-        "## Assumed",
-        "",
-        "These values are not stated in the source's text:",
-        "",
-        *(f"- {name.replace('_', ' ')}: {reason}" for name, reason in about.assumed.items()),
-    ]
-
-
-def fixed_values(about: About) -> str:
-    """Sentence with the fixed quantities."""
-    return f"Fixed: {', '.join(f'{name} = {value:g}' for name, value in about.fixed.items())}."
+    return _lines(pd.DataFrame(rows, columns=list(heads))).splitlines()

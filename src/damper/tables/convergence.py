@@ -22,7 +22,7 @@ from damper.study.products import (
 )
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import words
-from damper.tables import About, Table
+from damper.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +91,7 @@ class ConvergenceTable(Product):
             fit_axis(role, Role(least, most), settings, offer, faults)
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> Table:
+def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     """Write the distances to the rigid damper; see `damper.tables.make`."""
     import pandas as pd
 

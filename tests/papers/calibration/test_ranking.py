@@ -1,7 +1,5 @@
 """Joined scores and their order, on made-up cubes, and the table of a small calibration."""
 
-import csv
-import io
 import math
 from typing import Any
 
@@ -13,7 +11,7 @@ import damper
 from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import JOINED, rank
 from damper.papers.statements import SCORES
-from damper.tables import About, make
+from damper.tables import Table, make
 
 SETTINGS: dict[str, Any] = {
     "onset_tolerance": 1.0,
@@ -128,43 +126,35 @@ def cube() -> xr.Dataset:
 PRESET = {"mass_ratio": 0.2, "damping_ratio": 0.01, "restitution": 0.8, "clearance": 0.03}
 
 
-def table(cube: xr.Dataset, **changes: Any) -> tuple[str, str]:
+def table(cube: xr.Dataset, **changes: Any) -> Table:
     given = SETTINGS | {"statements": ["A3", "A4", "A5"], "preset": PRESET | {"phase": 0.0}}
-    return make("ranking", cube, given | changes, About("A study", {}, {}, {"clearance": "lost"}))
+    return make("ranking", cube, given | changes)
 
 
 def test_rows_are_the_sets_in_order(cube: xr.Dataset) -> None:
-    text, markdown = table(cube)
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == 20
-    joined = [float(row["joined"]) for row in rows]
-    assert joined == sorted(joined, reverse=True)
-    for row in rows:
-        three = [float(row[name]) for name in ("A3", "A4", "A5")]
-        assert float(row["joined"]) == pytest.approx(math.prod(three) ** (1 / 3), rel=1e-6)
-        # 1.5707963267948966 is rounded to ten digits.
-        place = {
-            name: float(cube[name].sel({name: float(row[name])}, method="nearest"))
-            for name in ("mass_ratio", "damping_ratio", "restitution", "clearance", "phase")
-        }
-        low = cube.sel(place | {"frequency_ratio": 0.2})
-        assert float(row["onset"]) == pytest.approx(float(low.burst_at_onset), rel=1e-9)
-        assert float(row["duration"]) == pytest.approx(float(low.burst_at_duration), rel=1e-9)
-    assert markdown.startswith("# A study: ranking\n")
-    assert "- clearance: lost" in markdown
+    rows = table(cube).data
+    assert rows["rank"].tolist() == list(range(1, 21))
+    assert rows["joined"].is_monotonic_decreasing
+    for row in rows.to_dict("records"):
+        three = [row[name] for name in ("A3", "A4", "A5")]
+        assert row["joined"] == pytest.approx(math.prod(three) ** (1 / 3), rel=1e-12)
+        names = ("mass_ratio", "damping_ratio", "restitution", "clearance", "phase")
+        low = cube.sel({name: row[name] for name in names} | {"frequency_ratio": 0.2})
+        assert row["onset"] == float(low.burst_at_onset)
+        assert row["duration"] == float(low.burst_at_duration)
 
 
 def test_preset_and_what_it_scores(cube: xr.Dataset) -> None:
-    _, markdown = table(cube)
+    markdown = table(cube).markdown()
     found = rank(cube, ["A3", "A4", "A5"])
     number, best = found.rank(PRESET | {"phase": 0.0})
     assert f"has the joined score {best:.4g} and is number {number} of 48 sets" in markdown
     assert " preset |" in markdown
-    assert "preset" not in table(cube, preset=None)[1]
+    assert "preset" not in table(cube, preset=None).markdown()
 
 
 def test_pinned_values_are_those_of_the_scores(cube: xr.Dataset) -> None:
-    _, markdown = table(cube)
+    markdown = table(cube).markdown()
     (line,) = [line for line in markdown.splitlines() if line.startswith("| restitution |")]
     cells = [cell.strip() for cell in line.strip("|").split("|")][1:]
     for name, cell in zip(("A3", "A4", "A5"), cells, strict=False):
@@ -175,9 +165,10 @@ def test_pinned_values_are_those_of_the_scores(cube: xr.Dataset) -> None:
 
 
 def test_counts_of_sets_that_hold(cube: xr.Dataset) -> None:
-    _, markdown = table(cube, onset_tolerance=3.0, duration_tolerance=3.0, ratio_tolerance=0.5)
+    wide = table(cube, onset_tolerance=3.0, duration_tolerance=3.0, ratio_tolerance=0.5)
+    markdown = wide.markdown()
     (text,) = [line for line in markdown.splitlines() if line.startswith("Together")]
-    assert "doubled" not in table(cube, statements=["A5"])[1]
+    assert "doubled" not in table(cube, statements=["A5"]).markdown()
     for scale, words in ((1.0, "all hold in {} "), (2.0, "doubled in {} ")):
         tolerances = Tolerances(3.0 * scale, 3.0 * scale, 0.5 * scale)
         each = [SCORES[name].measure(cube, tolerances).score for name in ("A3", "A4", "A5")]
@@ -188,7 +179,8 @@ def test_counts_of_sets_that_hold(cube: xr.Dataset) -> None:
 
 
 def test_same_text_twice(cube: xr.Dataset) -> None:
-    assert table(cube) == table(cube.copy(deep=True))
+    first, second = table(cube), table(cube.copy(deep=True))
+    assert (first.csv(), first.markdown()) == (second.csv(), second.markdown())
     # However the axes lie in the file.
     turned = rank(cube.transpose("frequency_ratio", "phase", ...), ["A3", "A5"])
     straight = rank(cube, ["A3", "A5"])
@@ -198,7 +190,6 @@ def test_same_text_twice(cube: xr.Dataset) -> None:
 
 def test_other_studies_best_values_are_told(cube: xr.Dataset) -> None:
     other = clearances([[2, 3], [1, 4]], [0.1, 0.2])
-    text, markdown = table(cube, also={"A1": other})
-    first = next(csv.DictReader(io.StringIO(text)))
-    assert float(first["A1: best frequency_ratio"]) == 0.9
-    assert "| A1 | over the clearance" in markdown
+    found = table(cube, also={"A1": other})
+    assert found.data["A1: best frequency_ratio"][0] == 0.9
+    assert "| A1 | over the clearance" in found.markdown()

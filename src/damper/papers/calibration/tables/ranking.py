@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,9 +14,10 @@ from damper.papers.calibration.ranking import JOINED, Ranking, rank
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
 from damper.study.fields import Number
-from damper.tables import About, markdown_table, remarks
+from damper.tables import Table
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 #: A statement holds from this score on: a deviation by its tolerance.
@@ -37,15 +36,42 @@ class RankingTable(Scores):
     ] = 200
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any], about: About) -> tuple[str, str]:
+def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     """Rank the sets of parameters; see `damper.tables.make`."""
-    found = ranked(cube, settings)
+    import pandas as pd
+
+    found, preset = ranked(cube, settings), settings.get("preset")
+    scored = (
+        "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
+        "statements are those of the papers in our words; how each is scored is ours "
+        "(docs/calibration.md)."
+    )
+    together = f"Together: all hold in {_of(int(holding(found).sum()), found.sets)}"
     doubled = None
     if any(SCORES[name].tolerant for name in found.own):
         tolerances = {key: 2.0 * settings[key] for key in settings if key.endswith("_tolerance")}
         doubled = ranked(cube, {**settings, **tolerances})
-    rows = list(_rows(found, settings["rows"]))
-    return _to_csv(rows), _to_markdown(found, doubled, rows, settings, about)
+        scored += (
+            f" Tolerances: onset {settings['onset_tolerance']:g} sqrt(M/K), duration "
+            f"{settings['duration_tolerance']:g} sqrt(M/K), ratio of durations "
+            f"{settings['ratio_tolerance']:g}."
+        )
+        count = int(holding(doubled).sum())
+        together += f"; with all tolerances doubled in {_of(count, doubled.sets)}"
+    data = pd.DataFrame(_rows(found, settings["rows"]))
+    best = data.head(_SHOWN).map(_short)
+    body = [
+        scored,
+        _each_statement(found, preset),
+        f"{together}.",
+        *([_preset(found, preset)] if preset else []),
+        "## What is pinned down",
+        "Values at which, with the best of everything else, the score is 1/2 or more.",
+        _pinned(found, doubled),
+        "## The best sets",
+        best.rename(columns=lambda name: name.replace("_", " ")),
+    ]
+    return Table("ranking", data, body)
 
 
 def ranked(cube: xr.Dataset, settings: Mapping[str, Any]) -> Ranking:
@@ -92,104 +118,51 @@ def _number(array: xr.DataArray, place: Mapping[str, Any]) -> float:
     return float(array.sel({name: place[str(name)] for name in array.dims}))
 
 
-def _to_csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    table.writeheader()
-    table.writerows(
-        {key: f"{value:.10g}" if isinstance(value, float) else value for key, value in row.items()}
-        for row in rows
-    )
-    return text.getvalue()
+def _each_statement(found: Ranking, preset: Mapping[str, float] | None) -> pd.DataFrame:
+    import pandas as pd
 
-
-def _to_markdown(
-    found: Ranking,
-    doubled: Ranking | None,
-    rows: list[dict[str, Any]],
-    settings: Mapping[str, Any],
-    about: About,
-) -> str:
-    scored = (
-        "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
-        "statements are those of the papers in our words; how each is scored is ours "
-        "(docs/calibration.md)."
-    )
-    together = f"Together: all hold in {_of(int(holding(found).sum()), found.sets)}"
-    if doubled:
-        scored += (
-            f" Tolerances: onset {settings['onset_tolerance']:g} sqrt(M/K), duration "
-            f"{settings['duration_tolerance']:g} sqrt(M/K), ratio of durations "
-            f"{settings['ratio_tolerance']:g}."
-        )
-        count = int(holding(doubled).sum())
-        together += f"; with all tolerances doubled in {_of(count, doubled.sets)}"
-    lines = [
-        f"# {about.title}: ranking",
-        "",
-        scored,
-        "",
-        *_each_statement(found, settings.get("preset")),
-        "",
-        f"{together}.",
-        *_preset(found, settings.get("preset")),
-        "",
-        "## What is pinned down",
-        "",
-        "Values at which, with the best of everything else, the score is 1/2 or more.",
-        "",
-        *_pinned(found, doubled),
-        "",
-        "## The best sets",
-        "",
-        *_best(found, rows[:_SHOWN]),
-        *remarks(about),
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _each_statement(found: Ranking, preset: Mapping[str, float] | None) -> list[str]:
     rows = []
     for name, array in found.own.items():
-        sets = f"{int((array >= HOLDS).sum())} of {array.size}"
-        row = [name, SCORES[name].text, sets, _short(float(array.max()))]
+        row = {
+            "statement": name,
+            "in our words": SCORES[name].text,
+            "holds in (sets)": f"{int((array >= HOLDS).sum())} of {array.size}",
+            "best score": _short(float(array.max())),
+        }
         if preset:
             here = {axis: value for axis, value in preset.items() if axis in array.dims}
-            row.append(_short(float(array.sel(here).max())))
+            row["preset"] = _short(float(array.sel(here).max()))
         rows.append(row)
-    heads = ["statement", "in our words", "holds in (sets)", "best score"]
-    return markdown_table([*heads, "preset"] if preset else heads, rows)
+    return pd.DataFrame(rows)
 
 
-def _preset(found: Ranking, preset: Mapping[str, float] | None) -> list[str]:
-    if not preset:
-        return []
+def _preset(found: Ranking, preset: Mapping[str, float]) -> str:
     here = {axis: value for axis, value in preset.items() if axis in found.scores.dims}
     number, best = found.rank(here)
     text = ", ".join(f"{axis} = {value:g}" for axis, value in preset.items())
-    return [
-        "",
+    return (
         f"The preset ({text}) has the joined score {_short(best)} and is number "
-        f"{_of(number, found.sets)}.",
-    ]
+        f"{_of(number, found.sets)}."
+    )
 
 
-def _pinned(found: Ranking, doubled: Ranking | None) -> list[str]:
-    scores = found.scores
-    names = list(found.own)
-    together = [holding(ranking).astype(float) for ranking in (found, doubled) if ranking]
-    heads = ["parameter", *names, "all hold", "all hold, tolerances doubled"]
+def _pinned(found: Ranking, doubled: Ranking | None) -> pd.DataFrame:
+    import pandas as pd
+
+    columns = {**found.own, "all hold": holding(found).astype(float)}
+    if doubled:
+        columns["all hold, tolerances doubled"] = holding(doubled).astype(float)
     rows = []
-    for axis in scores[JOINED].dims:
-        row = [str(axis).replace("_", " ")]
-        for array in (*(found.own[name] for name in names), *together):
-            if axis not in array.dims:
-                row.append("")
-                continue
-            profile = array.max([dim for dim in array.dims if dim != axis])
-            row.append(_values(profile[axis].values[profile.values >= HOLDS], profile.size))
+    for axis in found.scores[JOINED].dims:
+        row = {"parameter": str(axis).replace("_", " ")}
+        for head, array in columns.items():
+            row[head] = ""
+            if axis in array.dims:
+                profile = array.max([dim for dim in array.dims if dim != axis])
+                left = profile[axis].values[profile.values >= HOLDS]
+                row[head] = _values(left, profile.size)
         rows.append(row)
-    return markdown_table(heads[: 1 + len(names) + len(together)], rows)
+    return pd.DataFrame(rows)
 
 
 def _values(values: np.ndarray, count: int) -> str:
@@ -201,12 +174,6 @@ def _values(values: np.ndarray, count: int) -> str:
     if values.dtype.kind == "U" or len(values) <= 2:
         return ", ".join(_short(value) for value in values.tolist())
     return f"{_short(min(values))} to {_short(max(values))} ({len(values)} of {count})"
-
-
-def _best(found: Ranking, rows: list[dict[str, Any]]) -> list[str]:
-    heads = list(rows[0])
-    body = [[_short(row[head]) for head in heads] for row in rows]
-    return markdown_table([head.replace("_", " ") for head in heads], body)
 
 
 def _short(value: Any) -> str:

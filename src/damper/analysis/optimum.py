@@ -1,0 +1,200 @@
+"""The best value of an axis, such as the clearance, and how well the damper damps there."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from damper.analysis.places import need_variables, places
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
+GOOD, DAMPED = 0.5, 0.9
+#: Relative distance from the resonance that still counts as near it.
+NEAR = 0.1
+#: Two impacts per forcing period, to this tolerance, is the classical damper motion.
+_TWO = 0.05
+#: What differs by less than the rest of a transient counts as equal.
+_EQUAL = 1e-6
+
+
+def best_clearance(
+    cube: xr.Dataset,
+    along: str = "frequency_ratio",
+    over: str = "clearance",
+    damped: float = DAMPED,
+) -> pd.DataFrame:
+    """Best clearance at every place along the other axes, and how well it damps.
+
+    The best clearance is the one whose largest amplitude over the whole frequency range is
+    smallest. Amplitude ratios compare with the exact linear response without the damper.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observers ``response``, ``impacts`` and ``bursts``.
+    along : str, default "frequency_ratio"
+        Axis of the frequency.
+    over : str, default "clearance"
+        Axis that is chosen best; ``gap`` in SI units.
+    damped : float, default 0.9
+        Amplitude ratio below which a frequency belongs to the damped band.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each place, none where a run stopped early at every clearance. Columns are the
+        other axes and
+
+        - ``best_<over>``, and ``interior``: False at the first and the last value of the axis;
+        - ``worst_amplitude``: largest amplitude over the range there, with those at the
+          neighbouring clearances ``_below`` and ``_above`` (NaN beyond the axis) and
+          ``undamped_amplitude``, all in the cube's unit of length;
+        - ``band``: width of the damped frequencies, in the unit of `along`;
+        - ``lowest_amplitude_ratio``, ``lowest_at_<along>``, and there ``impacts_per_period``,
+          ``sticking_fraction`` and ``chatter``.
+
+    Raises
+    ------
+    ValueError
+        When the cube lacks a variable.
+
+    Examples
+    --------
+    >>> import damper
+    >>> cube = damper.simulate(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=[0.9, 1.0, 1.1],
+    ...                        clearance=[2.0, 9.0, 30.0], restitution=0.3, transient=100,
+    ...                        periods=20, observers=["response", "impacts", "bursts"])
+    >>> best_clearance(cube)[["best_clearance", "interior"]]
+       best_clearance  interior
+    0             9.0      True
+    """
+    import pandas as pd
+
+    need_variables(cube, "response", "peak_displacement", "amplitude_ratio")
+    need_variables(cube, "impacts", "impacts_per_period")
+    need_variables(cube, "bursts", "chatter", "sticking_fraction")
+    found = []
+    names = [str(dim) for dim in cube.amplitude_ratio.dims if dim not in (along, over)]
+    for where in places(cube.amplitude_ratio, along, over):
+        here = cube.sel(where).transpose(over, along, ...)
+        # Where a run stopped early nothing is known, so that clearance cannot be the best.
+        worst = here.peak_displacement.max(along, skipna=False)
+        if not np.isfinite(worst).any():
+            continue
+        place = least(worst.values)
+        line = here.isel({over: place})
+        ratio = line.amplitude_ratio.values
+        low = int(np.argmin(ratio))
+        point = line.isel({along: low})
+        around = np.pad(worst.values, 1, constant_values=math.nan)
+        found.append(
+            where
+            | {
+                f"best_{over}": float(here[over][place]),
+                "worst_amplitude": float(worst[place]),
+                "worst_amplitude_below": float(around[place]),
+                "worst_amplitude_above": float(around[place + 2]),
+                "undamped_amplitude": float((line.peak_displacement / line.amplitude_ratio).max()),
+                "band": float(_widths(line[along].values)[ratio < damped].sum()),
+                "lowest_amplitude_ratio": float(ratio[low]),
+                f"lowest_at_{along}": float(line[along][low]),
+                "impacts_per_period": float(point.impacts_per_period),
+                "sticking_fraction": float(point.sticking_fraction),
+                "chatter": int(point.chatter),
+                "interior": 0 < place < here.sizes[over] - 1,
+            }
+        )
+    columns = (
+        *(f"best_{over}", "worst_amplitude", "worst_amplitude_below", "worst_amplitude_above"),
+        *("undamped_amplitude", "band", "lowest_amplitude_ratio", f"lowest_at_{along}"),
+        *("impacts_per_period", "sticking_fraction", "chatter", "interior"),
+    )
+    return pd.DataFrame(found, columns=[*names, *columns])
+
+
+def damping_shares(
+    cube: xr.Dataset, along: str = "frequency_ratio", good: float = GOOD
+) -> dict[str, float]:
+    """What the well damped points of a cube have in common: shares and medians.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observers ``response``, ``impacts`` and ``bursts``.
+    along : str, default "frequency_ratio"
+        Axis of the frequency.
+    good : float, default 0.5
+        Rms ratio, to the response without damper, below which a point is well damped.
+
+    Returns
+    -------
+    dict of str to float
+        Numbers of points ``with_impacts``, of these ``well_damped``, and of these
+        ``well_damped_two_impacts``: with two impacts per period and neither chatter nor sticking.
+        ``lasting`` and ``lasting_well_damped``: part of the points with impacts, and of the well
+        damped ones, that chatter or stick. ``median_rms_lasting``, ``median_rms_two_impacts``:
+        median rms ratios of both groups. ``near_resonance``: part of the well damped points with
+        two impacts within 10 % of the resonance; ``lowest`` and ``highest`` are the ends of all,
+        in the unit of `along`. NaN where there are no such points.
+    """
+    need_variables(cube, "response", "rms_ratio", "peak_displacement", "amplitude_ratio")
+    need_variables(cube, "impacts", "impacts_per_period")
+    need_variables(cube, "bursts", "chatter", "sticking_fraction")
+    contact = cube.impacts_per_period > 0.0
+    lasting = contact & ((cube.chatter > 0) | (cube.sticking_fraction > 0.0))
+    two = contact & ~lasting & (abs(cube.impacts_per_period - 2.0) < _TWO)
+    well = contact & (cube.rms_ratio < good)
+    undamped = (cube.peak_displacement / cube.amplitude_ratio).max(
+        [dim for dim in cube.amplitude_ratio.dims if dim != along]
+    )
+    resonance = float(undamped.idxmax(along))
+    near = abs(cube[along] - resonance) <= NEAR * resonance
+    where = cube[along].where(two & well)
+    return {
+        "with_impacts": int(contact.sum()),
+        "well_damped": int(well.sum()),
+        "well_damped_two_impacts": int((two & well).sum()),
+        "lasting": _share(lasting, contact),
+        "lasting_well_damped": _share(lasting, well),
+        "median_rms_lasting": float(cube.rms_ratio.where(lasting).median()),
+        "median_rms_two_impacts": float(cube.rms_ratio.where(two).median()),
+        "near_resonance": _share(near, two & well),
+        "lowest": float(where.min()),
+        "highest": float(where.max()),
+    }
+
+
+def least(values: np.ndarray) -> int:
+    """Index of the first of the least values; NaN is never the least, unless all are.
+
+    Values that differ by a transient's rest are equal, so that where the masses never touch the
+    choice is not left to rounding.
+
+    Examples
+    --------
+    >>> least(np.array([np.nan, 3.0, 2.0000001, 2.0]))
+    2
+    """
+    values = np.where(np.isnan(values), np.inf, values)
+    lowest = values.min()
+    return int(np.argmax(values <= lowest + _EQUAL * abs(lowest)))
+
+
+def _share(some: xr.DataArray, of_all: xr.DataArray) -> float:
+    count = int(of_all.sum())
+    return float((some & of_all).sum() / count) if count else math.nan
+
+
+def _widths(values: np.ndarray) -> np.ndarray:
+    """Width of the cell around each value of an axis; the end cells are half ones."""
+    order = np.argsort(values)
+    edges = np.concatenate([values[order][:1], values[order], values[order][-1:]])
+    widths = np.empty(len(values))
+    widths[order] = 0.5 * (edges[2:] - edges[:-2])
+    return widths

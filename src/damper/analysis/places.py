@@ -1,0 +1,40 @@
+"""Places of a cube along its axes, for what is computed at each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from damper.sweep.grid import product
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def places(array: xr.DataArray, *without: str) -> list[dict[str, Any]]:
+    """Coordinates along all dimensions of an array but some, the last one fastest."""
+    others = {str(name): array[name].values.tolist() for name in array.dims if name not in without}
+    return product(others, {})
+
+
+def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
+    """Rows of a table in which all these columns have these values."""
+    for name, value in where.items():
+        frame = frame[frame[name] == value]
+    return frame
+
+
+def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:
+    """Check that a cube has the variables of an observer.
+
+    Raises
+    ------
+    ValueError
+        When it lacks one.
+    """
+    for name in names:
+        if name not in cube:
+            raise ValueError(
+                f"the cube has no variable {name!r}: make it with {observer!r} among the observers"
+            )

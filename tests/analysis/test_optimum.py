@@ -1,0 +1,143 @@
+"""The best clearance and what good damping goes with, against plain loops over the same cube."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damper
+from damper.analysis import best_clearance, damping_shares
+from damper.tables import make
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    """Return a small study of a damper of a tenth of the mass around resonance."""
+    return damper.simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=[0.9, 0.95, 0.98, 1.0, 1.02, 1.1],
+        clearance=[2.0, 6.0, 9.0, 12.0, 30.0],
+        restitution=[0.0, 0.3, 0.8],
+        transient=150,
+        periods=20,
+        observers=["response", "impacts", "bursts"],
+    )
+
+
+def test_best_clearance_is_the_one_with_the_smallest_largest_amplitude(cube: xr.Dataset) -> None:
+    found = best_clearance(cube)
+    assert found["restitution"].tolist() == [0.0, 0.3, 0.8]
+    for best in found.to_dict("records"):
+        worst = {}
+        for d in cube.clearance.values:
+            here = cube.sel(clearance=d, restitution=best["restitution"])
+            worst[d] = max(float(here.peak_displacement.sel(frequency_ratio=w))
+                           for w in cube.frequency_ratio.values)  # fmt: skip
+        assert best["worst_amplitude"] == pytest.approx(min(worst.values()), rel=2e-6)
+        assert worst[best["best_clearance"]] == best["worst_amplitude"]
+        place = list(worst).index(best["best_clearance"])
+        around = [math.nan, *worst.values(), math.nan]
+        beside = (best["worst_amplitude_below"], best["worst_amplitude_above"])
+        np.testing.assert_equal(beside, (around[place], around[place + 2]))
+        assert best["interior"] == (best["best_clearance"] not in (2.0, 30.0))
+        # The linear response is largest at resonance: 1 / (2 zeta) there.
+        assert best["undamped_amplitude"] == pytest.approx(25.0, rel=1e-9)
+
+
+def test_band_is_the_width_of_the_damped_frequencies(cube: xr.Dataset) -> None:
+    grid = cube.frequency_ratio.values
+    widths = [0.025, 0.04, 0.025, 0.02, 0.05, 0.04]  # half of both steps beside each value
+    for best in best_clearance(cube).to_dict("records"):
+        line = cube.sel(restitution=best["restitution"], clearance=best["best_clearance"])
+        ratio = line.peak_displacement.values * np.hypot(1.0 - grid**2, 2.0 * 0.02 * grid)
+        assert best["band"] == pytest.approx(np.dot(widths, ratio < 0.9), rel=1e-12)
+        assert best["lowest_amplitude_ratio"] == pytest.approx(ratio.min(), rel=1e-12)
+        assert best["lowest_at_frequency_ratio"] == grid[ratio.argmin()]
+
+
+def test_shares_are_what_a_loop_counts(cube: xr.Dataset) -> None:
+    contact = lasting = good = both = 0
+    two = []
+    for point in cube.to_dataframe().reset_index().to_dict("records"):
+        if not point["impacts_per_period"] > 0:
+            continue
+        contact += 1
+        lasts = point["chatter"] > 0 or point["sticking_fraction"] > 0
+        lasting += lasts
+        good += point["rms_ratio"] < 0.5
+        both += lasts and point["rms_ratio"] < 0.5
+        if not lasts and abs(point["impacts_per_period"] - 2.0) < 0.05:
+            two.append((point["rms_ratio"], point["frequency_ratio"]))
+    assert 0 < both < good
+    shares = damping_shares(cube)
+    assert (shares["with_impacts"], shares["well_damped"]) == (contact, good)
+    assert shares["lasting"] == lasting / contact
+    assert shares["lasting_well_damped"] == both / good
+    assert shares["median_rms_two_impacts"] == np.median([rms for rms, _ in two])
+    well = [w for rms, w in two if rms < 0.5]
+    assert shares["well_damped_two_impacts"] == len(well)
+    assert shares["near_resonance"] == sum(abs(w - 1.0) <= 0.1 for w in well) / len(well)
+    assert (shares["lowest"], shares["highest"]) == (min(well), max(well))
+
+
+def made_up(peak: Any) -> xr.Dataset:
+    """Return a cube of two restitutions, two clearances and three frequencies."""
+    coords = {
+        "restitution": [0.0, 0.8],
+        "frequency_ratio": [0.5, 1.0, 1.5],
+        "clearance": [1.0, 2.0],
+    }
+    values = {
+        "peak_displacement": peak,
+        "amplitude_ratio": 0.4,
+        "rms_ratio": 0.4,
+        "impacts_per_period": 2.0,
+        "sticking_fraction": 0.0,
+        "chatter": 0,
+    }
+    arrays = {n: (tuple(coords), np.broadcast_to(v, (2, 3, 2))) for n, v in values.items()}
+    return xr.Dataset(arrays, coords, {"title": "Made up"})
+
+
+def test_clearance_at_which_a_run_stopped_is_not_the_best() -> None:
+    peak = np.array([1.0, 2.0]).reshape(1, 1, 2) * np.ones((2, 3, 1))
+    peak[0, 1, 0] = np.nan
+    assert best_clearance(made_up(peak))["best_clearance"].tolist() == [2.0, 1.0]
+    nothing = best_clearance(made_up(np.nan))
+    assert nothing.empty
+    assert list(nothing.columns[:2]) == ["restitution", "best_clearance"]
+
+
+def test_equal_clearances_give_the_first_one() -> None:
+    peak = np.array([2.0, 2.0 - 1e-9]).reshape(1, 1, 2)
+    assert best_clearance(made_up(peak))["best_clearance"].tolist() == [1.0, 1.0]
+
+
+def test_missing_variables_are_named(cube: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match=r"no variable 'rms_ratio': .* 'response' among the obs"):
+        damping_shares(cube.drop_vars("rms_ratio"))
+
+
+# --- the table
+
+SETTINGS = {"along": "frequency_ratio", "over": "clearance", "good": 0.5, "damped": 0.9}
+
+
+def test_table_shows_what_was_found(cube: xr.Dataset) -> None:
+    table = make("performance", cube, SETTINGS)
+    assert table.data.equals(best_clearance(cube))
+    markdown = table.markdown()
+    for worst in table.data["worst_amplitude"]:
+        assert f"{worst:.3g} of 25" in markdown
+    assert f"chatters or sticks | {damping_shares(cube)['lasting_well_damped']:.0%} |" in markdown
+
+
+def test_table_of_one_place_and_of_none(cube: xr.Dataset) -> None:
+    alone = make("performance", cube.isel(restitution=1), SETTINGS)
+    assert "| best clearance, F0/K | largest amplitude, F0/K | beside it, F" in alone.markdown()
+    end = make("performance", made_up(np.array([1.0, 2.0]).reshape(1, 1, 2)), SETTINGS)
+    assert "| 1 (end of the axis) | 1 of 2.5 | 2 |" in end.markdown()
+    assert len(make("performance", made_up(np.nan), SETTINGS).csv().splitlines()) == 1
