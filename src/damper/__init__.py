@@ -38,6 +38,8 @@ __all__ = ["Parameters", "SIParameters", "State", "__version__", "events", "simu
 
 
 def __getattr__(name: str) -> Any:
+    if name == "analysis":
+        return import_module("damper.analysis")
     if name not in HOME:
         raise AttributeError(f"module 'damper' has no attribute {name!r}")
     value = getattr(import_module(HOME[name]), name)

@@ -26,8 +26,8 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table: its path below the folder of results without suffix, and its cells."""
+class ShownTable:
+    """A table: its path below the folder of results without suffix, and its cells, rounded."""
 
     path: str
     kind: str
@@ -60,7 +60,7 @@ class Chapter:
     description: str
     values: Sequence[Value] = ()
     figures: Sequence[Figure] = ()
-    tables: Sequence[Table] = field(default_factory=tuple)
+    tables: Sequence[ShownTable] = field(default_factory=tuple)
 
 
 def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
@@ -84,12 +84,23 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
     )
 
 
-def _table(path: str, kind: str, results: Path) -> Table:
+def _table(path: str, kind: str, results: Path) -> ShownTable:
     if "/timed/" in path:  # times differ from run to run, and the page does not
-        return Table(path, kind)
+        return ShownTable(path, kind)
     with (results / f"{path}.csv").open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file)) or [[]]
-    return Table(path, kind, head, rows[:MOST_ROWS], max(0, len(rows) - MOST_ROWS))
+    shown = [[_rounded(cell) for cell in row] for row in rows[:MOST_ROWS]]
+    return ShownTable(path, kind, head, shown, max(0, len(rows) - MOST_ROWS))
+
+
+def _rounded(cell: str) -> str:
+    """A number with a fraction in six digits; anything else as it is."""
+    if "." not in cell:
+        return cell
+    try:
+        return f"{float(cell):.6g}"
+    except ValueError:
+        return cell
 
 
 def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: Name of the joined score.
 JOINED = "joined"
+#: A statement holds from this score on: a deviation by its tolerance.
+HOLDS = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,31 @@ class Ranking:
         joined = self.scores[JOINED]
         best = float(joined.sel(dict(place)).max())
         return int((joined > best).sum()) + 1, best
+
+
+def ranked(cube: xr.Dataset, settings: Mapping[str, Any]) -> Ranking:
+    """Rank the sets of a cube as the settings of a ranking or of profiles ask for.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+    settings : mapping
+        `statements`; `also` with the cubes of the studies it names; the tolerances.
+
+    Returns
+    -------
+    Ranking
+    """
+    tolerances = Tolerances(
+        settings["onset_tolerance"], settings["duration_tolerance"], settings["ratio_tolerance"]
+    )
+    return rank(cube, settings["statements"], settings.get("also"), tolerances)
+
+
+def holding(found: Ranking) -> xr.DataArray:
+    """Tell in which sets every statement holds."""
+    names = [name for name in found.scores if name != JOINED]
+    return (found.scores[names].to_array() >= HOLDS).all("variable")
 
 
 def rank(

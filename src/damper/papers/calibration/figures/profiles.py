@@ -22,9 +22,8 @@ from damper.figures.common.style import (
     SYMBOLS,
     VERMILION,
 )
-from damper.papers.calibration.ranking import JOINED, Ranking
+from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, ranked
 from damper.papers.calibration.settings import Scores
-from damper.papers.calibration.tables.ranking import HOLDS, ranked
 from damper.study.products import Caption
 
 if TYPE_CHECKING:

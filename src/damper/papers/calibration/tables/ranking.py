@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from damper.papers.base import Tolerances
-from damper.papers.calibration.ranking import JOINED, Ranking, rank
+from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, ranked
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
 from damper.study.fields import Number
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-#: A statement holds from this score on: a deviation by its tolerance.
-HOLDS = 0.5
 #: Sets in the Markdown; the CSV has as many as the settings say.
 _SHOWN = 15
 
@@ -72,31 +69,6 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         best.rename(columns=lambda name: name.replace("_", " ")),
     ]
     return Table("ranking", data, body)
-
-
-def ranked(cube: xr.Dataset, settings: Mapping[str, Any]) -> Ranking:
-    """Rank the sets of a cube as the settings of a ranking or of profiles ask for.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-    settings : mapping
-        `statements`; `also` with the cubes of the studies it names; the tolerances.
-
-    Returns
-    -------
-    Ranking
-    """
-    tolerances = Tolerances(
-        settings["onset_tolerance"], settings["duration_tolerance"], settings["ratio_tolerance"]
-    )
-    return rank(cube, settings["statements"], settings.get("also"), tolerances)
-
-
-def holding(found: Ranking) -> xr.DataArray:
-    """Tell in which sets every statement holds."""
-    names = [name for name in found.scores if name != JOINED]
-    return (found.scores[names].to_array() >= HOLDS).all("variable")
 
 
 def _rows(found: Ranking, count: int) -> Iterator[dict[str, Any]]:
