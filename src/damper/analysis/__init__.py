@@ -11,6 +11,7 @@ from typing import Any
 HOME = {
     "best_clearance": "optimum",
     "burst_statistics": "bursts",
+    "chatter_in_range": "intervals",
     "chatter_intervals": "intervals",
     "completion_errors": "completion",
     "damping_shares": "optimum",

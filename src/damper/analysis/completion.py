@@ -135,6 +135,13 @@ class Errors:
             return math.nan, points
         return float(np.median(slopes)), points
 
+    def factor(self, exponent: float) -> float:
+        """Factor of the law with a given exponent: the median over the errors that follow it."""
+        speed, error = self.speed[self.asymptotic], self.error[self.asymptotic]
+        if not speed.size:
+            return math.nan
+        return float(np.exp(np.median(np.log(np.abs(error)) - exponent * np.log(speed))))
+
 
 def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     """Collect the errors of one prediction from a cube, over all of its other dimensions.

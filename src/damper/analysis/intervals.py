@@ -103,6 +103,40 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     return frame.astype({"narrow": bool, "cut": bool})
 
 
+def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> dict[str, float]:
+    """Where along an axis a cube chatters, and at how many points in a range and outside it.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer ``bursts``. A value of the axis chatters if any run there
+        does.
+    along : str
+        Axis of a parameter.
+    low, high : float
+        Ends of the range, which belong to it.
+
+    Returns
+    -------
+    dict of str to float
+        ``lowest`` and ``highest`` value with chatter, NaN without any; of the values ``in_range``
+        and ``outside`` those that chatter: ``chatter_in_range``, ``chatter_outside``.
+    """
+    need_variables(cube, "bursts", "chatter")
+    grid = cube[along].values
+    chatter = cube.chatter.max([dim for dim in cube.chatter.dims if dim != along]).values > 0
+    inside = (grid >= low) & (grid <= high)
+    ends = (grid[chatter].min(), grid[chatter].max()) if chatter.any() else (np.nan, np.nan)
+    return {
+        "lowest": float(ends[0]),
+        "highest": float(ends[1]),
+        "in_range": int(inside.sum()),
+        "chatter_in_range": int((chatter & inside).sum()),
+        "outside": int((~inside).sum()),
+        "chatter_outside": int((chatter & ~inside).sum()),
+    }
+
+
 def thresholds(cube: xr.Dataset) -> dict[str, Any]:
     """Visibility thresholds of a cube, the main one first, as the bursts observer takes them.
 

@@ -187,10 +187,15 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
     style: dict[str, Any] = {"ls": dashes, **_GUIDE}
     if points:
         speed = found.speed[found.asymptotic]
-        size = np.abs(found.error[found.asymptotic])
-        factor = np.exp(np.median(np.log(size) - exponent * np.log(speed)))
         ends = np.array([0.3 * speed.min(), 3.0 * speed.max()])
-        ax.plot(ends, factor * ends**exponent, zorder=2.8, scalex=False, scaley=False, **style)
+        ax.plot(
+            ends,
+            found.factor(exponent) * ends**exponent,
+            zorder=2.8,
+            scalex=False,
+            scaley=False,
+            **style,
+        )
     fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
     return Line2D([], [], label=text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)

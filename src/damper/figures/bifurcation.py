@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
 from damper.figures import THEORY
 from damper.figures.common.layout import head, legend, place_label, place_text, say, select
@@ -228,14 +230,14 @@ def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
 
 def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
     """Say where chatter is found, and at how many points within the mark and outside it."""
-    grid = panel[along].values
-    chatter = panel.chatter.max([dim for dim in panel.chatter.dims if dim != along]).values > 0
-    if not chatter.any():
+    found = chatter_in_range(panel, along, *mark)
+    if math.isnan(found["lowest"]):
         return "chatter found: none"
-    inside = (grid >= mark[0]) & (grid <= mark[1])
-    counts = [f"{(chatter & some).sum()} of {some.sum()}" for some in (inside, ~inside)]
-    span = f"{SYMBOLS[along]} = {grid[chatter].min():g} to {grid[chatter].max():g}"
-    return f"chatter found: {span};\nat {counts[0]} points in the marked range, {counts[1]} outside"
+    return (
+        f"chatter found: {SYMBOLS[along]} = {found['lowest']:g} to {found['highest']:g};\n"
+        f"at {found['chatter_in_range']} of {found['in_range']} points in the marked range, "
+        f"{found['chatter_outside']} of {found['outside']} outside"
+    )
 
 
 def _above(place: xr.Dataset) -> float | None:
