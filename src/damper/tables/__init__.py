@@ -124,10 +124,3 @@ def _assumed(cube: xr.Dataset) -> Iterator[str]:
         yield "## Assumed"
         yield "These values are not stated in the source's text:"
         yield "\n".join(f"- {name.replace('_', ' ')}: {why}" for name, why in found.items())
-
-
-def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a Markdown table, until all tables are a `Table`."""
-    import pandas as pd
-
-    return _lines(pd.DataFrame(rows, columns=list(heads))).splitlines()
