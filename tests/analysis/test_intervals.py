@@ -230,7 +230,7 @@ def test_random_step_functions(
     assert len(steps.seen) == len(set(steps.seen))
 
 
-# --- chatter of lanes
+# --- chatter of single runs
 
 POINT = {
     "mass_ratio": 0.1,
@@ -244,7 +244,7 @@ RUN: dict[str, Any] = {"transient": 40, "periods": 10}
 
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Restitution of every lane that is run."""
+    """Restitution of every run."""
     calls: list[float] = []
 
     def counting(parameters: Any, **keywords: Any) -> Any:
@@ -256,7 +256,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return calls
 
 
-def test_chatter_at_is_that_of_a_lane_for_each_threshold() -> None:
+def test_chatter_at_is_that_of_a_run_for_each_threshold() -> None:
     thresholds = [0.03, 0.01, 0.2, 0.03]
     chatter_at = ChatterAt("restitution", POINT, thresholds, RUN)
     seen = set()
@@ -301,7 +301,7 @@ def test_each_value_is_simulated_once(counted: list[float]) -> None:
     assert len(counted) == len(set(counted))
 
 
-def test_other_places_are_other_lanes() -> None:
+def test_other_places_are_other_runs() -> None:
     """What is known is known for one place only."""
     a = ChatterAt("restitution", POINT, [0.03], RUN)
     b = ChatterAt("restitution", {**POINT, "clearance": 50.0}, [0.03], RUN)
@@ -309,7 +309,7 @@ def test_other_places_are_other_lanes() -> None:
     assert b(0.5).tolist() == [0]
 
 
-def test_stopped_lane_is_no_chatter() -> None:
+def test_stopped_run_is_no_chatter() -> None:
     (chatter,) = ChatterAt("restitution", POINT, [0.03], {**RUN, "max_events": 10})(0.5)
     assert chatter == -1
     assert not any(holds(int(chatter)) for holds in PREDICATES.values())
