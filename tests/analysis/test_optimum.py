@@ -116,9 +116,11 @@ def test_equal_clearances_give_the_first_one() -> None:
     assert best_clearance(made_up(peak))["best_clearance"].tolist() == [1.0, 1.0]
 
 
-def test_missing_variables_are_named(cube: xr.Dataset) -> None:
+def test_missing_variables_and_axes_are_named(cube: xr.Dataset) -> None:
     with pytest.raises(ValueError, match=r"no variable 'rms_ratio': .* 'response' among the obs"):
         damping_shares(cube.drop_vars("rms_ratio"))
+    with pytest.raises(ValueError, match=r"unknown axis 'clearence' .*'clearance'"):
+        best_clearance(cube, over="clearence")
 
 
 # --- the table

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from damper.analysis.places import need_axes
 from damper.parameters.quantities import ALL, MODEL_NAMES
 from damper.sweep.record import recorded
 
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
 _TAKEN = {"sample": -1, "burst": 0}
 
 
-def distance_to_rigid(cube: xr.Dataset, variables: Sequence[str], along: str) -> pd.DataFrame:
+def distance_to_rigid(
+    cube: xr.Dataset, variables: Sequence[str], along: str = "contact_stiffness_ratio"
+) -> pd.DataFrame:
     """Distance of a compliant damper's values to those of the rigid damper.
 
     The rigid damper is run once, with the settings of the cube.
@@ -30,7 +33,7 @@ def distance_to_rigid(cube: xr.Dataset, variables: Sequence[str], along: str) ->
         Of a study with no axes but those of the contact.
     variables : sequence of str
         Variables of the cube; of sections the last sample counts, of records the first burst.
-    along : str
+    along : str, default "contact_stiffness_ratio"
         Axis of the contact stiffness.
 
     Returns
@@ -43,10 +46,11 @@ def distance_to_rigid(cube: xr.Dataset, variables: Sequence[str], along: str) ->
     Raises
     ------
     ValueError
-        When the cube has another axis or lacks a variable.
+        When the cube has an axis that is not of the contact, or lacks a variable or the axis.
     """
     import pandas as pd
 
+    need_axes(cube, along)
     rigid = _rigid_values(cube, variables)
     frames = []
     for name in variables:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.analysis.places import need_variables, places
+from damper.analysis.places import need_axes, need_variables, places
 from damper.analysis.runs import runs
 from damper.parameters.quantities import ALL
 from damper.sweep.record import recorded
@@ -58,7 +58,7 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     Raises
     ------
     ValueError
-        When the cube was made without bursts, or more of its points cannot be run.
+        When the cube lacks the axis, was made without bursts, or more of it cannot be run.
 
     Examples
     --------
@@ -74,6 +74,7 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     """
     import pandas as pd
 
+    need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
     visible = thresholds(cube)
     run = recorded(cube, "bursts")
@@ -122,6 +123,7 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
         ``lowest`` and ``highest`` value with chatter, NaN without any; of the values ``in_range``
         and ``outside`` those that chatter: ``chatter_in_range``, ``chatter_outside``.
     """
+    need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
     grid = cube[along].values
     chatter = cube.chatter.max([dim for dim in cube.chatter.dims if dim != along]).values > 0

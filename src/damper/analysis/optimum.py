@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.analysis.places import need_variables, places
+from damper.analysis.places import need_axes, need_variables, places
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +62,7 @@ def best_clearance(
     Raises
     ------
     ValueError
-        When the cube lacks a variable.
+        When the cube lacks an axis or a variable.
 
     Examples
     --------
@@ -76,6 +76,7 @@ def best_clearance(
     """
     import pandas as pd
 
+    need_axes(cube, along, over)
     need_variables(cube, "response", "peak_displacement", "amplitude_ratio")
     need_variables(cube, "impacts", "impacts_per_period")
     need_variables(cube, "bursts", "chatter", "sticking_fraction")
@@ -143,6 +144,7 @@ def damping_shares(
         two impacts within 10 % of the resonance; ``lowest`` and ``highest`` are the ends of all,
         in the unit of `along`. NaN where there are no such points.
     """
+    need_axes(cube, along)
     need_variables(cube, "response", "rms_ratio", "peak_displacement", "amplitude_ratio")
     need_variables(cube, "impacts", "impacts_per_period")
     need_variables(cube, "bursts", "chatter", "sticking_fraction")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from damper.parameters.quantities import unknown_name
 from damper.sweep.grid import product
 
 if TYPE_CHECKING:
@@ -23,6 +24,19 @@ def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
     for name, value in where.items():
         frame = frame[frame[name] == value]
     return frame
+
+
+def need_axes(cube: xr.Dataset, *names: str) -> None:
+    """Check that a cube has axes of these names.
+
+    Raises
+    ------
+    ValueError
+        When it has not; with those that it has.
+    """
+    for name in names:
+        if name not in cube.dims:
+            raise ValueError(str(unknown_name("axis", name, [str(dim) for dim in cube.dims])))
 
 
 def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
-from damper.analysis.places import need_variables, places
+from damper.analysis.places import need_axes, need_variables, places
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 
@@ -54,6 +54,7 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     """
     import pandas as pd
 
+    need_axes(cube, along)
     grid = np.sort(cube[along].values).tolist()
     found = []
     for where in _places(cube, along):
@@ -99,10 +100,11 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
     Raises
     ------
     ValueError
-        When the cube has no impacts, or not one section.
+        When the cube has no such axis, no impacts, or not one section.
     """
     import pandas as pd
 
+    need_axes(cube, along)
     need_variables(cube, "impacts", "impacts_per_period")
     section = {name: given for name, given in observers_of(cube).items() if name in SECTIONS}
     found = []
