@@ -221,7 +221,7 @@ def test_draws_through_slices_and_files(fan: tuple[str, ...], tmp_path: Path) ->
         ({"initial": {"draws": True, "seed": 1, **RANGES}}, ["initial.draws", "not an integer"]),
         (
             {"initial": {"draws": 2, "seed": 1, "initial_position": [-1.5, 1]}},
-            ["initial.initial_position[0]", "-1.5", "-1 <= initial_position <= 1"],
+            ["initial.initial_position[0]", "-1.5", ">= -1 and <= 1"],
         ),
         (
             {"initial": {"draws": 2, "seed": 1, "initial_position": [1, -1]}},
@@ -403,8 +403,7 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
         INITIAL.replace("[-1, 1]", "[-1, 1.5]"),
         [
             "starts.yaml:14  initial.initial_position[1]",
-            "out of range (value: 1.5)",
-            "-1 <= initial_position <= 1 (-1 at the left wall, +1 at the right one)",
+            "out of range (value: 1.5)\n    allowed: number >= -1 and <= 1",
         ],
     ),
     "backwards": (("", ""), INITIAL.replace("[0, 2]", "[2, 0]"), ["low must be less than high"]),

@@ -9,8 +9,8 @@ import yaml
 
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
-from damper.study.fields import Faults, faults_of
 from damper.study.kinds import FIGURES, STUDIES, TABLES, Kinds
+from damper.study.messages import Faults, faults_of
 from damper.study.products import VARIABLES, Offer, Product
 
 GOOD: dict[str, Any] = {

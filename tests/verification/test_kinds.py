@@ -8,10 +8,10 @@ from jsonschema import Draft202012Validator
 
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.kinds import STUDIES
-from damper.study.model import AnyStudy, Study
-from damper.study.schema import schema_of
+from damper.study.model import Study
+from damper.study.reference import schemas
 
-SCHEMA = Draft202012Validator(schema_of(AnyStudy))
+SCHEMA = Draft202012Validator(schemas()["config/schema/study.schema.json"])
 POINT = {
     "mass_ratio": 0.1,
     "damping_ratio": 0.05,

@@ -20,7 +20,8 @@ from damper.analysis.completion import (
 )
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
-from damper.study.fields import Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_ROWS,
     At,
@@ -74,8 +75,7 @@ class Accumulation(FigureSettings):
 
     each: Each = None
     rows: Annotated[
-        str | None,
-        Text(),
+        Text | None,
         Field(description=f"Axis of whose values each makes a row of panels; {MOST_ROWS} at most."),
     ] = None
     at: At = None

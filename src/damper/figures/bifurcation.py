@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -25,7 +25,8 @@ from damper.figures.common.style import (
     VERMILION,
     label,
 )
-from damper.study.fields import Choice, Faults, ListOf, Range, Text
+from damper.study.fields import Pair, Some, Text, one_of
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_PANELS,
     SECTION_VARIABLES,
@@ -73,31 +74,26 @@ class Bifurcation(FigureSettings):
     }
     overlays: ClassVar[bool] = True
 
-    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    along: Annotated[Text, Field(description="Axis of the abscissa.")]
     each: Each = None
     rows: Annotated[
-        str | None, Text(), Field(description="Axis of whose values each makes a row of panels.")
+        Text | None, Field(description="Axis of whose values each makes a row of panels.")
     ] = None
     at: At = None
     variables: Annotated[
-        tuple[str, ...],
-        ListOf(Choice(*SECTION_VARIABLES), least=1),
+        Some[Annotated[str, one_of(SECTION_VARIABLES)]],
         Field(description="What is drawn, a panel each; one alone fits a printed column."),
     ] = SECTION_VARIABLES
     mark: Annotated[
-        tuple[float, float] | None,
-        Range(),
+        Pair[float] | None,
         Field(
             description="Part of the abscissa to mark by a bracket, such as a range that the "
             "source states; above the panels stands how far the chatter found agrees with it."
         ),
     ] = None
-    mark_label: Annotated[str | None, Text(), Field(description="What the mark is; with mark.")] = (
-        None
-    )
+    mark_label: Annotated[Text | None, Field(description="What the mark is; with mark.")] = None
     theory: Annotated[
-        str | None,
-        Choice("two_impacts"),
+        Literal["two_impacts"] | None,
         Field(
             description="Theory to draw over it: the closed-form motion with two impacts per "
             "period, where it exists and where it is stable."
@@ -121,7 +117,7 @@ class Bifurcation(FigureSettings):
     def relate(cls, data: dict[str, Any], model: Bifurcation | None, faults: Faults) -> None:
         if model is not None and (model.mark is None) != (model.mark_label is None):
             given, missing = ("mark", "mark_label") if model.mark else ("mark_label", "mark")
-            allowed = Text.words if model.mark else Range.words
+            allowed = "text" if model.mark else "[low, high], low < high"
             faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 

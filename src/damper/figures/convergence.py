@@ -10,7 +10,7 @@ import numpy as np
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
-from damper.study.fields import Faults
+from damper.study.messages import Faults
 from damper.study.products import (
     At,
     Caption,

@@ -23,7 +23,8 @@ from damper.figures.common.layout import (
     whole,
 )
 from damper.figures.common.style import BLACK, COLUMN, RATIOS
-from damper.study.fields import Faults, Flag, ListOf, Text
+from damper.study.fields import Some, Text
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_LINES,
     MOST_VARIABLES,
@@ -63,17 +64,15 @@ class Curves(FigureSettings):
     }
 
     variables: Annotated[
-        tuple[str, ...],
-        ListOf(Text(), least=1),
+        Some[Text],
         Field(
             description="Variables of the cube, each with one value at each point; a panel each, "
             f"{MOST_VARIABLES} at most."
         ),
     ]
-    along: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
+    along: Annotated[Text, Field(description="Axis of the abscissa.")]
     lines: Annotated[
-        str | None,
-        Text(),
+        Text | None,
         Field(
             description="Axis, or direction or draw, of whose values each makes a line; "
             f"{MOST_LINES} at most."
@@ -82,14 +81,13 @@ class Curves(FigureSettings):
     each: Each = None
     at: At = None
     best: Annotated[
-        str | None,
-        Text(),
+        Text | None,
         Field(
             description="Axis that is set, for each line, to the value at which the greatest "
             "value of the first variable along the abscissa is least."
         ),
     ] = None
-    log: Annotated[bool, Flag(), Field(description="Whether ordinates are logarithmic.")] = False
+    log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: Caption = None
 
     @classmethod

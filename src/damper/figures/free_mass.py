@@ -19,7 +19,8 @@ from damper.analysis.stretches import (
 from damper.figures.common.layout import head, legend, say, select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
 from damper.parameters.variables import SI_UNITS, TIME
-from damper.study.fields import Faults, Number
+from damper.study.fields import Unit
+from damper.study.messages import Faults
 from damper.study.products import (
     At,
     Caption,
@@ -79,18 +80,20 @@ class FreeMass(FigureSettings):
     at: At = None
     near: Annotated[
         float | None,
-        Number(ge=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Unit(f"{TIME}, {SI_UNITS[TIME]}"),
         Field(
+            ge=0,
             description="Time since the start of the record: the burst of chatter with the onset "
-            "nearest to it is shown at large; the first one of the stretch when not given."
+            "nearest to it is shown at large; the first one of the stretch when not given.",
         ),
     ] = None
     stop: Annotated[
         float | None,
-        Number(gt=0, units=f"{TIME}, {SI_UNITS[TIME]}"),
+        Unit(f"{TIME}, {SI_UNITS[TIME]}"),
         Field(
+            gt=0,
             description="Where the whole history ends, likewise; with the stretch that the "
-            "observer samples when not given."
+            "observer samples when not given.",
         ),
     ] = None
     caption: Caption = None

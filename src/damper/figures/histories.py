@@ -21,7 +21,8 @@ from damper.analysis.stretches import (
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
 from damper.figures.trajectory import Trajectory
-from damper.study.fields import Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_PANELS,
     Offer,
@@ -69,7 +70,7 @@ class Histories(Trajectory):
     of_single_bursts: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
 
-    panels: Annotated[str, Text(), Field(description="Axis of whose values each makes a panel.")]
+    panels: Annotated[Text, Field(description="Axis of whose values each makes a panel.")]
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -37,7 +37,8 @@ from damper.figures.common.style import (
     SYMBOLS,
     VERMILION,
 )
-from damper.study.fields import Choice, Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     FREE_TRAVEL,
     MOST_PANELS,
@@ -97,33 +98,29 @@ class Map(FigureSettings):
     }
 
     variable: Annotated[
-        str,
-        Text(),
+        Text,
         Field(
             description="Variable of the cube, with one value at each point. chatter and status "
             "are drawn in classes, all else with a colour bar."
         ),
     ]
-    x: Annotated[str, Text(), Field(description="Axis of the abscissa.")]
-    y: Annotated[str, Text(), Field(description="Axis of the ordinate.")]
+    x: Annotated[Text, Field(description="Axis of the abscissa.")]
+    y: Annotated[Text, Field(description="Axis of the ordinate.")]
     panels: Annotated[
-        str | None,
-        Text(),
+        Text | None,
         Field(description="Axis, or direction or draw, of whose values each makes a panel."),
     ] = None
     each: Each = None
     at: At = None
     best: Annotated[
-        str | None,
-        Choice("min", "max"),
+        Literal["min", "max"] | None,
         Field(
             description="Mark, for every x, the y at which the variable is least (min) or "
             "greatest (max); of equals the smallest y."
         ),
     ] = None
     theory: Annotated[
-        str | None,
-        Choice("small_mass_limit"),
+        Literal["small_mass_limit"] | None,
         Field(
             description="Theory to draw over it: the restitution up to which bursts complete, in "
             "the limit of a small free mass; with complete_fraction or chatter, over restitution "

@@ -12,7 +12,8 @@ from damper.analysis.sections import period_of
 from damper.analysis.stretches import half_gap
 from damper.figures.common.layout import head, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
-from damper.study.fields import Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_COLUMNS,
     At,
@@ -58,8 +59,7 @@ class PhasePortrait(FigureSettings):
     roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
 
     columns: Annotated[
-        str | None,
-        Text(),
+        Text | None,
         Field(
             description="Axis of whose values each makes a column of panels; "
             f"{MOST_COLUMNS} at most."

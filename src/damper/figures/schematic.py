@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from textwrap import wrap
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from damper.figures.common.style import BLACK, COLUMN
-from damper.study.fields import Choice, Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Product,
@@ -40,16 +41,13 @@ class Schematic(Product):
     of_cube: ClassVar[bool] = False
 
     drawing: Annotated[
-        str,
-        Choice("impact_damper", "two_degrees_of_freedom", "collision_system"),
+        Literal["impact_damper", "two_degrees_of_freedom", "collision_system"],
         Field(
             description="Paper A's free mass in a box; its form with two degrees of freedom; "
             "paper B's model."
         ),
     ]
-    caption: Annotated[str | None, Text(), Field(description="Heading; none when not given.")] = (
-        None
-    )
+    caption: Annotated[Text | None, Field(description="Heading; none when not given.")] = None
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:

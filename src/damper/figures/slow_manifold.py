@@ -11,7 +11,8 @@ from pydantic import Field
 from damper.analysis.amplitudes import VARIABLES, amplitudes
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
-from damper.study.fields import Faults, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     MOST_PANELS,
     At,
@@ -71,7 +72,7 @@ class SlowManifold(FigureSettings):
     roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
 
     panels: Annotated[
-        str | None, Text(), Field(description="Axis of whose values each makes a panel.")
+        Text | None, Field(description="Axis of whose values each makes a panel.")
     ] = None
     each: Each = None
     at: At = None

@@ -12,7 +12,7 @@ from pydantic import Field
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.common.layout import head, legend, select
 from damper.figures.common.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
-from damper.study.fields import Faults, Number
+from damper.study.messages import Faults
 from damper.study.products import (
     At,
     Caption,
@@ -56,16 +56,15 @@ class Trajectory(FigureSettings):
     at: At = None
     start: Annotated[
         float,
-        Number(ge=0),
         Field(
+            ge=0,
             description="Where the figure starts, in forcing periods since the start of the "
-            "stretch that the observer samples."
+            "stretch that the observer samples.",
         ),
     ] = 0.0
     stop: Annotated[
         float | None,
-        Number(gt=0),
-        Field(description="Where it ends, likewise; the end of the stretch when not given."),
+        Field(gt=0, description="Where it ends, likewise; the end of the stretch when not given."),
     ] = None
     caption: Caption = None
 

@@ -14,8 +14,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from damper.parameters.quantities import nearest
-from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Section, faults_of
+from damper.study.fields import STEM, STEM_WORDS, Entries
 from damper.study.kinds import STUDIES
+from damper.study.messages import Faults, faults_of
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
 from damper.study.study_file import StudyFile
@@ -207,11 +208,7 @@ def _kind_of(data: dict[str, Any]) -> type[StudyFile]:
     """Return the class of a study as written."""
     if not isinstance(data, dict) or "kind" not in data:
         return Study
-    faults = Faults()
-    with faults.of("kind"):
-        return STUDIES[Choice(*STUDIES).check(data["kind"], None)]
-    faults.settle()
-    raise AssertionError
+    return STUDIES.class_of(data)
 
 
 def _place(loc: Loc, file: YamlFile, override: Any) -> tuple[str, int]:
@@ -249,7 +246,7 @@ def _dropped(data: dict[str, Any]) -> set[str]:
     return {
         key
         for key, field in cls.model_fields.items()
-        if any(isinstance(one, Section) and one.dropped for one in field.metadata)
+        if any(isinstance(one, Entries) and one.dropped for one in field.metadata)
     }
 
 

@@ -8,17 +8,22 @@ of its plug-ins.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any
 
+from pydantic import GetJsonSchemaHandler, TypeAdapter
+from pydantic_core import CoreSchema, core_schema
+
 from damper.observers import class_in
-from damper.parameters.quantities import unknown_name
-from damper.study.fields import STEM, STEM_WORDS, Choice, Faults, Strict, as_mapping, fault
+from damper.parameters.quantities import nearest, unknown_name
+from damper.study.fields import Strict
+from damper.study.messages import NOTHING, Faults, as_mapping
 from damper.study.products import Product
+from damper.study.schema import Schema, nested
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import show, words
 
@@ -61,6 +66,34 @@ class Kinds(Mapping[str, type[Any]]):
             raise ValueError(str(unknown_name("kind", kind, self.modules)))
         return import_module(self.modules[kind])
 
+    def class_of(self, data: Any) -> type[Any]:
+        """Return the class of settings that say their ``kind``."""
+        faults = Faults()
+        kind = as_mapping(data, "kind and its settings").get("kind", NOTHING)
+        if not isinstance(kind, str) or kind not in self.modules:
+            shown = "'kind' is missing"
+            if kind is not NOTHING:
+                shown = f"not one of the choices (value: {show(kind)})"
+            near = nearest(kind, self.modules) if isinstance(kind, str) else ""
+            faults.add(("kind",), shown, words(self.modules), near)
+        faults.settle()
+        return self[kind]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            lambda data: self.class_of(data).model_validate(data)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        some = [
+            nested(handler, TypeAdapter(cls).core_schema)
+            | {"properties": {"kind": {"const": kind}}}
+            for kind, cls in self.items()
+        ]
+        return {"anyOf": some}
+
     def __getitem__(self, kind: str) -> type[Any]:
         if kind not in self.modules:
             raise KeyError(kind)
@@ -78,28 +111,3 @@ TABLES = Kinds(Product, "damper.tables", "damper.papers.calibration.tables")
 #: Studies that check the engine, with ``kind: <name>`` in their files; without it, a file is a
 #: `damper.study.model.Study`.
 STUDIES = Kinds(StudyFile, "damper.verification", within="settings")
-
-
-def product(kinds: Mapping[str, type[Any]]) -> Callable[[str, Any], Any]:
-    """Return what checks the settings of a figure or a table."""
-
-    def entry(stem: str, data: Any) -> Any:
-        faults = Faults()
-        if not STEM.fullmatch(stem):
-            faults.add((), f"{show(stem)} cannot be the name of a file", STEM_WORDS)
-        with faults.of():
-            made = _kind_of(data, kinds).entry(stem, data)
-        faults.settle()
-        return made
-
-    return entry
-
-
-def _kind_of(data: Any, kinds: Mapping[str, type[Any]]) -> type[Any]:
-    data, faults = as_mapping(data, "kind and its settings"), Faults()
-    with faults.of("kind"):
-        if "kind" not in data:
-            raise fault("'kind' is missing", words(kinds))
-        kind = Choice(*kinds).check(data["kind"], None)
-    faults.settle()
-    return kinds[kind]

@@ -6,30 +6,19 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
-from pydantic import Field, GetJsonSchemaHandler
-from pydantic_core import CoreSchema
+from pydantic import Field
 
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
 from damper.study.axes import axis_values, coordinate_name
-from damper.study.fields import (
-    Faults,
-    ListOf,
-    Number,
-    Section,
-    Strict,
-    Text,
-    as_mapping,
-    fault,
-    of_kind,
-)
-from damper.study.kinds import FIGURES, STUDIES, TABLES, product
+from damper.study.fields import Entries, Some, Strict, Text, Unit
+from damper.study.kinds import FIGURES, TABLES
+from damper.study.messages import Faults
 from damper.study.products import Product
 from damper.study.rules import corners, relate
-from damper.study.schema import Schema
-from damper.study.settings import OBSERVERS, SECTIONS, Axis, Fixed, Initial, observer
+from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 
@@ -40,22 +29,9 @@ _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 class Study(StudyFile):
     """One study: fixed parameters, axes, what to measure, what to draw."""
 
-    rules: ClassVar[Schema] = {
-        "allOf": [
-            {
-                "properties": {
-                    "observers": {
-                        "type": "object",
-                        "minProperties": 1,
-                        "not": {"required": list(SECTIONS)},
-                    }
-                }
-            }
-        ]
-    }
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", ALL, of=Fixed),
+        Entries("parameter", tuple(ALL)),
         Field(
             description="Quantities that are the same throughout. Every parameter without a "
             "default must stand here or under axes: all dimensionless ones, or all SI ones."
@@ -63,7 +39,7 @@ class Study(StudyFile):
     ] = _NONE
     axes: Annotated[
         dict[str, Axis],
-        Section(Axis.entry, "axis", ALL, of=Axis),
+        Entries("axis", tuple(ALL)),
         Field(
             description="Quantities that run through values; their order is that of the cube's "
             "dimensions. Without axes the study is one point."
@@ -77,30 +53,30 @@ class Study(StudyFile):
     ] = Initial()
     transient: Annotated[
         int,
-        Number(ge=0, whole=True, units="forcing periods"),
-        Field(description="How long each run goes on before it is recorded."),
+        Unit("forcing periods"),
+        Field(ge=0, description="How long each run goes on before it is recorded."),
     ]
     periods: Annotated[
         int,
-        Number(ge=1, whole=True, units="forcing periods"),
-        Field(description="How long the record is."),
+        Unit("forcing periods"),
+        Field(ge=1, description="How long the record is."),
     ]
     observers: Annotated[
         dict[str, Strict],
-        Section(observer, "observer", OBSERVERS, of=OBSERVERS, bare=True),
+        Entries("observer", OBSERVERS, bare=True),
         Field(
             description="What to measure, at least one; an observer without settings takes its "
             "defaults. No two may write one variable."
         ),
     ]
     figures: Annotated[
-        dict[str, Product],
-        Section(product(FIGURES), "figure", of=FIGURES, dropped=True),
+        dict[str, Annotated[Product, FIGURES]],
+        Entries("figure"),
         Field(description="What to draw: name of the file -> kind and its settings."),
     ] = _NONE
     tables: Annotated[
-        dict[str, Product],
-        Section(product(TABLES), "table", of=TABLES, dropped=True),
+        dict[str, Annotated[Product, TABLES]],
+        Entries("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
 
@@ -247,40 +223,25 @@ def _range_text(values: tuple[float, ...]) -> str:
     return f"{min(values):g} to {max(values):g}, {len(values)} values"
 
 
-class AnyStudy(Strict):
-    """What a study file may be: a study of parameters, or one of another kind."""
-
-    @classmethod
-    def __get_pydantic_json_schema__(
-        cls, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        reference = handler(core)
-        made = handler.resolve_ref_schema(reference)
-        made.clear()
-        made["type"] = "object"
-        made["if"] = {"required": ["kind"]}
-        made["then"] = {"anyOf": [of_kind(k, c.schema(handler)) for k, c in STUDIES.items()]}
-        made["else"] = Study.schema(handler)
-        return reference
-
-
 class Engine(Strict):
     """Settings of the event-driven engine."""
 
     accuracy: Annotated[
         float,
-        Number(ge=1e-15, le=1e-3, units=TIME),
+        Unit(TIME),
         Field(
+            ge=1e-15,
+            le=1e-3,
             description="Largest error of the time at which a complete burst ends; all else is "
-            "exact to rounding. Dimensionless, also for a study in SI units."
+            "exact to rounding. Dimensionless, also for a study in SI units.",
         ),
     ] = 1e-12
     max_events: Annotated[
         int,
-        Number(ge=1, whole=True),
         Field(
+            ge=1,
             description="Budget of a run, after which it stops and `status` in the cube says so: "
-            "events, and hundreds of evaluations that find none."
+            "events, and hundreds of evaluations that find none.",
         ),
     ] = 1_000_000
 
@@ -292,36 +253,21 @@ RULES = (
     *("compile_checks", "checks", "twins", "stress", "cost"),
     *("verification_figure", "verification_table", "timed_figure", "timed_table"),
 )
-_STUDY_NAMES = ListOf(Text(), least=1)
-
-
-def _target(name: str, data: Any) -> tuple[str, ...]:
-    if not _TARGET.fullmatch(name):
-        raise fault(f"{show(name)} cannot be the name of a target", "letters, digits and _")
-    if name in RULES:
-        raise fault(f"{show(name)} is a rule of the workflow", "another name")
-    studies: tuple[str, ...] = _STUDY_NAMES.check(data, None)
-    return studies
-
-
-def _override(name: str, data: Any) -> dict[Any, Any]:
-    return as_mapping({} if data is None else data, "part of a study")
 
 
 class Settings(Strict):
     """The configuration as written; which studies there are is known to the file system."""
 
     studies: Annotated[
-        tuple[str, ...],
-        ListOf(Text(), least=1),
+        Some[Text],
         Field(
             description="The studies to make: names of files in config/studies without .yaml, or "
             "paths that end in .yaml."
         ),
     ]
     targets: Annotated[
-        dict[str, tuple[str, ...]],
-        Section(_target, "target", of=_STUDY_NAMES),
+        dict[str, Some[Text]],
+        Entries("target", to="its studies", dropped=False),
         Field(
             description="More studies, outside of the default run: name of a target -> studies "
             "that `snakemake <name>` makes."
@@ -330,18 +276,26 @@ class Settings(Strict):
     engine: Annotated[
         Engine, Field(description="How exact the simulation is, and when it gives up.")
     ] = Engine()
-    results: Annotated[str, Text(), Field(description="Folder for everything that is made.")] = (
-        "results"
-    )
+    results: Annotated[Text, Field(description="Folder for everything that is made.")] = "results"
     overrides: Annotated[
-        dict[str, Any],
-        Section(_override, "study", of=AnyStudy, bare=True),
+        dict[str, dict[Any, Any] | None],
+        Entries("study", to="part of a study", dropped=False),
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "
             "figure, table, scene, solver, case or set of runs that is null is left out."
         ),
     ] = _NONE
+
+    @classmethod
+    def relate(cls, data: dict[str, Any], model: Settings | None, faults: Faults) -> None:
+        for name in model.targets if model else ():
+            loc = ("targets", name)
+            if not _TARGET.fullmatch(name):
+                message = f"{show(name)} cannot be the name of a target"
+                faults.add(loc, message, "letters, digits and _")
+            if name in RULES:
+                faults.add(loc, f"{show(name)} is a rule of the workflow", "another name")
 
 
 @dataclass(frozen=True)

@@ -4,28 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, GetJsonSchemaHandler
-from pydantic_core import PydanticCustomError
+from pydantic import Field, TypeAdapter, ValidationError
 
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, nearest
 from damper.study.axes import coordinate_name
-from damper.study.fields import (
-    Choice,
-    Coordinate,
-    Faults,
-    Kind,
-    Number,
-    Strict,
-    Text,
-    as_mapping,
-    nearest,
-)
-from damper.study.schema import Schema, once
+from damper.study.fields import Coordinate, Entries, Strict, Text, as_numbers
+from damper.study.messages import Faults
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import as_part, show, words
-from damper.sweep.branches import DIRECTIONS
 
 #: Observer -> what it writes with one value at each point; `status` is in every cube.
 VARIABLES = {
@@ -83,10 +71,20 @@ MOST_PANELS = 12
 """More panels do not fit a page."""
 
 #: Dimensions of the cube beside the axes -> what their values may be.
-_BRANCHES: dict[str, Kind] = {
-    "direction": Choice(*DIRECTIONS["both"]),
-    "draw": Number(ge=0, whole=True),
+_BRANCHES: dict[str, Any] = {
+    "direction": Literal["up", "down"],
+    "draw": Annotated[int, Field(ge=0)],
 }
+Place = Annotated[
+    dict[str, float | str],
+    Entries(
+        "axis",
+        {**dict.fromkeys(ALL, Coordinate), **_BRANCHES},
+        to="one of its values; also direction: up, draw: 0",
+    ),
+]
+"""Values of some axes and branches."""
+_PLACE: TypeAdapter[dict[str, Any]] = TypeAdapter(Place)
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ class Product(Strict):
     of_single_bursts: ClassVar[bool] = False
     """Whether it shows bursts one by one, whatever its settings are."""
 
-    kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
+    kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
 
     @property
     def theoretical(self) -> bool:
@@ -164,50 +162,18 @@ class Product(Strict):
         """Note why another study cannot measure what this one asks of it."""
 
 
-class Place(Kind):
-    """Values of some axes and branches."""
-
-    words = "mapping from axes to one of their values each; also direction: up, draw: 0"
-    sort = "mapping"
-
-    def check(self, value: Any, context: Any) -> dict[str, Any]:
-        faults = Faults()
-        kept: dict[str, Any] = {}
-        for name, data in as_mapping(value, self.words).items():
-            if name not in ALL and name not in _BRANCHES:
-                faults.unknown((as_part(name),), "axis", name, (*ALL, *_BRANCHES), data)
-                continue
-            with faults.of(name):
-                kept[name] = self.value(name, data)
-        faults.settle()
-        return kept
-
-    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
-        kinds = {**dict.fromkeys(ALL, Coordinate()), **_BRANCHES}
-        values = {key: kind.schema(handler, key) for key, kind in kinds.items()}
-        made = {"type": "object", "properties": values, "additionalProperties": False}
-        return once(handler, "place", made)
-
-    @staticmethod
-    def value(name: str, data: Any) -> Any:
-        """Return the checked value of one axis or branch."""
-        return _BRANCHES.get(name, Coordinate()).check(data, name)
-
-
 Each = Annotated[
-    str | None, Text(), Field(description="Axis of whose values each makes a file of its own.")
+    Text | None, Field(description="Axis of whose values each makes a file of its own.")
 ]
 At = Annotated[
-    dict[str, Any] | None,
-    Place(),
+    Place | None,
     Field(
         description="Value of each axis that has no other place in the figure, exactly as the "
         "axis lists it; also direction: up or down, and draw: the number of a draw."
     ),
 ]
 Caption = Annotated[
-    str | None,
-    Text(),
+    Text | None,
     Field(description="Heading above the line of parameters; the study's title when not given."),
 ]
 
@@ -259,13 +225,12 @@ class FigureSettings(Product):
         """Whether the settings that place axes are all there and well formed."""
         required = {key for key, info in cls.model_fields.items() if info.is_required()}
         roles = [settings[key] for key in cls.roles if settings.get(key) is not None]
-        at = Faults()
-        with at.of():
-            Place().check(settings.get("at") or {}, None)
-        return (
-            required <= settings.keys() <= cls.model_fields.keys()
-            and all(isinstance(name, str) for name in roles)
-            and not at.lines
+        try:
+            _PLACE.validate_python(as_numbers(settings.get("at") or {}))
+        except ValidationError:
+            return False
+        return required <= settings.keys() <= cls.model_fields.keys() and all(
+            isinstance(name, str) for name in roles
         )
 
     @classmethod
@@ -325,8 +290,8 @@ def check_listed(
 ) -> None:
     """Note a value that an axis does not have."""
     try:
-        value = Place.value(name, data)
-    except PydanticCustomError:
+        value = _PLACE.validate_python(as_numbers({name: data}))[name]
+    except ValidationError:
         return  # told by `Place`
     if values is None or value in values:
         return

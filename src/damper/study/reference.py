@@ -3,14 +3,13 @@
 ``python -m damper.study.reference`` writes config/schema/*.json and docs/reference.md into the
 project; with ``--check`` it writes nothing and fails where they are not in step with the classes.
 
-A schema accepts what the loader accepts, and refuses what can be seen without the rest of the
-file. Left to the loader are: whether every parameter is given, once, and in one system of units;
-whether a step divides its range, low is less than high and values stay distinct and finite; what
-figures and tables need of axes and observers, and `follow` of the other axes; whether two file
-names differ by more than case; the number of slices. A schema takes 100.0 for an integer, and does
-not see that a key stands twice. A configuration may be a part of one, so `studies` may be missing.
-Text that looks like a number, which the loader takes for one in the configuration because
-Snakemake's reader makes text of 1e-12, is refused.
+A schema accepts what the loader accepts, and completes and refuses what can be seen at one key: its
+name, type, bounds and choices. An override is a part of a study, so inside a study no key is asked
+for, and an entry may be null. All else is left to the loader: what must be given, and what only
+together or apart; the range of a quantity inside a mapping; that numbers rise, divide a range and
+are finite; what figures and tables need of a study; file names that differ by case, and keys that
+stand twice. A schema takes 100.0 for an integer. Text that looks like a number, which the loader
+takes for one in the configuration because Snakemake's reader makes text of 1e-12, is refused.
 """
 
 from __future__ import annotations
@@ -19,18 +18,23 @@ import argparse
 import json
 import sys
 from collections.abc import Iterable, Mapping
+from functools import reduce
 from inspect import cleandoc
+from operator import or_
 from pathlib import Path
 from typing import Any
 
+from pydantic.fields import FieldInfo
+
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
-from damper.study.fields import Flag, Kind, ListOf, Number, Strict, default_of, first_line, kind_of
+from damper.study.fields import Strict, default_of
 from damper.study.kinds import FIGURES, STUDIES, TABLES
-from damper.study.model import AnyStudy, Settings, Study
+from damper.study.model import Settings, Study
 from damper.study.rules import MOST_SLICES
-from damper.study.schema import Schema, parts, schema_of
+from damper.study.schema import Schema, first_line, limits_of, schema_of, sort_of
 from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
+from damper.study.study_file import StudyFile
 
 ROOT = Path(__file__).parents[3]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -40,12 +44,19 @@ _HEAD = {"$schema": DIALECT, "$comment": f"Made by `{MADE_BY}`; do not edit."}
 
 def schemas() -> dict[str, Schema]:
     """Return the JSON schemas, of a study and of the configuration, by their paths."""
+    kinds: list[type[StudyFile]] = [Study, *STUDIES.values()]
+    study = schema_of(reduce(or_, kinds))
+    study["$defs"]["part"] = {"anyOf": study["anyOf"]}
+    study["anyOf"] = [
+        part | {"required": [key for key, field in cls.model_fields.items() if field.is_required()]}
+        for part, cls in zip(study["anyOf"], kinds, strict=True)
+    ]
+    override = {"anyOf": [{"$ref": "study.schema.json#/$defs/part"}, {"type": "null"}]}
     configuration = schema_of(Settings)
-    # An override is a part of a study. So is a file for --configfile, such as config/ci.yaml,
-    # which lies over config.yaml and may leave out any key, a part of a configuration.
+    configuration["properties"]["overrides"]["additionalProperties"] = override
     return {
-        "config/schema/study.schema.json": _HEAD | {"title": "damper study"} | schema_of(AnyStudy),
-        "config/schema/config.schema.json": _HEAD | parts(configuration),
+        "config/schema/study.schema.json": _HEAD | {"title": "damper study"} | study,
+        "config/schema/config.schema.json": _HEAD | configuration,
     }
 
 
@@ -56,9 +67,11 @@ def files() -> dict[str, str]:
 
 
 def _json(value: Any, indent: str = "") -> str:
-    """Return JSON of which every part stands on one line where it fits."""
+    """Return JSON of which every part stands on one line where it fits, or has no other part."""
     flat = json.dumps(value)
-    if len(indent) + len(flat) < 100 or not value or not isinstance(value, dict | list):
+    below = value.values() if isinstance(value, dict) else value
+    alone = not isinstance(value, dict | list) or not any(isinstance(v, dict | list) for v in below)
+    if alone or len(indent) + len(flat) < 100:
         return flat
     deeper = indent + " "
     if isinstance(value, list):
@@ -150,25 +163,30 @@ def _rows(
     cls: type[Strict], path: str, deep: bool, constants: Mapping[str, str]
 ) -> Iterable[tuple[str, ...]]:
     for key, field in cls.model_fields.items():
-        kind = kind_of(field)
         default = "**required**" if field.is_required() else _as_code(default_of(field))
-        units = getattr(kind, "units", "")
-        # Only initial quantities are scaled with the study's units; a bare number never is.
-        units = units if isinstance(kind, Number) else _units(units)
-        limits = f"`{constants[key]}`" if key in constants else getattr(kind, "limits", "")
-        here = (f"`{path}{key}`", _sort(kind), units, default)
-        yield (*here, limits, field.description or "")
-        if deep and not isinstance(kind, Kind):
-            yield from _rows(kind, f"{path}{key}.", deep, {})
+        settings = settings_of(field)
+        if settings is None:
+            schema = setting_schema(field)
+            unit = schema.get("unit", schema.get("items", {}).get("unit", ""))
+            limits = f"`{constants[key]}`" if key in constants else limits_of(schema)
+            sort = sort_of(schema)
+        else:
+            sort = f"`{settings.shorthand}` or mapping" if settings.shorthand else "mapping"
+            unit = limits = ""
+        yield f"`{path}{key}`", sort, unit, default, limits, field.description or ""
+        if deep and settings is not None:
+            yield from _rows(settings, f"{path}{key}.", deep, {})
 
 
-def _sort(kind: Kind | type[Strict]) -> str:
-    if isinstance(kind, Kind):
-        return kind.sort
-    if not kind.shorthand:
-        return "mapping"
-    alone = kind_of(kind.model_fields[kind.shorthand])
-    return f"`{kind.shorthand}` or mapping" if isinstance(alone, Kind) else "mapping"
+def settings_of(field: FieldInfo) -> type[Strict] | None:
+    """Return the class of a setting that is a mapping of settings itself."""
+    of: Any = field.annotation
+    return of if isinstance(of, type) and issubclass(of, Strict) else None
+
+
+def setting_schema(field: FieldInfo) -> Schema:
+    """Return the JSON schema of a setting that is none."""
+    return schema_of(field.rebuild_annotation())
 
 
 def _quantities() -> Iterable[str]:
@@ -236,12 +254,12 @@ def _written(name: str, cls: type[Strict]) -> list[tuple[Variable, str]]:
 def _telling(cls: type[Strict]) -> Iterable[tuple[str, Any]]:
     """Yield settings that may ask for more than the default does."""
     for key, field in cls.model_fields.items():
-        kind, default = kind_of(field), default_of(field)
-        if isinstance(kind, Flag):
-            yield key, not default
-        elif isinstance(kind, ListOf) and not default:
+        sort = setting_schema(field).get("type")
+        if sort == "boolean":
+            yield key, not field.default
+        elif sort == "array" and not field.default:
             yield key, [0.5]
-        elif isinstance(kind, Number) and default == 0 and kind.whole:
+        elif sort == "integer" and field.default == 0:
             yield key, 1
 
 

@@ -21,8 +21,8 @@ from damper.parameters.quantities import (
     nearest,
 )
 from damper.study.axes import axis_values
-from damper.study.fields import Faults
 from damper.study.kinds import FIGURES, TABLES
+from damper.study.messages import Faults
 from damper.study.products import Offer
 from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
@@ -261,7 +261,7 @@ def _sound_axes(axes: dict[str, Any]) -> dict[str, Axis | None]:
     sound: dict[str, Axis | None] = {name: None for name in axes if name in ALL}
     for name in sound:
         with Faults().of():
-            sound[name] = Axis.entry(name, axes[name])
+            sound[name] = Axis.model_validate(axes[name], context=name)
     return sound
 
 

@@ -1,11 +1,14 @@
-"""JSON schemas for editors: pydantic's own, with what the kinds of `damper.study.fields` say."""
+"""JSON schemas by pydantic, a little shorter for editors, and what they say in words.
+
+What is in them beside pydantic's: ``unit`` and ``$comment``, see `damper.study.fields.Note`.
+"""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from pydantic import BaseModel, GetJsonSchemaHandler
+from pydantic import GetJsonSchemaHandler, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import core_schema
 
@@ -13,60 +16,50 @@ from damper.parameters.quantities import Quantity
 
 Schema = dict[str, Any]
 
-NULL_DROPS = "In an override, null leaves an entry out."
-"""Marks the sections of which that is true; see `parts`."""
+COORDINATE = "in the parameter's range"
+"""The rule of a value of the quantity under whose name it stands."""
+THE_PARAMETERS = "the parameter's"
+"""Its unit."""
 
 
 class Generator(GenerateJsonSchema):
-    """Writes no title for a field, and no default where there is none."""
+    """Leaves out what an editor does not need: titles of fields, null, and that keys are required.
+
+    An override is a part of a study, and config/ci.yaml a part of a configuration.
+    """
 
     def field_title_should_be_set(self, schema: Any) -> bool:
         return False
+
+    def field_is_required(self, field: Any, total: bool) -> bool:
+        return False
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> Schema:
+        return self.generate_inner(schema["schema"])
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> Schema:
         if schema.get("default") is None:
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
 
-
-def schema_of(cls: type[BaseModel]) -> Schema:
-    """Return the JSON schema of what may be written for a class of settings."""
-    return cls.model_json_schema(schema_generator=Generator)
-
-
-def parts(schema: Any) -> Any:
-    """Return the schema of any part of what `schema` describes: no key is required."""
-    if isinstance(schema, list):
-        return [parts(part) for part in schema]
-    if not isinstance(schema, dict):
-        return schema
-    # Rules of several keys stand under allOf, kinds of study under if.
-    left_out = ("required", "allOf", "if", "then", "else")
-    made = {
-        key: {name: parts(one) for name, one in part.items()}
-        if key in ("properties", "$defs")
-        else parts(part)
-        for key, part in schema.items()
-        if key not in left_out
-    }
-    if "if" in schema:
-        made["anyOf"] = [parts(schema["else"]), *parts(schema["then"]["anyOf"])]
-    if schema.get("$comment") == NULL_DROPS:
-        made["additionalProperties"] = or_null(made["additionalProperties"])
-        made["properties"] = {k: or_null(p) for k, p in made.get("properties", {}).items()}
-    return made
+    def model_schema(self, schema: core_schema.ModelSchema) -> Schema:
+        made, cls = super().model_schema(schema), schema["cls"]
+        made["description"] = first_line(cls)
+        del made["title"]
+        for part in made.get("properties", {}).values():
+            unit = part.pop("unit", part.get("items", {}).pop("unit", ""))
+            if unit not in ("", THE_PARAMETERS):
+                part["description"] = f"{part['description']} [{unit}]"
+        if alone := getattr(cls, "shorthand", ""):
+            kept = made["properties"][alone].items()
+            short = {key: value for key, value in kept if key not in ("description", "default")}
+            made = {"anyOf": [short, made]}
+        return made
 
 
-def or_null(schema: Schema | bool) -> Schema | bool:
-    """Return the schema of the same or nothing."""
-    return schema and {"anyOf": [schema, {"type": "null"}]}
-
-
-def once(handler: GetJsonSchemaHandler, name: str, made: Schema) -> Schema:
-    """Define `made` under `name` and return a reference to it."""
-    reference = nested(handler, core_schema.any_schema(ref=name))
-    handler.resolve_ref_schema(reference).update(made)
-    return reference
+def schema_of(annotation: Any) -> Schema:
+    """Return the JSON schema of what may be written for a class or an annotation."""
+    return TypeAdapter(annotation).json_schema(schema_generator=Generator)
 
 
 def nested(handler: GetJsonSchemaHandler, core: core_schema.CoreSchema) -> Schema:
@@ -76,12 +69,19 @@ def nested(handler: GetJsonSchemaHandler, core: core_schema.CoreSchema) -> Schem
     return made
 
 
+def once(handler: GetJsonSchemaHandler, name: str, made: Schema) -> Schema:
+    """Define `made` under `name` and return a reference to it."""
+    reference: Schema = handler(core_schema.list_schema(core_schema.any_schema(ref=name)))["items"]
+    handler.resolve_ref_schema(reference).update(made)
+    return reference
+
+
 def quantity_schema(handler: GetJsonSchemaHandler, quantity: Quantity) -> Schema:
-    """Return the schema of a value of a quantity."""
+    """Return the schema of a value of a quantity, or of a mapping in its place."""
     low = "exclusiveMinimum" if quantity.above else "minimum"
     high = "exclusiveMaximum" if quantity.below else "maximum"
     ends = {low: quantity.minimum, high: quantity.maximum}
-    made: Schema = {"description": about(quantity), "type": "number"}
+    made: Schema = {"description": about(quantity)}
     made |= {"multipleOf": 1} if quantity.whole else {}
     made |= {bound: end for bound, end in ends.items() if math.isfinite(end)}
     return once(handler, quantity.name, made)
@@ -99,3 +99,62 @@ def about(quantity: Quantity) -> str:
     units = "" if quantity.units == "1" else f" [{quantity.units}]"
     default = "" if quantity.default is None else f"; default {quantity.default:g}"
     return f"{quantity.long_name}, {quantity.symbol}{units}: {quantity.allowed}{default}"
+
+
+def first_line(cls: object) -> str:
+    """Return the first line of a docstring."""
+    return (cls.__doc__ or "").strip().split("\n")[0]
+
+
+# What a schema says, in words.
+
+_BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+_SORTS = {"string": "text", "boolean": "flag", "object": "mapping"}
+
+
+def sort_of(schema: Schema) -> str:
+    """Return the type that a schema asks for, such as ``list of number``."""
+    if "enum" in schema or "const" in schema:
+        return "one of"
+    if "prefixItems" in schema:
+        return "[low, high]"
+    if schema.get("type") == "array":
+        return f"list of {sort_of(schema['items'])}"
+    if "type" not in schema or isinstance(schema["type"], list):
+        return "mapping"
+    sort: str = schema["type"]
+    return _SORTS.get(sort, sort)
+
+
+def choices_of(schema: Schema) -> tuple[str, ...]:
+    """Return all that may be written, where it is one of a few words."""
+    if schema.get("type") == "boolean":
+        return ("true", "false")
+    return tuple(schema.get("enum", [schema["const"]] if "const" in schema else ()))
+
+
+def limits_of(schema: Schema) -> str:
+    """Return what a schema allows beyond the type, such as ``> 0 and <= 1``."""
+    bounds = " and ".join(
+        f"{sign} {schema[key]:.12g}" for key, sign in _BOUNDS.items() if key in schema
+    )
+    found = [bounds, schema.get("$comment", "")]
+    if schema.get("type") != "array":
+        choices = ", ".join(f"`{name}`" for name in choices_of(schema))
+        return choices or " ".join(filter(None, found))
+    if "items" in schema:
+        least = schema.get("minItems")
+        found += [f"at least {least}, distinct" if least else "distinct"]
+    each = limits_of((schema.get("prefixItems") or [schema["items"]])[0])
+    return "; ".join(filter(None, [*found, each and f"each {each}"]))
+
+
+def words_of(schema: Schema) -> str:
+    """Return type and limits as a message tells them."""
+    if choices := choices_of(schema):
+        return ", ".join(choices)
+    if schema.get("type") == "array" and "items" in schema:
+        least = schema.get("minItems", 0)
+        return f"list of {words_of(schema['items'])}" + f", at least {least}" * bool(least)
+    between = ", " if schema.get("type") == "array" else " "
+    return between.join(filter(None, [sort_of(schema), limits_of(schema)]))

@@ -7,50 +7,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
 from damper.observers import OBSERVERS as NAMES
 from damper.observers import observer_class
 from damper.observers.common.settings import Setting, Visibility
-from damper.parameters.quantities import INITIAL_NAMES
-from damper.parameters.variables import SI_UNITS, SPEED
+from damper.parameters.quantities import ALL, INITIAL_NAMES
+from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
-from damper.study.fields import (
-    Choice,
-    Coordinate,
-    Faults,
-    Flag,
-    Kind,
-    ListOf,
-    Number,
-    Range,
-    Strict,
-    Text,
-)
-from damper.study.schema import Schema
-from damper.sweep.branches import DIRECTIONS
+from damper.study.fields import Coordinate, Distinct, Pair, Rule, Some, Strict, Text, Unit
+from damper.study.messages import Faults
+from damper.study.schema import THE_PARAMETERS
 
 Assumed = Annotated[
-    str | None,
-    Text(),
+    Text | None,
     Field(description="Why this value, where the source gives none; not with `stated`."),
 ]
 Stated = Annotated[
-    str | None,
-    Text(),
-    Field(description="Where the source gives this value; not with `assumed`."),
+    Text | None, Field(description="Where the source gives this value; not with `assumed`.")
 ]
-_ONE_ORIGIN: Schema = {"not": {"required": ["assumed", "stated"]}}
+
+_WITH_SI = {units: f"{units}, {si}" for units, si in SI_UNITS.items()}
+
+
+def _bounds(name: str) -> Any:
+    """Return the bounds of a quantity."""
+    return Field(ge=ALL[name].minimum, le=ALL[name].maximum)
 
 
 class Fixed(Strict):
     """A parameter that is the same throughout the study."""
 
     shorthand = "value"
-    rules: ClassVar[Schema] = _ONE_ORIGIN
-    value: Annotated[float, Coordinate(), Field(description="The value.")]
+    value: Annotated[Coordinate, Field(description="The value.")]
     assumed: Assumed = None
     stated: Stated = None
 
@@ -62,65 +53,38 @@ class Fixed(Strict):
 class Axis(Strict):
     """A parameter that runs through values; `axis_values` forms them."""
 
-    rules: ClassVar[Schema] = {
-        "oneOf": [
-            {
-                "required": ["values"],
-                "properties": {
-                    **dict.fromkeys(("start", "stop", "num", "step"), False),
-                    "spacing": {"const": "linear"},
-                },
-            },
-            {
-                "required": ["start", "stop", "num"],
-                "properties": {"values": False, "step": False},
-            },
-            {
-                "required": ["start", "stop", "step"],
-                "properties": {"values": False, "num": False, "spacing": {"const": "linear"}},
-            },
-        ],
-        "allOf": [
-            _ONE_ORIGIN,
-            {"not": {"required": ["fan", "follow"], "properties": {"fan": {"const": True}}}},
-            {
-                "if": {"required": ["spacing"], "properties": {"spacing": {"const": "log"}}},
-                "then": {"properties": {"start": {"exclusiveMinimum": 0}}},
-            },
-        ],
-    }
     values: Annotated[
-        tuple[float, ...] | None,
-        ListOf(Coordinate(), least=1),
+        Some[Coordinate] | None,
         Field(description="The values one by one, in any order; without start, stop, num, step."),
     ] = None
     start: Annotated[
-        float | None, Coordinate(), Field(description="First value; with stop and num or step.")
+        Coordinate | None, Field(description="First value; with stop and num or step.")
     ] = None
     stop: Annotated[
-        float | None, Coordinate(), Field(description="Last value, included; more than start.")
+        Coordinate | None, Field(description="Last value, included; more than start.")
     ] = None
     num: Annotated[
         int | None,
-        Number(ge=2, le=MOST_VALUES, whole=True),
-        Field(description="How many values, start and stop included; not with step."),
+        Field(
+            ge=2,
+            le=MOST_VALUES,
+            description="How many values, start and stop included; not with step.",
+        ),
     ] = None
     step: Annotated[
         float | None,
-        Number(gt=0, units=Coordinate.units),
-        Field(description="Distance of the values; must divide the range; not with num."),
+        Unit(THE_PARAMETERS),
+        Field(gt=0, description="Distance of the values; must divide the range; not with num."),
     ] = None
     spacing: Annotated[
-        str,
-        Choice("linear", "log"),
+        Literal["linear", "log"],
         Field(description="Equal distances, or equal ratios (start > 0, with num)."),
     ] = "linear"
     fan: Annotated[
-        bool, Flag(), Field(description="Whether each value is a job of its own; not with follow.")
+        bool, Field(description="Whether each value is a job of its own; not with follow.")
     ] = False
     follow: Annotated[
-        str | None,
-        Choice(*DIRECTIONS),
+        Literal["up", "down", "both"] | None,
         Field(
             description="Continuation: every run starts from its neighbour's end, towards larger "
             "values, smaller ones, or both in turn; on one axis, not one of an initial quantity."
@@ -158,25 +122,8 @@ class Initial(Strict):
     """Where runs start, beside the initial quantities among the parameters and axes."""
 
     shorthand = "primary"
-    rules: ClassVar[Schema] = {
-        "dependentRequired": {
-            "draws": ["seed"],
-            **{name: ["draws"] for name in ("seed", *INITIAL_NAMES)},
-        },
-        "allOf": [
-            {
-                "if": {"required": ["draws"]},
-                "then": {"anyOf": [{"required": [name]} for name in INITIAL_NAMES]},
-            },
-            {
-                "if": {"required": ["primary"], "properties": {"primary": {"const": "steady"}}},
-                "then": {"properties": {"initial_displacement": False, "initial_velocity": False}},
-            },
-        ],
-    }
     primary: Annotated[
-        str,
-        Choice("rest", "steady"),
+        Literal["rest", "steady"],
         Field(
             description="The primary starts at rest in its middle, or on the steady response it "
             "would have without the damper."
@@ -184,35 +131,38 @@ class Initial(Strict):
     ] = "rest"
     draws: Annotated[
         int | None,
-        Number(ge=1, le=100_000, whole=True),
         Field(
+            ge=1,
+            le=MOST_DRAWS,
             description="How many random initial states each point has; with a seed and a range "
-            "for at least one quantity."
+            "for at least one quantity.",
         ),
     ] = None
     seed: Annotated[
         int | None,
-        Number(ge=0, whole=True),
-        Field(description="Seed of the draws: the same states at every point, on every machine."),
+        Field(
+            ge=0, description="Seed of the draws: the same states at every point, on every machine."
+        ),
     ] = None
     initial_displacement: Annotated[
-        tuple[float, float] | None,
-        Range("initial_displacement"),
+        Pair[Annotated[float, _bounds("initial_displacement")]] | None,
+        Unit(_WITH_SI[LENGTH]),
         Field(description="Range of the primary's displacement, drawn uniformly."),
     ] = None
     initial_velocity: Annotated[
-        tuple[float, float] | None,
-        Range("initial_velocity"),
+        Pair[Annotated[float, _bounds("initial_velocity")]] | None,
+        Unit(_WITH_SI[SPEED]),
         Field(description="Range of the primary's velocity, drawn uniformly."),
     ] = None
     initial_position: Annotated[
-        tuple[float, float] | None,
-        Range("initial_position"),
-        Field(description="Range of the free mass's place between the walls, drawn uniformly."),
+        Pair[Annotated[float, _bounds("initial_position")]] | None,
+        Field(
+            description="Range of the free mass's place, -1 at the left wall, +1 at the right one."
+        ),
     ] = None
     initial_relative_velocity: Annotated[
-        tuple[float, float] | None,
-        Range("initial_relative_velocity"),
+        Pair[Annotated[float, _bounds("initial_relative_velocity")]] | None,
+        Unit(_WITH_SI[SPEED]),
         Field(description="Range of the free mass's relative velocity, drawn uniformly."),
     ] = None
 
@@ -245,20 +195,17 @@ class Threshold(Strict):
     """The approach speed from which an impact is visible: `fraction` of the first, or `speed`."""
 
     shorthand = "fraction"
-    rules: ClassVar[Schema] = {
-        "oneOf": [{"required": ["fraction"]}, {"required": ["speed"]}],
-        **_ONE_ORIGIN,
-    }
     fraction: Annotated[
         float | None,
-        Number(gt=0, lt=1, note="(of the first approach speed), or {speed: > 0}"),
-        Field(description="Part of the burst's first approach speed; not with speed."),
+        Rule("(of the first approach speed), or {speed: > 0}"),
+        Field(gt=0, lt=1, description="Part of the burst's first approach speed; not with speed."),
     ] = None
     speed: Annotated[
         float | None,
-        Number(gt=0, units=f"{SPEED}, {SI_UNITS[SPEED]}"),
+        Unit(_WITH_SI[SPEED]),
         Field(
-            description="Absolute approach speed, in m/s in a study in SI units; not with fraction."
+            gt=0,
+            description="Absolute approach speed, in m/s in an SI study; not with fraction.",
         ),
     ] = None
     assumed: Assumed = None
@@ -286,22 +233,27 @@ def observer_settings(name: str) -> type[Strict]:
         if isinstance(setting, Visibility):
             fields[key] = (Annotated[Threshold, about], Threshold(fraction=setting.default))
         else:
-            fields[key] = (Annotated[Any, _kind(setting), about], setting.default)
+            of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
+            fields[key] = (Annotated[of, about], setting.default)
     made = create_model(declared.__name__, __base__=Strict, **fields)
     # Under its name in schemas, and with its words in the reference.
     made.__module__, made.__doc__ = declared.__module__, declared.__doc__
     return made
 
 
-def _kind(setting: Setting) -> Kind:
-    """What a study may give for a setting."""
+def _type(setting: Setting) -> Any:
+    """Return the type of what a study may give for a setting."""
     if setting.choices:
-        return Choice(*setting.choices)
+        return Literal[setting.choices]
     if isinstance(setting.default, bool):
-        return Flag()
+        return bool
     bounds: dict[str, Any] = setting.bounds
-    number = Number(whole=setting.whole, units=setting.units, **bounds)
-    return ListOf(number, setting.least) if isinstance(setting.default, tuple) else number
+    number: Any = int if setting.whole else float
+    number = Annotated[number, Field(**bounds)]
+    if isinstance(setting.default, tuple):
+        several: Any = tuple[number, ...]
+        return Annotated[several, Field(min_length=setting.least or None), Distinct()]
+    return number if setting.default is not None else number | None
 
 
 class _Settings(Mapping[str, type[Strict]]):
@@ -321,8 +273,3 @@ class _Settings(Mapping[str, type[Strict]]):
 
 OBSERVERS: Mapping[str, type[Strict]] = _Settings()
 SECTIONS = ("stroboscopic_section", "impact_section")
-
-
-def observer(name: str, data: Any) -> Strict:
-    """Return the checked settings of an observer; nothing at all are the defaults."""
-    return OBSERVERS[name].entry(name, {} if data is None else data)

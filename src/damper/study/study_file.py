@@ -13,12 +13,10 @@ from damper.study.fields import Strict, Text
 class StudyFile(Strict):
     """A study: what it is about, and where its values come from."""
 
-    title: Annotated[str, Text(), Field(description="What the study is about, for people.")]
-    source: Annotated[
-        str, Text(), Field(description="Where its values come from, such as a paper.")
-    ]
+    title: Annotated[Text, Field(description="What the study is about, for people.")]
+    source: Annotated[Text, Field(description="Where its values come from, such as a paper.")]
     description: Annotated[
-        str | None, Text(), Field(description="What it shows, in as many words as it takes.")
+        Text | None, Field(description="What it shows, in as many words as it takes.")
     ] = None
     _name: str = PrivateAttr("")
 

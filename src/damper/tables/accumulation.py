@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.analysis.completion import QUANTITIES, SHARP, SMALL, completion_errors
-from damper.study.fields import Faults, Number
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Product,
@@ -27,10 +27,11 @@ class AccumulationTable(Product):
 
     within: Annotated[
         float,
-        Number(gt=0, lt=1),
         Field(
+            gt=0,
+            lt=1,
             description="Part of what is left of the burst to which a prediction must be right to "
-            "agree: the table says from which impact on it does."
+            "agree: the table says from which impact on it does.",
         ),
     ] = 0.01
 

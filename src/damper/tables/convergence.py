@@ -10,7 +10,8 @@ from pydantic import Field
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.parameters.quantities import MODEL_NAMES
-from damper.study.fields import Faults, ListOf, Text
+from damper.study.fields import Some, Text
+from damper.study.messages import Faults
 from damper.study.products import (
     BURST_RECORDS,
     MOST_VARIABLES,
@@ -38,8 +39,7 @@ _RECORDED = {
 }
 
 Compared = Annotated[
-    tuple[str, ...],
-    ListOf(Text(), least=1),
+    Some[Text],
     Field(
         description="Variables of the cube, each with one value at each point; or displacement "
         "or velocity, of which the section's last sample counts, or burst_onset, burst_duration, "
@@ -47,10 +47,9 @@ Compared = Annotated[
         "(records: 1); 4 at most."
     ),
 ]
-Stiffness = Annotated[str, Text(), Field(description="Axis of the contact's stiffness.")]
+Stiffness = Annotated[Text, Field(description="Axis of the contact's stiffness.")]
 Conventions = Annotated[
-    str | None,
-    Text(),
+    Text | None,
     Field(description="Axis of whose values, two at most, each makes a line: contact_tension."),
 ]
 

@@ -16,7 +16,8 @@ from damper.analysis.intervals import (
 )
 from damper.analysis.places import places, rows_at
 from damper.parameters.variables import CHATTER_IMPACTS
-from damper.study.fields import Faults, Number, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Product,
@@ -35,11 +36,13 @@ if TYPE_CHECKING:
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
-    along: Annotated[str, Text(), Field(description="Axis on which the intervals lie.")]
+    along: Annotated[Text, Field(description="Axis on which the intervals lie.")]
     resolution: Annotated[
         float,
-        Number(gt=0),
-        Field(description="How closely the ends of the intervals are found, in units of the axis."),
+        Field(
+            gt=0,
+            description="How closely the ends of the intervals are found, in units of the axis.",
+        ),
     ] = 1e-3
 
     @classmethod

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
-from damper.study.fields import Faults, Number, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Product,
@@ -32,17 +33,16 @@ if TYPE_CHECKING:
 class Performance(Product):
     """How well the damper damps: the best clearance, its band, statements on good damping."""
 
-    along: Annotated[str, Text(), Field(description="Axis of the forcing frequency.")]
+    along: Annotated[Text, Field(description="Axis of the forcing frequency.")]
     over: Annotated[
-        str,
-        Text(),
+        Text,
         Field(description="Axis, such as the clearance, of which the best value is looked for."),
     ]
     good: Annotated[
-        float, Number(gt=0, lt=1), Field(description="Rms ratio below which damping is good.")
+        float, Field(gt=0, lt=1, description="Rms ratio below which damping is good.")
     ] = GOOD
     damped: Annotated[
-        float, Number(gt=0, le=1), Field(description="Amplitude ratio below which the band lies.")
+        float, Field(gt=0, le=1, description="Amplitude ratio below which the band lies.")
     ] = DAMPED
 
     @classmethod

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from damper.analysis.places import places, rows_at
 from damper.analysis.small_mass_limit import gap_axis, small_mass_border
-from damper.study.fields import Faults, Number
+from damper.study.messages import Faults
 from damper.study.products import (
     FREE_TRAVEL,
     Offer,
@@ -33,7 +33,7 @@ class SmallMassLimit(Product):
     of_theory: ClassVar[bool] = True
 
     resolution: Annotated[
-        float, Number(gt=0), Field(description="Restitution to which borders are bisected.")
+        float, Field(gt=0, description="Restitution to which borders are bisected.")
     ] = 1e-4
 
     @classmethod

@@ -11,7 +11,8 @@ from pydantic import Field
 from damper.analysis.places import rows_at
 from damper.analysis.two_impacts import RANGES, SETTLED, two_impact_errors, two_impact_ranges
 from damper.parameters.quantities import INITIAL_NAMES
-from damper.study.fields import Faults, Number, Text
+from damper.study.fields import Text
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Product,
@@ -32,11 +33,12 @@ class TwoImpacts(Product):
 
     of_theory: ClassVar[bool] = True
 
-    along: Annotated[str, Text(), Field(description="Axis on which the ranges lie.")]
+    along: Annotated[Text, Field(description="Axis on which the ranges lie.")]
     resolution: Annotated[
         float,
-        Number(gt=0),
-        Field(description="How closely the ends of the ranges are found, in units of the axis."),
+        Field(
+            gt=0, description="How closely the ends of the ranges are found, in units of the axis."
+        ),
     ] = 1e-3
 
     @classmethod

@@ -9,14 +9,14 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
-from damper.study.fields import Faults, Section, Strict, Text
-from damper.study.kinds import product
+from damper.study.fields import Strict, Text
+from damper.study.messages import Faults
 from damper.study.settings import Fixed
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml
 
 OptionalCaption = Annotated[
-    str | None, Text(), Field(description="Heading; the study's title when not given.")
+    Text | None, Field(description="Heading; the study's title when not given.")
 ]
 
 
@@ -46,7 +46,7 @@ class Made(Strict):
     """Files of the study that it shows. What shows times lies in the folder of times, as they do:
     all else has the same bytes whenever it is made."""
 
-    kind: Annotated[str, Text(), Field(description="Which kind of figure or table this is.")]
+    kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
 
     @property
     def folder(self) -> str:
@@ -60,16 +60,6 @@ class Made(Strict):
 
 DRAWN = Field(description="What to draw: name of the file -> kind and its settings.")
 TABULATED = Field(description="What to tabulate: name of the file -> kind and its settings.")
-
-
-def figures_of(kinds: Mapping[str, type[Made]]) -> Section:
-    """Return what checks the figures of a study, of these kinds."""
-    return Section(product(kinds), "figure", of=kinds, dropped=True)
-
-
-def tables_of(kinds: Mapping[str, type[Made]]) -> Section:
-    """Return what checks the tables of a study, of these kinds."""
-    return Section(product(kinds), "table", of=kinds, dropped=True)
 
 
 class Verification(StudyFile):

@@ -196,7 +196,7 @@ def test_paths_in_targets(tmp_path: Path) -> None:
         ({"more": ["smal"]}, ("targets.more[0]", "unknown study 'smal'", "did you mean 'small'")),
         ({"more": []}, ("targets.more", "the list is empty")),
         ({"more": "small"}, ("targets.more", "not a list")),
-        ({"two words": ["small"]}, ("cannot be the name of a target", "letters, digits and _")),
+        ({"two words": ["small"]}, ("cannot be the name of a target", "letters, digits, _ and -")),
         ({"figure": ["small"]}, ("targets.figure", "'figure' is a rule of the workflow")),
     ],
 )

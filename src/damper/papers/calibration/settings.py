@@ -5,20 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, GetJsonSchemaHandler
+from pydantic import Field
 
 from damper.papers.statements import SCORES
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
-from damper.study.fields import (
-    Choice,
-    Faults,
-    Kind,
-    ListOf,
-    Number,
-    Text,
-    as_mapping,
-)
+from damper.study.fields import Entries, Some, Text, Unit, one_of
+from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
     Place,
@@ -26,45 +19,21 @@ from damper.study.products import (
     check_listed,
     need_one_run,
 )
-from damper.study.schema import Schema
 from damper.study.yaml_file import as_part
-
-
-class OtherStudies(Kind):
-    """Statements that other studies test -> these studies."""
-
-    words = "mapping from statements to the names of other studies"
-    sort = "mapping"
-    limits = "a statement each time"
-
-    def check(self, value: Any, context: Any) -> dict[str, str]:
-        faults = Faults()
-        kept: dict[str, str] = {}
-        for name, data in as_mapping(value, self.words).items():
-            if name not in SCORES:
-                faults.unknown((as_part(name),), "statement", name, SCORES, data)
-                continue
-            with faults.of(name):
-                kept[name] = Text().check(data, None)
-        faults.settle()
-        return kept
-
-    def schema(self, handler: GetJsonSchemaHandler, name: str | None) -> Schema:
-        values = dict.fromkeys(SCORES, Text().schema(handler, None))
-        return {"type": "object", "properties": values, "additionalProperties": False}
 
 
 class Scores(Product):
     """What a table or figure of a calibration scores, and how strictly."""
 
     statements: Annotated[
-        tuple[str, ...],
-        ListOf(Choice(*SCORES), least=1),
+        Some[Annotated[str, one_of(SCORES)]],
         Field(description="Statements of the papers that this study tests; they are joined."),
     ]
     also: Annotated[
-        dict[str, str] | None,
-        OtherStudies(),
+        Annotated[
+            dict[str, Text], Entries("statement", tuple(SCORES), to="the study that tests it")
+        ]
+        | None,
         Field(
             description="More statements to join -> the studies that test them; these are to be "
             "among the studies of the configuration. Parameters that only the other study varies "
@@ -73,22 +42,20 @@ class Scores(Product):
     ] = None
     onset_tolerance: Annotated[
         float,
-        Number(gt=0, units=TIME),
-        Field(description="Deviation of an onset that halves the score."),
+        Unit(TIME),
+        Field(gt=0, description="Deviation of an onset that halves the score."),
     ] = 1.0
     duration_tolerance: Annotated[
         float,
-        Number(gt=0, units=TIME),
-        Field(description="Deviation of a duration that halves the score."),
+        Unit(TIME),
+        Field(gt=0, description="Deviation of a duration that halves the score."),
     ] = 1.0
     ratio_tolerance: Annotated[
         float,
-        Number(gt=0),
-        Field(description="Deviation from 1 of a ratio of durations that halves the score."),
+        Field(gt=0, description="Deviation from 1 of a ratio of durations that halves the score."),
     ] = 0.1
     preset: Annotated[
-        dict[str, Any] | None,
-        Place(),
+        Place | None,
         Field(
             description="Values of some axes whose place in the ranking is told, exactly as the "
             "axes list them."

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from damper.parameters import Parameters
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
-from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict, Text
+from damper.study.fields import Entries, Some, Strict, Text, Unit
 from damper.study.kinds import Kinds
+from damper.study.messages import Faults
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
 from damper.verification.base import (
@@ -20,9 +21,7 @@ from damper.verification.base import (
     TABULATED,
     Made,
     Verification,
-    figures_of,
     require,
-    tables_of,
     values_of,
 )
 from damper.verification.comparison.solvers import SOLVERS
@@ -36,10 +35,10 @@ _MODELS = ("rigid", "compliant")
 class SceneSettings(Strict):
     """One run that all solvers are compared on."""
 
-    title: Annotated[str, Text(), Field(description="A few words, for panels and tables.")]
+    title: Annotated[Text, Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
+        Entries("parameter", DIMENSIONLESS),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
             "is not zero of the initial state. Rigid or compliant contact."
@@ -47,8 +46,8 @@ class SceneSettings(Strict):
     ]
     until: Annotated[
         float,
-        Number(gt=0, units=TIME),
-        Field(description="Where it ends: before chaos takes over, if there is chaos."),
+        Unit(TIME),
+        Field(gt=0, description="Where it ends: before chaos takes over, if there is chaos."),
     ]
 
     @property
@@ -78,14 +77,6 @@ class SceneSettings(Strict):
             faults.add(("parameters", asking), message, "a scene without it")
 
 
-_LEVELS = ListOf(Number(gt=0), least=1)
-
-
-def _levels(name: str, data: Any) -> tuple[float, ...]:
-    levels: tuple[float, ...] = _LEVELS.check(data, None)
-    return levels
-
-
 FIGURES = Kinds(Made, "damper.verification.comparison.figures")
 TABLES = Kinds(Made, "damper.verification.comparison.tables")
 
@@ -97,15 +88,15 @@ class Comparison(Verification):
     figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
     table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
 
-    kind: Annotated[str, Choice("comparison"), Field(description="That it is such a study.")]
+    kind: Annotated[Literal["comparison"], Field(description="That it is such a study.")]
     scenes: Annotated[
         dict[str, SceneSettings],
-        Section(SceneSettings.entry, "scene", of=SceneSettings, dropped=True),
+        Entries("scene"),
         Field(description="Name -> what is simulated."),
     ]
     solvers: Annotated[
-        dict[str, tuple[float, ...]],
-        Section(_levels, "solver", tuple(SOLVERS), of=_LEVELS, dropped=True),
+        dict[str, Some[Annotated[float, Field(gt=0)]]],
+        Entries("solver", tuple(SOLVERS), dropped=True),
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
             "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "
@@ -115,29 +106,28 @@ class Comparison(Verification):
     ]
     digits: Annotated[
         int,
-        Number(ge=30, le=200, whole=True),
-        Field(description="Decimal digits of the reference."),
+        Field(ge=30, le=200, description="Decimal digits of the reference."),
     ] = 50
     cap: Annotated[
         float,
-        Number(gt=0, units="s"),
+        Unit("s"),
         Field(
+            gt=0,
             description="Time after which a run is given up, kept as a number of evaluations: what "
-            "is capped does not depend on the load of the machine."
+            "is capped does not depend on the load of the machine.",
         ),
     ] = 2.0
     repeats: Annotated[
         int,
-        Number(ge=1, whole=True),
-        Field(description="How often each run is timed."),
+        Field(ge=1, description="How often each run is timed."),
     ] = 15
     spend: Annotated[
         float,
-        Number(gt=0, units="s"),
-        Field(description="Time spent on one run, after which it is not repeated any more."),
+        Unit("s"),
+        Field(gt=0, description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
-    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
-    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
-from damper.study.fields import Choice, Faults, ListOf, Number, Section, Strict
+from damper.study.fields import Distinct, Entries, Strict, Unit
 from damper.study.kinds import Kinds
-from damper.study.settings import OBSERVERS, SECTIONS, Fixed, observer
+from damper.study.messages import Faults
+from damper.study.settings import OBSERVERS, SECTIONS, Fixed
 from damper.verification.base import (
     DRAWN,
     TABULATED,
     Made,
     Verification,
-    figures_of,
     require,
-    tables_of,
     values_of,
 )
 from damper.verification.labels import label_of
@@ -27,7 +26,7 @@ from damper.verification.labels import label_of
 _NONE: dict[str, Any] = {}
 #: Growing runs are repeated less often than cases: each size is a process of its own.
 MOST_GROWTH_REPEATS = 5
-_COUNTS = ListOf(Number(ge=1, whole=True), least=2)
+_Counts = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=2), Distinct()]
 
 
 class Case(Strict):
@@ -35,12 +34,12 @@ class Case(Strict):
 
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", tuple(ALL), of=Fixed),
+        Entries("parameter", tuple(ALL)),
         Field(description="Dimensionless or SI parameters, and initial quantities."),
     ]
     observers: Annotated[
         dict[str, Strict],
-        Section(observer, "observer", OBSERVERS, of=OBSERVERS, bare=True),
+        Entries("observer", OBSERVERS, bare=True),
         Field(description="What is measured; nothing for the bare engine."),
     ] = _NONE
 
@@ -67,12 +66,8 @@ class Case(Strict):
 class Growth(Case):
     """A scene with more and more runs, and with more and more periods."""
 
-    runs: Annotated[
-        tuple[int, ...], _COUNTS, Field(description="Numbers of runs, of ten periods each.")
-    ]
-    periods: Annotated[
-        tuple[int, ...], _COUNTS, Field(description="Numbers of periods of a single run.")
-    ]
+    runs: Annotated[_Counts, Field(description="Numbers of runs, of ten periods each.")]
+    periods: Annotated[_Counts, Field(description="Numbers of periods of a single run.")]
 
 
 def _check(parameters: Mapping[str, Fixed], faults: Faults) -> None:
@@ -100,32 +95,27 @@ class Cost(Verification):
     table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
     has_cube: ClassVar[bool] = False
 
-    kind: Annotated[str, Choice("cost"), Field(description="That it is such a study.")]
+    kind: Annotated[Literal["cost"], Field(description="That it is such a study.")]
     cases: Annotated[
         dict[str, Case],
-        Section(Case.entry, "case", of=Case, dropped=True),
+        Entries("case"),
         Field(
             description="Benchmark cases: name -> scene and observers; the first one is the base."
         ),
     ]
     runs: Annotated[
-        int,
-        Number(ge=1, whole=True),
-        Field(description="Runs of each case, a little different in clearance."),
+        int, Field(ge=1, description="Runs of each case, a little different in clearance.")
     ] = 10
     periods: Annotated[
-        int,
-        Number(ge=1, whole=True, units="forcing periods"),
-        Field(description="Length of each of these runs."),
+        int, Unit("forcing periods"), Field(ge=1, description="Length of each of these runs.")
     ] = 200
     repeats: Annotated[
         int,
-        Number(ge=3, whole=True),
-        Field(description="How often a case and its bare engine take turns."),
+        Field(ge=3, description="How often a case and its bare engine take turns."),
     ] = 30
     growth: Annotated[Growth, Field(description="How run time and memory grow.")]
-    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
-    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:

@@ -5,23 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from math import prod
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from damper.parameters.quantities import MODEL_NAMES
 from damper.parameters.variables import TIME
-from damper.study.fields import (
-    Choice,
-    Coordinate,
-    Faults,
-    ListOf,
-    Number,
-    Range,
-    Section,
-    Strict,
-)
+from damper.study.fields import Coordinate, Entries, Pair, Some, Strict, Unit, one_of
 from damper.study.kinds import Kinds
+from damper.study.messages import Faults
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
 from damper.verification.base import (
@@ -30,9 +22,7 @@ from damper.verification.base import (
     TABULATED,
     Made,
     Verification,
-    figures_of,
     require,
-    tables_of,
     values_of,
 )
 from damper.verification.labels import label_of
@@ -42,18 +32,9 @@ _NONE: dict[str, Any] = {}
 MOST_RUNS = 10_000_000
 """More runs in one study are a slip of the pen."""
 
-Values = ListOf(Coordinate(), least=1)
-
-
-def _values(name: str, data: Any) -> tuple[float, ...]:
-    values: tuple[float, ...] = Values.check(data, name)
-    return values
-
-
 Parts = Annotated[
     int,
-    Number(ge=1, le=1000, whole=True),
-    Field(description="How many jobs share the runs."),
+    Field(ge=1, le=1000, description="How many jobs share the runs."),
 ]
 
 
@@ -61,13 +42,12 @@ class Corners(Strict):
     """Every combination of some values and starts."""
 
     parameters: Annotated[
-        dict[str, tuple[float, ...]],
-        Section(_values, "parameter", DIMENSIONLESS, of=Values),
+        dict[str, Some[Coordinate]],
+        Entries("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, each with its values."),
     ]
     starts: Annotated[
-        tuple[str, ...],
-        ListOf(Choice(*STARTS), least=1),
+        Some[Annotated[str, one_of(STARTS)]],
         Field(
             description="At rest in the centre; at rest on a wall; on a wall and into it; so as to "
             "graze a wall."
@@ -86,27 +66,16 @@ class Corners(Strict):
             require(model.parameters, faults)
 
 
-class Bounds(Range):
-    """Lowest and highest value of the quantity that the context names."""
-
-    of_name = True
-
-    def check(self, value: Any, context: Any) -> tuple[float, float]:
-        return Range(context).check(value, None)
-
-
 class Draw(Strict):
     """What a quantity may be in runs at random."""
 
     shorthand = "range"
     range: Annotated[
-        tuple[float, float] | None,
-        Bounds(),
+        Pair[Coordinate] | None,
         Field(description="Where it lies, uniform in its logarithm if above zero."),
     ] = None
     values: Annotated[
-        tuple[float, ...] | None,
-        Values,
+        Some[Coordinate] | None,
         Field(description="Values of which it takes one, always or in a share of the runs."),
     ] = None
 
@@ -124,10 +93,10 @@ class Draw(Strict):
 class Other(Strict):
     """Another model of the damper, in a share of the runs."""
 
-    share: Annotated[float, Number(gt=0, lt=1), Field(description="Part of the runs.")]
+    share: Annotated[float, Field(gt=0, lt=1, description="Part of the runs.")]
     parameters: Annotated[
         dict[str, Draw],
-        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
+        Entries("parameter", DIMENSIONLESS),
         Field(description="What it adds."),
     ]
 
@@ -135,29 +104,31 @@ class Other(Strict):
 class Random(Strict):
     """Runs at random."""
 
-    runs: Annotated[int, Number(ge=1, le=MOST_RUNS, whole=True), Field(description="How many.")]
-    seed: Annotated[int, Number(ge=0, whole=True), Field(description="Of the random numbers.")]
+    runs: Annotated[int, Field(ge=1, le=MOST_RUNS, description="How many.")]
+    seed: Annotated[int, Field(ge=0, description="Of the random numbers.")]
     share: Annotated[
         float,
-        Number(ge=0, le=1),
-        Field(description="Part of the runs in which a quantity has one of its values."),
+        Field(
+            ge=0, le=1, description="Part of the runs in which a quantity has one of its values."
+        ),
     ] = 0.25
     parameters: Annotated[
         dict[str, Draw],
-        Section(Draw.entry, "parameter", DIMENSIONLESS, of=Draw),
+        Entries("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
     models: Annotated[
         dict[str, Other],
-        Section(Other.entry, "model", tuple(MODEL_NAMES), of=Other),
+        Entries("model", tuple(MODEL_NAMES)),
         Field(description="Other models than the rigid damper."),
     ] = _NONE
     metamorphic: Annotated[
         int,
-        Number(ge=0, le=MOST_RUNS, whole=True),
         Field(
+            ge=0,
+            le=MOST_RUNS,
             description="How many of the runs, the first ones, are made again mirrored, a period "
-            "later, in SI units, with other accuracies and from a start moved a little."
+            "later, in SI units, with other accuracies and from a start moved a little.",
         ),
     ] = 0
     parts: Parts = 1
@@ -191,12 +162,10 @@ class Random(Strict):
 class Long(Strict):
     """A run over many periods."""
 
-    periods: Annotated[
-        int, Number(ge=1, whole=True, units="forcing periods"), Field(description="How many.")
-    ]
+    periods: Annotated[int, Unit("forcing periods"), Field(ge=1, description="How many.")]
     parameters: Annotated[
         dict[str, Fixed],
-        Section(Fixed.entry, "parameter", DIMENSIONLESS, of=Fixed),
+        Entries("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
 
@@ -226,47 +195,51 @@ class Stress(Verification):
     figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
     table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
 
-    kind: Annotated[str, Choice("stress"), Field(description="That it is such a study.")]
+    kind: Annotated[Literal["stress"], Field(description="That it is such a study.")]
     periods: Annotated[
         int,
-        Number(ge=1, whole=True, units="forcing periods"),
-        Field(description="Length of the runs of corners and at random."),
+        Unit("forcing periods"),
+        Field(ge=1, description="Length of the runs of corners and at random."),
     ]
     accuracy: Annotated[
         float,
-        Number(ge=1e-15, le=1e-3, units=TIME),
-        Field(description="Largest error of the time at which a complete burst ends."),
+        Unit(TIME),
+        Field(
+            ge=1e-15,
+            le=1e-3,
+            description="Largest error of the time at which a complete burst ends.",
+        ),
     ] = 1e-12
     max_events: Annotated[
         int,
-        Number(ge=1, whole=True),
         Field(
+            ge=1,
             description="Budget of a run, after which it stops: events, and hundreds "
-            "of evaluations that find none."
+            "of evaluations that find none.",
         ),
     ] = 100_000
     longest: Annotated[
         float | None,
-        Number(gt=0, units=TIME),
-        Field(description="Longest run of a corner or at random; it ends with its period."),
+        Unit(TIME),
+        Field(gt=0, description="Longest run of a corner or at random; it ends with its period."),
     ] = None
     corners: Annotated[
         dict[str, Corners],
-        Section(Corners.entry, "set of corners", of=Corners, dropped=True),
+        Entries("set of corners"),
         Field(description="Name -> values whose every combination is run."),
     ] = _NONE
     random: Annotated[
         dict[str, Random],
-        Section(Random.entry, "set of runs", of=Random, dropped=True),
+        Entries("set of runs"),
         Field(description="Name -> runs at random."),
     ] = _NONE
     long_runs: Annotated[
         dict[str, Long],
-        Section(Long.entry, "run", of=Long, dropped=True),
+        Entries("run"),
         Field(description="Name -> a run over many periods."),
     ] = _NONE
-    figures: Annotated[dict[str, Made], figures_of(FIGURES), DRAWN] = _NONE
-    tables: Annotated[dict[str, Made], tables_of(TABLES), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:

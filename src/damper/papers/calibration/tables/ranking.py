@@ -12,7 +12,6 @@ from pydantic import Field
 from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, ranked
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
-from damper.study.fields import Number
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -28,8 +27,7 @@ class RankingTable(Scores):
 
     rows: Annotated[
         int,
-        Number(ge=1, le=100_000, whole=True),
-        Field(description="How many of the best sets the CSV lists."),
+        Field(ge=1, le=100_000, description="How many of the best sets the CSV lists."),
     ] = 200
 
 

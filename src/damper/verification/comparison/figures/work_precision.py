@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from damper.figures.common.layout import head, legend, say, wrap
 from damper.figures.common.style import COLUMN, PAGE, PALE, units_text
-from damper.study.fields import Choice, ListOf, Text
+from damper.study.fields import Some, Text, one_of
 from damper.verification.base import (
     Made,
     OptionalCaption,
@@ -43,8 +43,7 @@ _MEANINGS = {
 
 
 Scenes = Annotated[
-    tuple[str, ...] | None,
-    ListOf(Text(), least=1),
+    Some[Text] | None,
     Field(description="Names of the scenes to show; all of the study when not given."),
 ]
 
@@ -54,13 +53,12 @@ class WorkPrecision(Made):
 
     reads: ClassVar[tuple[str, ...]] = FILES
 
-    error: Annotated[str, Choice(*_MEANINGS), Field(description="Which error is shown.")] = (
+    error: Annotated[str, one_of(_MEANINGS), Field(description="Which error is shown.")] = (
         "state_error"
     )
     scenes: Scenes = None
     each: Annotated[
-        str | None,
-        Choice("scene"),
+        Literal["scene"] | None,
         Field(description="`scene`: a file for each scene, in place of one with all."),
     ] = None
     caption: OptionalCaption = None

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from damper.figures.common.layout import legend, wrap
 from damper.figures.common.style import BLUE, ORANGE, PAGE, VERMILION
-from damper.study.fields import Choice
 from damper.verification.base import Made, OptionalCaption
 from damper.verification.cost.tables.cost import slopes
 from damper.verification.labels import label_of
@@ -50,8 +49,7 @@ class CostFigure(Made):
     reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
 
     show: Annotated[
-        str,
-        Choice("suite", "growth"),
+        Literal["suite", "growth"],
         Field(description="Every case, or run time and memory over runs and periods."),
     ]
     caption: OptionalCaption = None

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from damper.study.fields import Choice
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.labels import label_of
@@ -31,8 +30,7 @@ class CostTable(Made):
     reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
 
     show: Annotated[
-        str,
-        Choice("suite", "growth"),
+        Literal["suite", "growth"],
         Field(description="Every case, or run time and memory over runs and periods."),
     ]
 
