@@ -27,16 +27,14 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
-    WrapValidator,
     model_serializer,
     model_validator,
 )
-from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
-from damper.parameters.quantities import ALL, check_quantity
+from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
-from damper.study.messages import IN_RANGE, NOTHING, Faults, as_mapping, faults_of, wrong
+from damper.study.messages import NOTHING, Faults, faults_of
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
 from damper.study.yaml_file import NUMBER, Quoted, as_part, key_path, show
 
@@ -79,7 +77,7 @@ class Strict(BaseModel):
         if alone:
             data = {cls.shorthand: data}
         faults, model = Faults(), None
-        with faults.of(cls=cls, name=info.context):
+        with faults.of(of=cls, name=info.context):
             model = handler(_as_read(cls, data))
         if alone:
             faults.lines = [line | {"loc": ()} for line in faults.lines]
@@ -183,17 +181,15 @@ def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 def _rising(pair: tuple[Any, Any]) -> tuple[Any, Any]:
     if not pair[0] < pair[1]:
-        raise PydanticCustomError("rising", "low must be less than high")
+        raise PydanticCustomError("not_rising", "low must be less than high")
     return pair
 
 
-def _in_range(value: Any, handler: Callable[[Any], float], info: ValidationInfo) -> float:
+def _in_range(number: float, info: ValidationInfo) -> float:
     """Check a value of the quantity that the context names."""
-    number, name = handler(value), info.context
-    try:
-        return number if name is None else check_quantity(name, number)
-    except ValueError:
-        raise wrong("out of range", value, IN_RANGE[str(name)]) from None
+    if info.context is not None and not ALL[info.context].holds(number):
+        raise PydanticCustomError("out_of_range", "out of range")
+    return number
 
 
 Text = Annotated[str, Field(pattern=r"\S")]
@@ -202,7 +198,7 @@ Several = Annotated[tuple[T, ...], Distinct()]
 Some = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
 """At least one of `Several`."""
 Pair = Annotated[tuple[T, T], Field(strict=False), AfterValidator(_rising), Rule("low < high")]
-Coordinate = Annotated[float, WrapValidator(_in_range), Rule(COORDINATE), Unit(THE_PARAMETERS)]
+Coordinate = Annotated[float, AfterValidator(_in_range), Rule(COORDINATE), Unit(THE_PARAMETERS)]
 """A value of the quantity under whose name it stands."""
 
 
@@ -256,10 +252,12 @@ class Entries:
         return TypeAdapter(of, config=None if own else Strict.model_config)
 
     def _check(self, adapter: Callable[[str], TypeAdapter[Any]], value: Any) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise PydanticKnownError("dict_type")
         faults = Faults()
         kept: dict[str, Any] = {}
         seen: dict[str, str] = {}
-        for name, data in as_mapping(value, f"mapping {self.says}").items():
+        for name, data in value.items():
             here = as_part(name)
             if self.names is not None and name not in self.names:
                 faults.unknown((here,), self.what, name, self.names, data)
@@ -274,7 +272,7 @@ class Entries:
             if twin != name:
                 faults.add((here,), f"the same file as '{twin}' where case does not count")
             entry = adapter(name if isinstance(self.names, Mapping) else "")
-            with faults.of(here, adapter=entry, name=name):
+            with faults.of(here, of=entry, name=name):
                 data = {} if self.bare and data is None else data
                 kept[name] = entry.validate_python(data, context=name)
         faults.settle()
@@ -306,12 +304,3 @@ class Entries:
             properties[name] = {"allOf": [quantity, one]} if "$ref" in one else quantity
         made |= {"properties": properties, "additionalProperties": False}
         return once(handler, f"{self.what}:{crc32(str(made).encode())}", made)
-
-
-def default_of(field: FieldInfo) -> Any:
-    """Return the default of a field as a file would give it; None if there is none."""
-    if field.is_required() or field.default is None:
-        return None
-    if isinstance(field.default, BaseModel):
-        return field.default.model_dump(mode="json", exclude_none=True)
-    return list(field.default) if isinstance(field.default, tuple) else field.default

@@ -16,12 +16,12 @@ from types import ModuleType
 from typing import Any
 
 from pydantic import GetJsonSchemaHandler, TypeAdapter
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from damper.observers import class_in
 from damper.parameters.quantities import nearest, unknown_name
 from damper.study.fields import Strict
-from damper.study.messages import NOTHING, Faults, as_mapping
+from damper.study.messages import Faults
 from damper.study.products import Product
 from damper.study.schema import Schema, nested
 from damper.study.study_file import StudyFile
@@ -68,16 +68,17 @@ class Kinds(Mapping[str, type[Any]]):
 
     def class_of(self, data: Any) -> type[Any]:
         """Return the class of settings that say their ``kind``."""
-        faults = Faults()
-        kind = as_mapping(data, "kind and its settings").get("kind", NOTHING)
-        if not isinstance(kind, str) or kind not in self.modules:
-            shown = "'kind' is missing"
-            if kind is not NOTHING:
-                shown = f"not one of the choices (value: {show(kind)})"
+        if not isinstance(data, dict):
+            raise PydanticKnownError("dict_type")
+        faults, kind = Faults(), data.get("kind")
+        if "kind" not in data:
+            faults.add(("kind",), "'kind' is missing", words(self.modules))
+        elif not isinstance(kind, str) or kind not in self.modules:
             near = nearest(kind, self.modules) if isinstance(kind, str) else ""
-            faults.add(("kind",), shown, words(self.modules), near)
+            message = f"not one of the choices (value: {show(kind)})"
+            faults.add(("kind",), message, words(self.modules), near)
         faults.settle()
-        return self[kind]
+        return self[str(kind)]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(
@@ -92,7 +93,7 @@ class Kinds(Mapping[str, type[Any]]):
             | {"properties": {"kind": {"const": kind}}}
             for kind, cls in self.items()
         ]
-        return {"anyOf": some}
+        return {"anyOf": some, "$comment": "with a kind and its settings"}
 
     def __getitem__(self, kind: str) -> type[Any]:
         if kind not in self.modules:

@@ -28,7 +28,7 @@ from pydantic.fields import FieldInfo
 
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
-from damper.study.fields import Strict, default_of
+from damper.study.fields import Strict
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
 from damper.study.rules import MOST_SLICES
@@ -163,7 +163,7 @@ def _rows(
     cls: type[Strict], path: str, deep: bool, constants: Mapping[str, str]
 ) -> Iterable[tuple[str, ...]]:
     for key, field in cls.model_fields.items():
-        default = "**required**" if field.is_required() else _as_code(default_of(field))
+        default = "**required**" if field.is_required() else _as_code(_default(field))
         settings = settings_of(field)
         if settings is None:
             schema = setting_schema(field)
@@ -176,6 +176,15 @@ def _rows(
         yield f"`{path}{key}`", sort, unit, default, limits, field.description or ""
         if deep and settings is not None:
             yield from _rows(settings, f"{path}{key}.", deep, {})
+
+
+def _default(field: FieldInfo) -> Any:
+    """Return the default of a field as a file would give it; None if there is none."""
+    if field.is_required() or field.default is None:
+        return None
+    if isinstance(field.default, Strict):
+        return field.default.model_dump(mode="json", exclude_none=True)
+    return list(field.default) if isinstance(field.default, tuple) else field.default
 
 
 def settings_of(field: FieldInfo) -> type[Strict] | None:
