@@ -120,7 +120,7 @@ study = load_study(Path({str(study)!r}))
 light = "matplotlib" not in sys.modules and "xarray" not in sys.modules
 cube = damper.simulate(**study.fixed, **study.axis_values, observers=["response"], periods=5,
                        transient=5)
-settings = study.figure_settings("spread")
+_, settings = study.files("figures")["figures/spread"]
 figure = draw(settings.pop("kind"), cube, **settings)
 heights = [bar.get_height() for bar in figure.axes[0].patches]
 table = study.tables["ends"]

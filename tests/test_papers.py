@@ -32,8 +32,8 @@ def test_every_value_of_paper_a_says_where_it_comes_from(path: Path):
 
 
 def test_figures_of_paper_a_bear_its_numbers():
-    files = [stem for path in STUDIES for stem in load_study(path).figure_files()]
-    assert sorted(files) == [f"paper_a_fig_{number}" for number in range(1, 8)]
+    files = [figure for path in STUDIES for figure in load_study(path).files("figures")]
+    assert sorted(files) == [f"figures/paper_a_fig_{number}" for number in range(1, 8)]
     marked = load_study(ROOT / "config/studies/paper_a_clearance.yaml").figures["paper_a_fig_3"]
     assert marked.mark == (0.0, 1.35)
 

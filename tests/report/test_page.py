@@ -88,13 +88,11 @@ def test_captions_in_error_are_refused(tmp_path: Path) -> None:
 def test_page_shows_everything(tmp_path: Path) -> None:
     found = made(tmp_path)
     study = load_study(ROOT / "config/studies/restitution.yaml")
-    stems = list(study.figure_files())
-    assert [image["src"] for image in found.images] == [
-        f"restitution/figures/{stem}.png" for stem in stems
-    ]
+    paths = list(study.files("figures"))
+    assert [image["src"] for image in found.images] == [f"restitution/{p}.png" for p in paths]
     assert all(image["alt"] for image in found.images)
-    for stem in stems:
-        assert f"restitution/figures/{stem}.svg" in found.links
+    for path in paths:
+        assert f"restitution/{path}.svg" in found.links
     for name in study.tables:
         assert f"restitution/tables/{name}.md" in found.links
     for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):

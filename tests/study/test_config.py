@@ -84,10 +84,15 @@ def test_good_file(tmp_path: Path) -> None:
     assert len(slices) == 8
     assert slices[1] == {"mass_ratio": 0.25, "frequency_ratio": 2.0}
     assert study.slice_path(slices[7]) == "mass_ratio~0.001/frequency_ratio~2"
-    assert list(study.figure_files().items())[1] == (
-        "bifurcation_mass_ratio~0.1",
-        ("bifurcation", {"mass_ratio": 0.1}),
-    )
+    path, (figure, settings) = list(study.files("figures").items())[1]
+    assert (path, figure) == ("figures/bifurcation_mass_ratio~0.1", study.figures["bifurcation"])
+    assert settings["at"] == {"mass_ratio": 0.1}
+    assert study.outputs()[:3] == [
+        "cube.nc",
+        "figures/bifurcation_mass_ratio~0.25.svg",
+        "figures/bifurcation_mass_ratio~0.25.png",
+    ]
+    assert study.outputs()[-2:] == ["tables/chatter.csv", "tables/chatter.md"]
     assert study.observers["bursts"].threshold.speed == 1e-8
     assert study.observers["impacts"].threshold.fraction == 0.03
     assert study.tables["chatter"].resolution == 1e-3
@@ -143,7 +148,7 @@ def test_study_without_axes_is_one_point(tmp_path: Path) -> None:
     study = load(tmp_path, text)
     assert study.slices() == [{}]
     assert study.slice_path({}) == "all"
-    assert study.figure_files() == {}
+    assert study.outputs() == ["cube.nc"]
     assert study.fixed["phase"] == -1.0
 
 

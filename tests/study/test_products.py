@@ -119,13 +119,15 @@ def test_values_that_look_like_numbers_are_numbers(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("figure", [MAP, CURVES | {"lines": "clearance"}])
 def test_a_file_for_each_value(tmp_path: Path, figure: dict[str, Any]) -> None:
-    assert load(tmp_path, figure | {"each": "mass_ratio"}).figure_files() == {
-        "one_mass_ratio~0.1": ("one", {"mass_ratio": 0.1}),
-        "one_mass_ratio~0.2": ("one", {"mass_ratio": 0.2}),
+    def places(change: dict[str, Any]) -> dict[str, Any]:
+        files = load(tmp_path, figure | change).files("figures")
+        return {path: settings["at"] for path, (_, settings) in files.items()}
+
+    assert places({"each": "mass_ratio"}) == {
+        "figures/one_mass_ratio~0.1": {"mass_ratio": 0.1},
+        "figures/one_mass_ratio~0.2": {"mass_ratio": 0.2},
     }
-    assert load(tmp_path, figure | {"at": {"mass_ratio": 0.1}}).figure_files() == {
-        "one": ("one", {})
-    }
+    assert places({"at": {"mass_ratio": 0.1}}) == {"figures/one": {"mass_ratio": 0.1}}
 
 
 def test_tables_may_be_as_before(tmp_path: Path) -> None:
@@ -385,10 +387,9 @@ def test_single_bursts_need_records(tmp_path: Path, kind: str) -> None:
 def test_schematics_ask_nothing_of_the_study(tmp_path: Path) -> None:
     figure = {"kind": "schematic", "drawing": "impact_damper"}
     study = load(tmp_path, figure, observers={"response": None})
-    assert study.figure_files() == {"one": ("one", {})}
     made = study.figures["one"]
+    assert study.files("figures") == {"figures/one": (made, figure)}
     assert not made.of_cube
-    assert made.drawn_with({}) == figure
     assert all(cls.of_cube for kind, cls in FIGURES.items() if kind != "schematic")
 
 

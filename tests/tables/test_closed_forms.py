@@ -45,10 +45,11 @@ def test_good_ones(tmp_path: Path) -> None:
     tables = {"a": {"kind": "small_mass_limit"}, "b": {"kind": "two_impacts", "along": "clearance"}}
     study = load(tmp_path, figures=figures, tables=tables)
     section = {"stroboscopic_section": {"at": 0.5, "free_mass": False}}
-    assert study.figure_settings("c")["section"] == section
-    assert "section" not in study.figure_settings("d")
-    assert "section" not in study.figure_settings("a")
-    assert study.figure_settings("a")["theory"] == "small_mass_limit"
+    drawn = {path: settings for path, (_, settings) in study.files("figures").items()}
+    assert drawn["figures/c"]["section"] == section
+    assert "section" not in drawn["figures/d"]
+    assert "section" not in drawn["figures/a"]
+    assert drawn["figures/a"]["theory"] == "small_mass_limit"
     assert study.tables["a"].resolution == 1e-4
 
 

@@ -46,34 +46,22 @@ def one_of(names):
     return "|".join(re.escape(name) for name in sorted(names)) or "(?!)"
 
 
-wildcard_constraints:
-    study=one_of(STUDIES),
-    figure=one_of({name for study in STUDIES.values() for name in study.figure_files()}),
-    table=one_of({name for study in STUDIES.values() for name in study.tables}),
-
-
 def everything_of(study):
     """Cube, figures and tables of a study."""
-    folder = f"{RESULTS}/{study.name}"
-    if isinstance(study, Verification):
-        return [
-            *([f"{folder}/cube.nc"] if study.has_cube else []),
-            *(
-                f"{folder}/{path}.{end}"
-                for path in study.files("figures")
-                for end in ("svg", "png")
-            ),
-            *(f"{folder}/{path}.{end}" for path in study.files("tables") for end in ("csv", "md")),
-        ]
-    return [
-        f"{folder}/cube.nc",
-        *(
-            f"{folder}/figures/{name}.{end}"
-            for name in study.figure_files()
-            for end in ("svg", "png")
-        ),
-        *(f"{folder}/tables/{name}.{end}" for name in study.tables for end in ("csv", "md")),
-    ]
+    return [f"{RESULTS}/{study.name}/{path}" for path in study.outputs()]
+
+
+def stems(studies, folder):
+    """Names of the files of these studies in a folder, such as ``timed/figures``."""
+    section = folder.rpartition("/")[2]
+    paths = [path for study in studies.values() for path in study.files(section)]
+    return one_of({path.rpartition("/")[2] for path in paths if path.rpartition("/")[0] == folder})
+
+
+wildcard_constraints:
+    study=one_of(STUDIES),
+    figure=stems(STUDIES, "figures"),
+    table=stems(STUDIES, "tables"),
 
 
 def cubes_beside(product):

@@ -3,25 +3,20 @@
 from damper.figures import modules
 
 
-def _settings(wildcards):
-    return STUDIES[wildcards.study].figure_settings(wildcards.figure)
-
-
 def _figure(wildcards):
-    study = STUDIES[wildcards.study]
-    name, _ = study.figure_files()[wildcards.figure]
-    return study.figures[name]
+    """A figure, and the settings of this file of it."""
+    return STUDIES[wildcards.study].files("figures")[f"figures/{wildcards.figure}"]
 
 
 def _cube(wildcards):
     """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
-    return f"{RESULTS}/{wildcards.study}/cube.nc" if _figure(wildcards).of_cube else []
+    return f"{RESULTS}/{wildcards.study}/cube.nc" if _figure(wildcards)[0].of_cube else []
 
 
 rule figure:
     input:
         cube=_cube,
-        beside=lambda wildcards: cubes_beside(_figure(wildcards)),
+        beside=lambda wildcards: cubes_beside(_figure(wildcards)[0]),
     output:
         svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
         png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",
@@ -30,8 +25,8 @@ rule figure:
     benchmark:
         "logs/benchmarks/{study}/figures/{figure}.tsv"
     params:
-        settings=_settings,
-        code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_settings(wildcards))),
+        settings=lambda wildcards: _figure(wildcards)[1],
+        code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_figure(wildcards)[1])),
     message:
         "Draw {wildcards.study}: {wildcards.figure}"
     script:

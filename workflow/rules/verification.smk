@@ -17,19 +17,6 @@ def _reads(section, folder):
     ]
 
 
-def _stems(section, folder):
-    """Regular expression for the names of files in a folder."""
-    start = "/".join([*filter(None, [folder]), section])
-    return one_of(
-        {
-            path.rpartition("/")[2]
-            for study in VERIFICATIONS.values()
-            for path in study.files(section)
-            if path.rpartition("/")[0] == start
-        }
-    )
-
-
 # What shows times lies beside them, in a folder of its own.
 for folder in ("", "timed"):
     below = f"{RESULTS}/{{study}}/{folder}".rstrip("/")
@@ -48,7 +35,7 @@ for folder in ("", "timed"):
             f"logs/benchmarks/{{study}}/figures/{{stem}}.tsv"
         wildcard_constraints:
             study=one_of(VERIFICATIONS),
-            stem=_stems("figures", folder),
+            stem=stems(VERIFICATIONS, f"{folder}/figures".lstrip("/")),
         params:
             settings=lambda wildcards, folder=folder: _product("figures", folder, wildcards)[1],
             code=lambda wildcards, folder=folder: code_digest(
@@ -74,7 +61,7 @@ for folder in ("", "timed"):
             f"logs/benchmarks/{{study}}/tables/{{stem}}.tsv"
         wildcard_constraints:
             study=one_of(VERIFICATIONS),
-            stem=_stems("tables", folder),
+            stem=stems(VERIFICATIONS, f"{folder}/tables".lstrip("/")),
         params:
             settings=lambda wildcards, folder=folder: _product("tables", folder, wildcards)[1],
             code=lambda wildcards, folder=folder: code_digest(

@@ -28,10 +28,10 @@ rule claims:
     params:
         # Links to figures that are not made would lead nowhere.
         figures=[
-            f"{study.name}/figures/{name}"
+            f"{study.name}/{path}"
             for study in STUDIES.values()
             if study.name in DEFAULT
-            for name in study.figure_files()
+            for path in study.files("figures")
         ],
         code=code_digest(SCRIPTS / "claims.py"),
     message:

@@ -119,12 +119,6 @@ class Study(StudyFile):
             for name, settings in self.observers.items()
         }
 
-    def figure_settings(self, stem: str) -> dict[str, Any]:
-        """Return the settings with which one of `figure_files` is drawn."""
-        name, place = self.figure_files()[stem]
-        figure = self.figures[name]
-        return figure.drawn_with(place) | figure.measured(self.observer_settings())
-
     @property
     def fan_axes(self) -> tuple[str, ...]:
         """Axes along which each value is a job of its own."""
@@ -144,47 +138,21 @@ class Study(StudyFile):
         """Return the path of a slice, without suffix, such as ``mass_ratio~0.1/clearance~2``."""
         return "/".join(coordinate_name(n, coords[n]) for n in self.fan_axes) or "all"
 
-    def figure_files(self) -> dict[str, tuple[str, dict[str, float]]]:
-        """Return, for the stem of every figure file, the figure's name and fixed coordinates."""
-        values = self.axis_values
-        return {
-            stem: (name, fixed)
-            for name, figure in self.figures.items()
-            for stem, fixed in figure.files(name, values).items()
-        }
-
-    def about(self) -> dict[str, Any]:
-        """Return what a page shows of the study, as plain values; paths without suffix."""
-        origins = {name: f"assumed: {text}" for name, text in self.assumed.items()}
-        origins |= {name: f"stated: {text}" for name, text in self.stated.items()}
+    @property
+    def values(self) -> dict[str, str]:
+        """What a page says of the study's settings: name -> value."""
         values = {name: f"{value:g}" for name, value in self.fixed.items()}
         values |= {name: _range_text(given) for name, given in self.axis_values.items()}
         for settings in self.observers.values():
             if (threshold := getattr(settings, "threshold", None)) is not None:
                 values["visibility_threshold"] = str(threshold)
-        return {
-            "name": self.name,
-            "title": self.title,
-            "source": self.source,
-            "description": self.description or "",
-            "values": [(name, text, origins.get(name, "")) for name, text in values.items()],
-            "figures": [
-                (f"{self.name}/figures/{stem}", self.figures[name].kind, self._caption(name, place))
-                for stem, (name, place) in self.figure_files().items()
-            ],
-            "tables": [
-                (f"{self.name}/tables/{name}", table.kind) for name, table in self.tables.items()
-            ],
-        }
+        return values
 
-    def _caption(self, name: str, place: Mapping[str, float]) -> str:
-        figure = self.figures[name]
-        # A schematic shows the model, not what the study's title tells.
-        drawing = getattr(figure, "drawing", "").replace("_", " ")
-        text = getattr(figure, "caption", None) or drawing or self.title
-        where = {**(getattr(figure, "at", None) or {}), **place}
-        words = (f"{axis.replace('_', ' ')} {_plain(value)}" for axis, value in where.items())
-        return "; ".join([text, *words])
+    @property
+    def origins(self) -> dict[str, str]:
+        """What a page says of where they come from: name -> remark."""
+        origins = {name: f"assumed: {text}" for name, text in self.assumed.items()}
+        return origins | {name: f"stated: {text}" for name, text in self.stated.items()}
 
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
@@ -210,10 +178,6 @@ class Study(StudyFile):
         # Works on the raw data: a mistake in one entry is to hide nothing about the others.
         raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
         relate(raw, model, faults)
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _range_text(values: tuple[float, ...]) -> str:

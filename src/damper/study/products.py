@@ -10,9 +10,10 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from damper.parameters.quantities import ALL, nearest
 from damper.study.axes import coordinate_name
-from damper.study.fields import Coordinate, Entries, Strict, Text, as_numbers
+from damper.study.fields import Coordinate, Entries, Text, as_numbers
 from damper.study.messages import Faults
 from damper.study.settings import SECTIONS
+from damper.study.study_file import Made
 from damper.study.yaml_file import as_part, show, words
 
 #: Observer -> what it writes with one value at each point; `status` is in every cube.
@@ -109,7 +110,7 @@ class Offer:
         return (*(variable for some in written for variable in some), "status")
 
 
-class Product(Strict):
+class Product(Made):
     """A figure or a table: its kind, and what it needs of the study."""
 
     of_cube: ClassVar[bool] = True
@@ -118,8 +119,6 @@ class Product(Strict):
     """Whether it shows a theory of the rigid damper, whatever its settings are."""
     of_single_bursts: ClassVar[bool] = False
     """Whether it shows bursts one by one, whatever its settings are."""
-
-    kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
 
     @property
     def theoretical(self) -> bool:
@@ -139,18 +138,6 @@ class Product(Strict):
 
     def fit_stretch(self, length: float, faults: Faults) -> None:
         """Note what it asks in vain of a sampled stretch of so many forcing periods."""
-
-    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings with which the file at a place, see `files`, is made."""
-        return self.model_dump(exclude_none=True)
-
-    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
-        """Return the file stems with the coordinates at which each is made."""
-        return {stem: {}}
-
-    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-        """Return further settings: what it must know of how the study measures."""
-        return {}
 
     @property
     def beside(self) -> Mapping[str, str]:
@@ -194,6 +181,10 @@ class FigureSettings(Product):
     overlays: ClassVar[bool] = False
     """Whether branches without a place are drawn over each other."""
 
+    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+        """Return further settings: what it must know of how the study measures."""
+        return {}
+
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         """Note what the figure shows and the study does not measure."""
@@ -210,15 +201,17 @@ class FigureSettings(Product):
             if name not in used:
                 cls._without_place(name, values, settings, faults)
 
-    def files(self, stem: str, axes: Mapping[str, tuple[float, ...]]) -> dict[str, dict[str, Any]]:
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        settings = self.model_dump(exclude={"each"}, exclude_none=True)
+        settings = {"at": {}} | settings | self.measured(study.observer_settings())
         each = getattr(self, "each", None)
         if each is None:
-            return {stem: {}}
-        return {f"{stem}_{coordinate_name(each, value)}": {each: value} for value in axes[each]}
-
-    def drawn_with(self, place: Mapping[str, Any]) -> dict[str, Any]:
-        settings = self.model_dump(exclude={"each"}, exclude_none=True)
-        return settings | {"at": settings.get("at", {}) | dict(place)}
+            return {stem: settings}
+        at = settings.pop("at")
+        return {
+            f"{stem}_{coordinate_name(each, value)}": settings | {"at": at | {each: value}}
+            for value in study.axis_values[each]
+        }
 
     @classmethod
     def _says_where(cls, settings: dict[str, Any]) -> bool:

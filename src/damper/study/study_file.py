@@ -2,16 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from pathlib import PurePosixPath
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
 
 from damper.study.fields import Strict, Text
 
+SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
+"""Section of a study -> suffixes of the files that each of its entries makes."""
+
+
+class Made(Strict):
+    """A figure or a table of a study."""
+
+    reads: ClassVar[tuple[str, ...]] = ("cube.nc",)
+    """Files of the study that it shows. What shows times lies in the folder of times, as they do:
+    all else has the same bytes whenever it is made."""
+
+    kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
+
+    @property
+    def folder(self) -> str:
+        """``timed`` if times are in it, else nothing."""
+        return "timed" if any(path.startswith("timed/") for path in self.reads) else ""
+
+    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
+        """Return the stems of the files that are made, with the settings each is made with."""
+        return {stem: self.model_dump(exclude_none=True)}
+
 
 class StudyFile(Strict):
-    """A study: what it is about, and where its values come from."""
+    """A study: what it is about, where its values come from, what is made of it."""
+
+    has_cube: ClassVar[bool] = True
+    """Whether it has results that are the same each time, in ``cube.nc``."""
 
     title: Annotated[Text, Field(description="What the study is about, for people.")]
     source: Annotated[Text, Field(description="Where its values come from, such as a paper.")]
@@ -25,12 +51,75 @@ class StudyFile(Strict):
         """Stem of the study's file."""
         return self._name
 
+    @property
+    def values(self) -> Mapping[str, str]:
+        """What a page says of the study's settings: name -> value."""
+        raise NotImplementedError
+
+    @property
+    def origins(self) -> Mapping[str, str]:
+        """What a page says of where they come from: name -> remark."""
+        return {}
+
     def products(self) -> Iterator[tuple[str, str, Any]]:
         """Yield the section, the name and the settings of every figure and table."""
-        for section in ("figures", "tables"):
+        for section in SUFFIXES:
             for stem, settings in getattr(self, section, {}).items():
                 yield section, stem, settings
 
+    def files(self, section: str) -> dict[str, tuple[Any, dict[str, Any]]]:
+        """Return every file of a section.
+
+        Parameters
+        ----------
+        section : {"figures", "tables"}
+
+        Returns
+        -------
+        dict
+            Path below the study's folder, without suffix -> the figure or table, and the settings
+            that this file is made with.
+        """
+        return {
+            PurePosixPath(product.folder, section, stem).as_posix(): (product, settings)
+            for name, product in getattr(self, section).items()
+            for stem, settings in product.files(name, self).items()
+        }
+
+    def outputs(self) -> list[str]:
+        """Return the paths of everything that is made of the study, below its folder."""
+        return ["cube.nc"] * self.has_cube + [
+            f"{path}.{end}"
+            for section, ends in SUFFIXES.items()
+            for path in self.files(section)
+            for end in ends
+        ]
+
     def about(self) -> dict[str, Any]:
         """Return what a page shows of the study, as plain values; paths without suffix."""
-        raise NotImplementedError
+        return {
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "description": self.description or "",
+            "values": [
+                (name, text, self.origins.get(name, "")) for name, text in self.values.items()
+            ],
+            "figures": [
+                (f"{self.name}/{path}", product.kind, self._caption(settings))
+                for path, (product, settings) in self.files("figures").items()
+            ],
+            "tables": [
+                (f"{self.name}/{path}", product.kind)
+                for path, (product, _) in self.files("tables").items()
+            ],
+        }
+
+    def _caption(self, settings: Mapping[str, Any]) -> str:
+        # A schematic shows the model, not what the study's title tells.
+        drawing = settings.get("drawing", "").replace("_", " ")
+        where = (
+            f"{axis.replace('_', ' ')} {value:g}" if isinstance(value, float) else f"{axis} {value}"
+            for axis, value in settings.get("at", {}).items()
+        )
+        return "; ".join([settings.get("caption") or drawing or self.title, *where])
