@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, TypeAdapter, ValidationError
 
 from damper.parameters.quantities import ALL, nearest
 from damper.study.axes import coordinate_name
-from damper.study.fields import Coordinate, Entries, Text, as_numbers
+from damper.study.fields import Coordinate, Entries, Text, as_numbers, one_of
 from damper.study.messages import Faults
 from damper.study.settings import SECTIONS
 from damper.study.study_file import Made
 from damper.study.yaml_file import as_part, show, words
+from damper.sweep.branches import DIRECTIONS
 
 #: Observer -> what it writes with one value at each point; `status` is in every cube.
 VARIABLES = {
@@ -73,7 +74,7 @@ MOST_PANELS = 12
 
 #: Dimensions of the cube beside the axes -> what their values may be.
 _BRANCHES: dict[str, Any] = {
-    "direction": Literal["up", "down"],
+    "direction": Annotated[str, one_of(DIRECTIONS["both"])],
     "draw": Annotated[int, Field(ge=0)],
 }
 Place = Annotated[

@@ -17,9 +17,10 @@ from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
-from damper.study.fields import Coordinate, Distinct, Pair, Rule, Some, Strict, Text, Unit
+from damper.study.fields import Coordinate, Distinct, Pair, Rule, Some, Strict, Text, Unit, one_of
 from damper.study.messages import Faults
 from damper.study.schema import THE_PARAMETERS
+from damper.sweep.branches import DIRECTIONS
 
 Assumed = Annotated[
     Text | None,
@@ -84,7 +85,7 @@ class Axis(Strict):
         bool, Field(description="Whether each value is a job of its own; not with follow.")
     ] = False
     follow: Annotated[
-        Literal["up", "down", "both"] | None,
+        Annotated[str, one_of(DIRECTIONS)] | None,
         Field(
             description="Continuation: every run starts from its neighbour's end, towards larger "
             "values, smaller ones, or both in turn; on one axis, not one of an initial quantity."
