@@ -238,20 +238,23 @@ class Entries:
     ) -> None:
         self.what, self.names, self.bare = what, names, bare
         self.says = f"from {what} to {to}"
+        self._adapters: dict[int, TypeAdapter[Any]] = {}
         self.dropped = names is None if dropped is None else dropped
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
-        check = partial(self._check, cache(partial(self._adapter, get_args(source)[1])))
-        return core_schema.no_info_plain_validator_function(check)
+        self._usual = get_args(source)[1]
+        return core_schema.no_info_plain_validator_function(self._check)
 
-    def _adapter(self, usual: Any, name: str) -> TypeAdapter[Any]:
+    def _adapter(self, name: str) -> TypeAdapter[Any]:
         """Return what checks one entry."""
-        of = self.names[name] if isinstance(self.names, Mapping) else usual
-        bare = get_args(of)[0] if get_origin(of) is Annotated else of
-        own = isinstance(bare, type) and issubclass(bare, BaseModel)
-        return TypeAdapter(of, config=None if own else Strict.model_config)
+        of = self.names[name] if isinstance(self.names, Mapping) else self._usual
+        if id(of) not in self._adapters:
+            bare = get_args(of)[0] if get_origin(of) is Annotated else of
+            own = isinstance(bare, type) and issubclass(bare, BaseModel)
+            self._adapters[id(of)] = TypeAdapter(of, config=None if own else Strict.model_config)
+        return self._adapters[id(of)]
 
-    def _check(self, adapter: Callable[[str], TypeAdapter[Any]], value: Any) -> dict[str, Any]:
+    def _check(self, value: Any) -> dict[str, Any]:
         if not isinstance(value, dict):
             raise PydanticKnownError("dict_type")
         faults = Faults()
@@ -271,7 +274,7 @@ class Entries:
             twin = seen.setdefault(name.casefold(), name)
             if twin != name:
                 faults.add((here,), f"the same file as '{twin}' where case does not count")
-            entry = adapter(name if isinstance(self.names, Mapping) else "")
+            entry = self._adapter(name)
             with faults.of(here, of=entry, name=name):
                 data = {} if self.bare and data is None else data
                 kept[name] = entry.validate_python(data, context=name)
@@ -281,12 +284,11 @@ class Entries:
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> Schema:
-        adapter = core["function"]["function"].args[0]  # type: ignore[typeddict-item]
         null = [{"type": "null"}] if self.bare or self.dropped else []
         made: Schema = {"type": ["object", "null"], "$comment": self.says}
 
         def entry(name: str) -> Schema:
-            one = nested(handler, adapter(name).core_schema)
+            one = nested(handler, self._adapter(name).core_schema)
             return {"anyOf": [*one.get("anyOf", [one]), *null]} if null else one
 
         if self.names is None:
@@ -296,7 +298,7 @@ class Entries:
             properties = {name: entry(name) for name in self.names}
         else:
             one = entry("")
-            one = one if "$ref" in one else once(handler, f"{self.what}_entry:{id(adapter)}", one)
+            one = one if "$ref" in one else once(handler, f"{self.what}_entry:{id(self)}", one)
             properties = dict.fromkeys(self.names, one)
         for name in properties.keys() & ALL.keys():
             quantity = quantity_schema(handler, ALL[name])
