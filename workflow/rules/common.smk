@@ -77,6 +77,11 @@ def slices_of(wildcards):
     ]
 
 
+def run_settings(wildcards):
+    """Settings of every run of a study."""
+    return STUDIES[wildcards.study].run | ENGINE
+
+
 EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
 
 

@@ -13,18 +13,6 @@ def _notes(wildcards):
     return {"assumed": study.assumed, "stated": study.stated}
 
 
-def _run(wildcards):
-    """How the points were run, for those who run more of them."""
-    study = STUDIES[wildcards.study]
-    return {
-        "transient": study.transient,
-        "periods": study.periods,
-        "observers": study.observer_settings(),
-        "primary": study.initial.primary,
-        **ENGINE,
-    }
-
-
 rule gather:
     input:
         slices_of,
@@ -40,7 +28,9 @@ rule gather:
         axes=lambda wildcards: STUDIES[wildcards.study].axis_values,
         fan_axes=lambda wildcards: STUDIES[wildcards.study].fan_axes,
         fixed=lambda wildcards: STUDIES[wildcards.study].fixed,
-        run=_run,
+        observers=lambda wildcards: STUDIES[wildcards.study].observer_settings(),
+        primary=lambda wildcards: STUDIES[wildcards.study].initial.primary,
+        run=run_settings,
         code=lambda wildcards: code_digest(
             SCRIPTS / "gather.py", simulation_modules(STUDIES[wildcards.study])
         ),

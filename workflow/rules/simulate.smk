@@ -80,12 +80,10 @@ rule simulate:
     params:
         fixed=lambda wildcards: STUDIES[wildcards.study].fixed | _place(wildcards),
         axes=_inner_axes,
-        transient=lambda wildcards: STUDIES[wildcards.study].transient,
-        periods=lambda wildcards: STUDIES[wildcards.study].periods,
+        run=run_settings,
         observers=lambda wildcards: STUDIES[wildcards.study].observer_settings(),
         initial=lambda wildcards: STUDIES[wildcards.study].initial.settings(),
         follow=lambda wildcards: STUDIES[wildcards.study].follow,
-        engine=ENGINE,
         code=lambda wildcards: code_digest(
             SCRIPTS / "simulate.py", simulation_modules(STUDIES[wildcards.study])
         ),

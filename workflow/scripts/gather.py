@@ -11,7 +11,7 @@ parts = [read_slice(Path(path)) for path in snakemake.input]
 attributes = {
     **params.about,
     "references": REFERENCES,
-    **record(**params.run),
+    **record(params.observers, params.primary, params.run),
     "code_digest": params.code,
 }
 cube = gather(parts, params.axes, params.fan_axes, params.fixed, attributes, params.notes)

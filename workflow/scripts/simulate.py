@@ -15,13 +15,11 @@ with Path(snakemake.log[0]).open("w", buffering=1) as log:
     part = simulate_slice(
         params.fixed,
         params.axes,
-        transient=params.transient,
-        periods=params.periods,
         observers=params.observers,
         initial=params.initial,
         follow=params.follow,
         progress=progress,
-        **params.engine,
+        **params.run,
     )
 
 write_slice(part, Path(snakemake.output[0]))

@@ -26,7 +26,22 @@ _NONE: dict[str, Any] = {}
 _TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-class Study(StudyFile):
+class RunKeys(Strict):
+    """Keys of a study that hold for every run: those of `damper.sweep.runs.RunSettings`."""
+
+    transient: Annotated[
+        int,
+        Unit("forcing periods"),
+        Field(ge=0, description="How long each run goes on before it is recorded."),
+    ]
+    periods: Annotated[
+        int,
+        Unit("forcing periods"),
+        Field(ge=1, description="How long the record is."),
+    ]
+
+
+class Study(RunKeys, StudyFile):
     """One study: fixed parameters, axes, what to measure, what to draw."""
 
     parameters: Annotated[
@@ -51,16 +66,6 @@ class Study(StudyFile):
             description="Where runs start, beside the initial quantities under parameters and axes."
         ),
     ] = Initial()
-    transient: Annotated[
-        int,
-        Unit("forcing periods"),
-        Field(ge=0, description="How long each run goes on before it is recorded."),
-    ]
-    periods: Annotated[
-        int,
-        Unit("forcing periods"),
-        Field(ge=1, description="How long the record is."),
-    ]
     observers: Annotated[
         dict[str, Strict],
         Entries("observer", OBSERVERS, bare=True),
@@ -110,6 +115,11 @@ class Study(StudyFile):
     def stated(self) -> dict[str, str]:
         """The place in the source for every value of which the study gives it."""
         return self._origins("stated")
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """Settings of every run."""
+        return self.model_dump(include=set(RunKeys.model_fields))
 
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""

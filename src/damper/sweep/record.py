@@ -4,31 +4,27 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+#: Settings of runs that a cube's attributes name otherwise.
+_ATTRIBUTES = {"transient": "transient_periods", "periods": "recorded_periods"}
+
 
 def record(
-    *,
-    transient: int,
-    periods: int,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     primary: str,
-    accuracy: float,
-    max_events: int,
+    run: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
 
-    `primary` is empty for runs from a given state.
+    `primary` is empty for runs from a given state; `run` are the settings of every run.
     """
     if isinstance(observers, str):
         observers = [observers]
     settings = observers if isinstance(observers, Mapping) else dict.fromkeys(observers)
     plain = {name: dict(given or {}) for name, given in settings.items()}
     return {
-        "transient_periods": int(transient),
-        "recorded_periods": int(periods),
+        **{_ATTRIBUTES.get(name, name): value for name, value in run.items()},
         "observers": json.dumps(plain, default=lambda value: value.tolist()),
         "primary_starts": primary,
-        "accuracy": float(accuracy),
-        "max_events": int(max_events),
     }
 
 
@@ -63,6 +59,8 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         When the cube does not say how it was made, or was made without one of these observers, or
         its runs depend on more than their point: on a given state, a neighbour or a draw.
     """
+    from damper.sweep.runs import DEFAULTS
+
     about, settings = cube.attrs, observers_of(cube)
     for dim in ("direction", "draw"):
         if dim in cube.dims:
@@ -77,9 +75,9 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
             raise ValueError(f"the cube was made without the observer {name!r}, which is needed")
     return {
         "observers": {name: settings[name] for name in observers or settings},
-        "transient": int(about["transient_periods"]),
-        "periods": int(about["recorded_periods"]),
         "primary": about["primary_starts"],
-        "accuracy": float(about["accuracy"]),
-        "max_events": int(about["max_events"]),
+        **{
+            name: type(default)(about[_ATTRIBUTES.get(name, name)])
+            for name, default in DEFAULTS.items()
+        },
     }

@@ -9,6 +9,8 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, fields
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -29,19 +31,66 @@ from damper.sweep.points import Point, read_point
 _POINTS_A_THREAD = 4
 
 
+def _setting(default: Any, about: str) -> Any:
+    return field(default=default, metadata={"about": about})
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings:
+    """Settings of every run: how long it lasts, how exact it is.
+
+    A key is declared here, and for studies in `damper.study.model.RunKeys`. Jobs, `damper.simulate`
+    and the attributes of cubes pass it on.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With name, value and range, for a value out of range.
+    """
+
+    transient: int = _setting(200, "Forcing periods to discard.")
+    periods: int = _setting(50, "Forcing periods to record after them.")
+    accuracy: float = _setting(
+        DEFAULT_ACCURACY, "Largest error of a completion time, in units of sqrt(M/K)."
+    )
+    max_events: int = _setting(
+        DEFAULT_MAX_EVENTS,
+        "Budget of one run, after which it stops and `status` says so: events, and hundreds of\n"
+        "evaluations that find none (`damper.engine.trajectory.Trajectory`).",
+    )
+
+    def __post_init__(self) -> None:
+        for name, least in (("transient", 0), ("periods", 1)):
+            value = whole(name, getattr(self, name), least, "whole number of periods")
+            object.__setattr__(self, name, value)
+        check_settings(self.accuracy, self.max_events)
+
+
+_FIELDS = fields(RunSettings)
+#: Name of each setting of a run -> its default.
+DEFAULTS: dict[str, Any] = {f.name: f.default for f in _FIELDS}
+
+
+def settings_text() -> str:
+    """Return the entries of the settings in a docstring, in numpydoc's form."""
+    return "".join(
+        f"    {f.name} : {type(f.default).__name__}, default {f.default}\n"
+        + indent(f.metadata["about"], " " * 8)
+        + "\n"
+        for f in _FIELDS
+    )
+
+
 def run_points(
     points: Iterable[Mapping[str, float]],
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     *,
-    transient: int,
-    periods: int,
     primary: str = "rest",
     state: State | None = None,
     after: Sequence[int] | None = None,
-    accuracy: float = DEFAULT_ACCURACY,
-    max_events: int = DEFAULT_MAX_EVENTS,
     progress: Callable[[int, int], None] | None = None,
     workers: int | None = 1,
+    **run: Any,
 ) -> tuple[dict[str, np.ndarray], list[Observer]]:
     """Run every point and observe it.
 
@@ -52,8 +101,6 @@ def run_points(
         zero of the initial quantities; see `damper.parameters.quantities`.
     observers : iterable of str, or mapping of str to settings
         As for `damper.observers.make_observers`.
-    transient, periods : int
-        Forcing periods to discard, then to record.
     primary : {"rest", "steady"}
         Where the primary starts: at rest, or on its steady linear response.
     state : State, optional
@@ -63,8 +110,6 @@ def run_points(
         Primary and relative velocity go on; the free mass keeps its place *between* the walls, as
         a part of the clearance, so that contact stays contact. A run whose predecessor stopped
         early starts as the first ones do.
-    accuracy, max_events
-        As for `damper.events`.
     progress : callable, optional
         Called with the number of runs done, and of all, after each one.
     workers : int, default 1
@@ -73,6 +118,8 @@ def run_points(
         a thread. Without numba there is one: the interpreter's lock would let no two of them work
         at a time, and processes would have to load everything again, from a script that has to
         guard against that.
+    **run
+        Settings of every run, those of `RunSettings`.
 
     Returns
     -------
@@ -90,11 +137,7 @@ def run_points(
     read = [read_point(values, primary) for values in points]
     chains = _chains(after, len(read))
     threads = _threads(workers, len(read), len(chains))
-    record = (
-        whole("transient", transient, 0, "whole number of periods"),
-        whole("periods", periods, 1, "whole number of periods"),
-    )
-    check_settings(accuracy, max_events)
+    settings = RunSettings(**run)
     need_state(state)
     if state:
         for point in read:
@@ -104,10 +147,10 @@ def run_points(
     teams = [make_observers(asked) for _ in range(threads)]
     made = teams[0]
     for place, observer in enumerate(made):
-        observer.allocate(len(read), record[1])
+        observer.allocate(len(read), settings.periods)
         for team in teams[1:]:
             team[place].arrays = observer.arrays
-    sweep = _Sweep(read, state, record, (accuracy, max_events), progress)
+    sweep = _Sweep(read, state, settings, progress)
     sweep.run(chains, teams)
     arrays = {"status": sweep.status}
     for observer in made:
@@ -122,14 +165,12 @@ class _Sweep:
         self,
         points: list[Point],
         state: State | None,
-        record: tuple[int, int],
-        settings: tuple[float, int],
+        settings: RunSettings,
         progress: Callable[[int, int], None] | None,
     ) -> None:
         self.status = np.zeros(len(points), dtype="i1")
         self._points = points
         self._state = state
-        self._transient, self._periods = record
         self._settings = settings
         self._progress = progress
         self._done = 0
@@ -173,6 +214,7 @@ class _Sweep:
             raise
 
     def _run_chain(self, chain: list[int], observers: list[Observer], buffer: np.ndarray) -> None:
+        settings = self._settings
         before: tuple[Point, State] | None = None
         for number in chain:
             if self._stopped:
@@ -181,10 +223,10 @@ class _Sweep:
             start = self._state.over(point.units) if self._state else point.start()
             if before is not None:
                 start = point.carried_over(*before)
-            trajectory = start_run(point.parameters, start, *self._settings)
+            trajectory = start_run(point.parameters, start, settings.accuracy, settings.max_events)
             trajectory.units = point.units
             periods, time = trajectory.start
-            window = Window(periods + self._transient, time, self._periods)
+            window = Window(periods + settings.transient, time, settings.periods)
             _observe(number, trajectory, window, observers, buffer)
             self.status[number] = trajectory.status
             before = None

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
 from damper.parameters.quantity import filled
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
 from damper.sweep.record import record
+from damper.sweep.runs import DEFAULTS, settings_text
 from damper.sweep.slices import simulate_slice
 
 #: What a parameter may be: a number, or a sequence that makes a dimension.
@@ -26,8 +26,6 @@ Values = float | Sequence[float]
 
 def simulate(
     *,
-    transient: int = 200,
-    periods: int = 50,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = (
         "stroboscopic_section",
         "impacts",
@@ -36,10 +34,8 @@ def simulate(
     follow: Mapping[str, str] | None = None,
     initial: str | Mapping[str, Any] = "rest",
     state: State | None = None,
-    accuracy: float = DEFAULT_ACCURACY,
-    max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
-    **quantities: Values | None,
+    **given: Any,
 ) -> xr.Dataset:
     """Simulate every combination of the given values.
 
@@ -51,8 +47,7 @@ def simulate(
     Parameters
     ----------
     {quantities}
-    transient, periods : int
-        Forcing periods to discard, then to record.
+    {run}
     observers : iterable of str, or mapping of str to settings
         What to measure: ``stroboscopic_section`` or ``impact_section``, ``impacts``, ``bursts``,
         ``response``, ``trajectory``; see `damper.observers`. What is not asked for costs nothing.
@@ -69,11 +64,6 @@ def simulate(
         ``{"draws": 20, "seed": 1, "initial_position": [-1, 1]}``.
     state : State, optional
         Start of every run, in place of all that.
-    accuracy : float, default 1e-12
-        Largest error of a completion time, in units of sqrt(M/K).
-    max_events : int, default 1_000_000
-        Budget of one run, after which it stops and `status` says so: events, and hundreds of
-        evaluations that find none (`damper.engine.trajectory.Trajectory`).
     workers : int, optional
         Threads to use: one for each core, and for fewer than eight points one, when not given. The
         result is the same for any number of them. Without numba there is one.
@@ -99,14 +89,15 @@ def simulate(
     >>> cube.displacement.dims
     ('restitution', 'sample')
     """
-    for name in quantities:
+    run = DEFAULTS | {name: given.pop(name) for name in DEFAULTS if name in given}
+    for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
-    values = {"phase": 0.0} | {n: value for n, value in quantities.items() if value is not None}
-    given = {name: values[name] for name in ordered(values)}
+    values = {"phase": 0.0} | {n: value for n, value in given.items() if value is not None}
+    quantities = {name: values[name] for name in ordered(values)}
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
-    for name, value in given.items():
+    for name, value in quantities.items():
         if np.ndim(value) == 0:
             fixed[name] = value  # type: ignore[assignment]
             continue
@@ -121,33 +112,27 @@ def simulate(
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
     observers = list(observers) if isinstance(observers, Iterator) else observers
-    settings = _checked_initial(initial, given, state)
+    settings = _checked_initial(initial, quantities, state)
     follow = _checked_follow(follow, axes)
     with _progress_bar() as progress:
         part = simulate_slice(
             fixed,
             axes,
-            transient=transient,
-            periods=periods,
             observers=observers,
-            accuracy=accuracy,
-            max_events=max_events,
             initial=settings,
             follow=follow,
             state=state,
             progress=progress,
             workers=workers,
+            **run,
         )
     attributes = {
         "title": "Impact damper simulation",
         "references": REFERENCES,
         **record(
-            transient=transient,
-            periods=periods,
-            observers=observers,
-            primary="" if state else settings.get("primary", "rest"),
-            accuracy=accuracy,
-            max_events=max_events,
+            observers,
+            "" if state else settings.get("primary", "rest"),
+            {name: type(DEFAULTS[name])(value) for name, value in run.items()},
         ),
     }
     if state is not None:
@@ -178,20 +163,26 @@ def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
         yield show
 
 
-def _with_quantities(plain: Signature) -> Signature:
-    """Signature with every quantity by name, in place of ``**quantities``."""
+def _with_names(plain: Signature) -> Signature:
+    """Signature with every quantity and setting of a run by name, in place of ``**given``."""
     named = [
         Parameter(q.name, Parameter.KEYWORD_ONLY, default=q.default, annotation="Values")
         for q in ALL.values()
     ]
-    settings = [p for p in plain.parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
-    return plain.replace(parameters=[*named, *settings])
+    named += [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=type(default))
+        for name, default in DEFAULTS.items()
+    ]
+    others = [p for p in plain.parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+    return plain.replace(parameters=[*named, *others])
 
 
 # For `help` and for completion: what the declarations of the quantities say.
-_SIGNATURE = _with_quantities(signature(simulate))
+_SIGNATURE = _with_names(signature(simulate))
 simulate.__signature__ = _SIGNATURE  # type: ignore[attr-defined]
-simulate.__doc__ = filled(simulate.__doc__, ALL.values(), kind="float or 1-D")
+simulate.__doc__ = filled(simulate.__doc__, ALL.values(), kind="float or 1-D").replace(
+    "    {run}\n", settings_text()
+)
 
 
 def _checked_initial(

@@ -40,16 +40,13 @@ def simulate_slice(
     fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float]],
     *,
-    transient: int,
-    periods: int,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
-    accuracy: float,
-    max_events: int,
     initial: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
     progress: Callable[[int, int], None] | None = None,
     workers: int | None = 1,
+    **run: Any,
 ) -> Slice:
     """Simulate one slice.
 
@@ -59,7 +56,7 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    transient, periods, observers, accuracy, max_events, state, progress, workers
+    observers, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
     initial : mapping, optional
         ``primary``: "rest" or "steady"; ``draws``, ``seed`` and a range for each initial quantity
@@ -79,15 +76,12 @@ def simulate_slice(
     arrays, made = run_points(
         plan.points,
         observers,
-        transient=transient,
-        periods=periods,
         primary=plan.primary,
         state=state,
         after=plan.after,
-        accuracy=accuracy,
-        max_events=max_events,
         progress=progress,
         workers=workers,
+        **run,
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
     if is_si([*fixed, *axes]):
