@@ -12,62 +12,49 @@ import pytest
 
 import damper
 from damper.study import digest as module
-from damper.study.digest import code_digest
+from damper.study.digest import code_digest, files_behind
 
 PACKAGE = Path(damper.__file__).parent
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 OBSERVERS = ("stroboscopic_section", "impact_section", "impacts", "bursts")
 
 
-class Copy:
-    """A copy of the package and the scripts that may be edited."""
+def behind(script: Path, modules: Iterable[str] = ()) -> set[str]:
+    """Files of the package behind a script, relative to it."""
+    return {
+        path.relative_to(PACKAGE).as_posix()
+        for path in files_behind(script, modules)
+        if path != script
+    }
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.folder, self.monkeypatch = folder, monkeypatch
-        self.number = 0
 
-    def digest(
-        self,
-        script: str,
-        modules: Iterable[str] = (),
-        *,
-        edit: str | None = None,
-        crlf: bool = False,
-        text: bytes = b"\n# edited\n",
-        content: str | None = None,
-    ) -> str:
-        """Digest of a fresh copy with one file edited (a path in the package, or the script).
+def test_every_byte_of_a_file_behind_counts_and_the_folder_does_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bytes count, not meaning, but for the ends of lines: simple, and it errs on the safe side."""
+    real = code_digest(SCRIPTS / "simulate.py")
+    assert len(real) == 16
+    assert set(real) <= set("0123456789abcdef")
 
-        `content` takes the place of the script's own.
-        """
-        self.number += 1
-        home = self.folder / str(self.number)
+    def edited(number: int, edit: str = "", text: bytes = b"\n", crlf: bool = False) -> str:
+        home = tmp_path / str(number)
         shutil.copytree(PACKAGE, home / "damper", ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copytree(SCRIPTS, home / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
-        path = home / "scripts" / script
-        if content is not None:
-            path.write_text(content)
+        shutil.copytree(SCRIPTS, home / "scripts")
         if edit:
-            edited = path if edit == script else home / "damper" / edit
-            assert edited.is_file(), edit
-            edited.write_bytes(edited.read_bytes() + text)
+            with (home / edit).open("ab") as file:
+                file.write(text)
         if crlf:
             for file in home.rglob("*.py"):
                 file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
-        self.monkeypatch.setattr(module, "_PACKAGE", home / "damper")
-        return code_digest(path, modules)
+        monkeypatch.setattr(module, "_PACKAGE", home / "damper")
+        return code_digest(home / "scripts/simulate.py")
 
-
-@pytest.fixture
-def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Copy:
-    return Copy(tmp_path, monkeypatch)
-
-
-def test_digest_does_not_depend_on_the_folder(copy: Copy) -> None:
-    real = code_digest(SCRIPTS / "simulate.py")
-    assert copy.digest("simulate.py") == copy.digest("simulate.py") == real
-    assert len(real) == 16
-    assert set(real) <= set("0123456789abcdef")
+    assert edited(1) == real
+    assert edited(2, crlf=True) == real
+    assert edited(3, "damper/figures/map.py") == real
+    edits = ("damper/engine/oscillator.py", "scripts/simulate.py")
+    assert len({real, *(edited(4 + k, edit) for k, edit in enumerate(edits))}) == 3
+    assert edited(6, edits[0], b"\n# edited\n") != edited(7, edits[0])
 
 
 #: Direct and indirect imports of each script, and files that do not concern it.
@@ -143,46 +130,32 @@ NAMED = {"table.py": ("damper.tables.intervals",)}
 
 
 @pytest.mark.parametrize("script", CONCERNS)
-def test_edit_behind_a_script_changes_its_digest_and_no_other(copy: Copy, script: str) -> None:
-    modules = NAMED.get(script, ())
-    before = copy.digest(script, modules)
-    digests = {before}
-    behind, beside = CONCERNS[script]
-    for path in (script, *behind):
-        digests.add(copy.digest(script, modules, edit=path))
-    assert len(digests) == len(behind) + 2, "an edit was not noticed"
-    for path in beside:
-        assert copy.digest(script, modules, edit=path) == before, path
+def test_what_a_script_imports_is_behind_it_and_nothing_else(script: str) -> None:
+    found = behind(SCRIPTS / script, NAMED.get(script, ()))
+    inside, beside = map(set, CONCERNS[script])
+    assert inside <= found
+    assert not beside & found
+    assert all((PACKAGE / path).is_file() for path in beside)
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "map", "curves", "trajectory", "convergence"])
-def test_figure_kind_counts_if_it_is_named(copy: Copy, kind: str) -> None:
-    named = (f"damper.figures.{kind}",)
-    edit = f"figures/{kind}.py"
-    assert copy.digest("figure.py", named, edit="figures/common/layout.py") != copy.digest(
-        "figure.py", named
-    )
-    assert copy.digest("figure.py", named, edit=edit) != copy.digest("figure.py", named)
-    assert copy.digest("figure.py", edit=edit) == copy.digest("figure.py")
+def test_figure_kind_counts_if_it_is_named(kind: str) -> None:
+    path = f"figures/{kind}.py"
+    script = SCRIPTS / "figure.py"
+    assert {path, "figures/common/layout.py"} <= behind(script, [f"damper.figures.{kind}"])
+    assert path not in behind(script)
 
 
 @pytest.mark.parametrize("asked", OBSERVERS)
-def test_observer_counts_only_if_it_is_asked_for(copy: Copy, asked: str) -> None:
-    modules = (f"damper.observers.{asked}",)
-    before = copy.digest("simulate.py", modules)
-    assert before != copy.digest("simulate.py")
-    noticed = {
-        name
-        for name in OBSERVERS
-        if copy.digest("simulate.py", modules, edit=f"observers/{name}.py") != before
-    }
-    assert noticed == {asked}
+def test_observer_counts_only_if_it_is_asked_for(asked: str) -> None:
+    found = behind(SCRIPTS / "simulate.py", [f"damper.observers.{asked}"])
+    assert {f"observers/{name}.py" for name in OBSERVERS} & found == {f"observers/{asked}.py"}
 
 
-def test_order_and_repetition_of_modules_do_not_matter(copy: Copy) -> None:
+def test_order_and_repetition_of_modules_do_not_matter() -> None:
     a, b = "damper.observers.impacts", "damper.observers.bursts"
     orders = ((a, b), (b, a), (b, a, b, a), iter([a, b]))
-    assert len({copy.digest("simulate.py", modules) for modules in orders}) == 1
+    assert len({code_digest(SCRIPTS / "simulate.py", modules) for modules in orders}) == 1
 
 
 def test_misspelt_module_is_refused() -> None:
@@ -190,56 +163,34 @@ def test_misspelt_module_is_refused() -> None:
         code_digest(SCRIPTS / "simulate.py", ["damper.observers.burst"])
 
 
-def test_newlines_are_normalised(copy: Copy) -> None:
-    modules = tuple(f"damper.observers.{name}" for name in OBSERVERS)
-    for script in CONCERNS:
-        assert copy.digest(script, modules, crlf=True) == copy.digest(script, modules)
-
-
-def test_comment_and_blank_line_count(copy: Copy) -> None:
-    """Bytes count, not meaning: simple, and it errs on the safe side."""
-    before = copy.digest("simulate.py")
-    assert copy.digest("simulate.py", edit="engine/oscillator.py", text=b"\n") != before
-    assert copy.digest("simulate.py", edit="simulate.py", text=b"\n") != before
-
-
 @pytest.mark.parametrize(
-    "line",
+    ("line", "found"),
     [
-        "import damper.engine.oscillator",
-        "import damper.engine.oscillator as f",
-        "import os, damper.engine.oscillator",
-        "from damper.engine.oscillator import increments",
-        "from damper.engine.bounds import energy_norm",
-        "def f():\n    from damper.models.walls import fly",
-        "from damper.sweep import slices",
-        "if True:\n    import damper.sweep.runs",
+        ("import damper.engine.oscillator", "engine/oscillator.py"),
+        ("import damper.engine.oscillator as f", "engine/oscillator.py"),
+        ("import os, damper.engine.oscillator", "engine/oscillator.py"),
+        ("from damper.engine.oscillator import increments", "engine/oscillator.py"),
+        ("from damper.engine.bounds import energy_norm", "engine/oscillator.py"),
+        ("def f():\n    from damper.models.walls import fly", "engine/oscillator.py"),
+        ("from damper.sweep import slices", "engine/oscillator.py"),
+        ("if True:\n    import damper.sweep.runs", "engine/oscillator.py"),
+        # What the package loads on first use.
+        ("from damper import events", "sweep/events.py"),
+        ("from damper import simulate", "sweep/simulation.py"),
     ],
 )
-def test_every_form_of_import_is_followed(copy: Copy, line: str) -> None:
-    before = copy.digest("simulate.py", content=f"{line}\n")
-    assert copy.digest("simulate.py", content=f"{line}\n", edit="engine/oscillator.py") != before
-    assert copy.digest("simulate.py", content=f"{line}\n", edit="sweep/simulation.py") == before
+def test_every_form_of_import_is_followed(tmp_path: Path, line: str, found: str) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(f"{line}\n")
+    assert {found, "engine/oscillator.py"} <= behind(script)
+    assert "figures/map.py" not in behind(script)
 
 
-@pytest.mark.parametrize(
-    ("name", "path"), [("events", "sweep/events.py"), ("simulate", "sweep/simulation.py")]
-)
-def test_names_that_the_package_loads_on_first_use_are_followed(
-    copy: Copy, name: str, path: str
-) -> None:
-    line = f"from damper import {name}\n"
-    before = copy.digest("simulate.py", content=line)
-    assert copy.digest("simulate.py", content=line, edit=path) != before
-    assert copy.digest("simulate.py", content=line, edit="engine/oscillator.py") != before
-
-
-def test_names_of_other_packages_are_none_of_ours(copy: Copy) -> None:
-    lines = ("import numpy.linalg\n", "from damperfoo.engine import x\n", "flow = 1\n")
-    digests = [copy.digest("simulate.py", content=line) for line in lines]
-    assert len(set(digests)) == 3
-    for line, before in zip(lines, digests, strict=True):
-        assert copy.digest("simulate.py", content=line, edit="engine/oscillator.py") == before
+@pytest.mark.parametrize("line", ["import numpy.linalg", "import damperfoo.engine", "flow = 1"])
+def test_names_of_other_packages_are_none_of_ours(tmp_path: Path, line: str) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(f"{line}\n")
+    assert behind(script) == set()
 
 
 def test_same_in_every_process() -> None:
@@ -282,8 +233,8 @@ def loaded(names: Iterable[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
-def test_every_module_that_a_script_loads_is_behind_its_digest(copy: Copy, script: str) -> None:
-    """What Python really imports, against edits of each of those files."""
+def test_every_module_that_a_script_loads_is_behind_its_digest(script: str) -> None:
+    """What Python really imports."""
     tree = ast.parse((SCRIPTS / script).read_text())
     names = [
         node.module
@@ -292,14 +243,11 @@ def test_every_module_that_a_script_loads_is_behind_its_digest(copy: Copy, scrip
     ]
     assert names
     modules = NAMED.get(script, ())
-    names += modules
-    paths = loaded(names)
+    paths = set(loaded((*names, *modules)))
     if any(path.startswith("study/") for path in paths):
         # What the study language makes of a study stands among the params.
-        paths = sorted({*paths} - {*loaded(["damper.study.kinds"])})
+        paths -= set(loaded(["damper.study.kinds"]))
     # A package's front that holds nothing but a docstring changes nothing.
-    paths = [path for path in paths if len(ast.parse((PACKAGE / path).read_text()).body) > 1]
+    paths = {path for path in paths if len(ast.parse((PACKAGE / path).read_text()).body) > 1}
     assert paths
-    before = copy.digest(script, modules)
-    unnoticed = [path for path in paths if copy.digest(script, modules, edit=path) == before]
-    assert unnoticed == []
+    assert paths <= behind(SCRIPTS / script, modules)

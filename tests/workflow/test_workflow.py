@@ -95,8 +95,7 @@ def write_small(folder: Path, **changes) -> None:
     (folder / "config/config.yaml").write_text("studies: [small]\n")
 
 
-#: The default run, and a target that is made when asked for.
-REDUCED = ("all", "calibration", "--configfile", "config/ci.yaml")
+REDUCED = ("--configfile", "config/ci.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +103,15 @@ def reduced(tmp_path_factory) -> Path:
     """Return a copy of the project in which the reduced workflow has run."""
     folder = copy_project(tmp_path_factory.mktemp("reduced"))
     snakemake(folder, *REDUCED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory) -> Path:
+    """Return a copy of the project in which all studies have run, each of them small."""
+    folder = copy_project(tmp_path_factory.mktemp("everything"))
+    names = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
+    snakemake(folder, "all", "calibration", *REDUCED, "--config", f"studies={names}")
     return folder
 
 
@@ -175,10 +183,11 @@ def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
         assert there.chatter == direct.chatter == 2
 
 
-def test_reduced_run_makes_every_study_of_the_default_configuration(reduced):
+@pytest.mark.exhaustive
+def test_every_study_of_the_default_configuration(everything):
     studies = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
     for name in studies:
-        made = reduced / "results/ci" / name
+        made = everything / "results/ci" / name
         assert list(made.rglob("figures/*.png")), name
         for path in made.rglob("figures/*"):
             assert 1000 < path.stat().st_size < 2_000_000, path
@@ -236,8 +245,9 @@ def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
     assert jobs(out)["timed_figure"] == 1
 
 
-def test_followed_study_has_both_branches(reduced):
-    with xr.open_dataset(reduced / "results/ci/hysteresis/cube.nc") as cube:
+@pytest.mark.exhaustive
+def test_followed_study_has_both_branches(everything):
+    with xr.open_dataset(everything / "results/ci/hysteresis/cube.nc") as cube:
         assert cube.direction.values.tolist() == ["up", "down"]
         assert cube.displacement.dims == ("restitution", "frequency_ratio", "direction", "sample")
         direct = damper.simulate(
@@ -256,8 +266,9 @@ def test_followed_study_has_both_branches(reduced):
         assert (abs(up - down) > 0.1).any(), "no hysteresis in the study that is to show it"
 
 
-def test_study_in_si_units_answers_in_them(reduced):
-    with xr.open_dataset(reduced / "results/ci/machine_frame/cube.nc") as cube:
+@pytest.mark.exhaustive
+def test_study_in_si_units_answers_in_them(everything):
+    with xr.open_dataset(everything / "results/ci/machine_frame/cube.nc") as cube:
         assert cube.peak_displacement.attrs["units"] == "m"
         assert cube.max_approach_speed.attrs["units"] == "m/s"
         assert cube.energy_input.attrs["units"] == "J"
@@ -425,8 +436,9 @@ def test_unknown_target_is_refused(small):
     assert "Traceback" not in output
 
 
-def test_reduced_calibration(reduced):
-    made = reduced / "results/ci"
+@pytest.mark.exhaustive
+def test_reduced_calibration(everything):
+    made = everything / "results/ci"
     for study in (
         "calibration_a3",
         "calibration_a3_compliant",

@@ -36,6 +36,15 @@ def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
     ValueError
         When one of `modules` is not a module of damper.
     """
+    digest = hashlib.sha256()
+    files = files_behind(script, modules)
+    for path in sorted(files, key=lambda path: (path.name, _source(path))):
+        digest.update(path.name.encode() + b"\0" + _source(path) + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def files_behind(script: Path, modules: Iterable[str] = ()) -> set[Path]:
+    """Return the files that `code_digest` covers: the script and all that it imports of damper."""
     files = {Path(script)}
     waiting = [Path(script)]
     for name in modules:
@@ -47,10 +56,7 @@ def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
         path = waiting.pop()
         files.add(path)
         waiting += [found for found in _imports(path) if found not in files]
-    digest = hashlib.sha256()
-    for path in sorted(files, key=lambda path: (path.name, _source(path))):
-        digest.update(path.name.encode() + b"\0" + _source(path) + b"\0")
-    return digest.hexdigest()[:16]
+    return files
 
 
 @cache
