@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts, made_up
+from figures.drawing import (
+    assert_files,
+    assert_nothing_overlaps,
+    drawn,
+    laid_out,
+    legend_texts,
+    made_up,
+)
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -240,7 +247,7 @@ def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
     """A layout leaves room for the height of a label under an axis, but none for its length."""
     # Long numbers and three lines at the ordinate push the panel to the right.
     cube = made_up({along: [0.1, 0.2, 0.4]}, rms_ratio=[1.0001, 1.0002, 1.0004])
-    figure = drawn("curves", cube, variables=["rms_ratio"], along=along)
+    figure = laid_out(drawn("curves", cube, variables=["rms_ratio"], along=along))
     box = figure.axes[0].xaxis.label.get_window_extent(figure.canvas.get_renderer())
     assert figure.bbox.x0 < box.x0
     assert box.x1 < figure.bbox.x1
@@ -249,7 +256,8 @@ def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
 def test_ticks_of_few_decades_are_apart() -> None:
     grid = np.geomspace(0.02, 0.2, 11)
     cube = made_up({"clearance": grid}, peak_displacement=np.geomspace(1.8, 11.0, 11))
-    figure = drawn("curves", cube, variables=["peak_displacement"], along="clearance", log=True)
+    settings = {"variables": ["peak_displacement"], "along": "clearance", "log": True}
+    figure = laid_out(drawn("curves", cube, **settings))
     (ax,) = figure.axes
     assert [text.get_text() for text in ax.get_xticklabels()][1:-1] == [
         "0.02",

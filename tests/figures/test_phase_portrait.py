@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_files, drawn
+from figures.drawing import SI, assert_files, drawn, laid_out
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -95,7 +95,7 @@ def test_rounding_errors_do_not_fill_a_panel() -> None:
 
 
 def test_labels_and_files(cube: xr.Dataset, tmp_path: Path) -> None:
-    figure = drawn("phase_portrait", cube, columns="restitution")
+    figure = laid_out(drawn("phase_portrait", cube, columns="restitution"))
     axes = table(figure)
     assert axes[0, 0].get_title(loc="left") == "$r$ = 0.566: primary"
     assert axes[1, 0].get_xlabel() == "relative displacement $(y - x)$ / ($F_0/K$)"
@@ -112,7 +112,8 @@ def test_labels_and_files(cube: xr.Dataset, tmp_path: Path) -> None:
 def test_tick_labels_do_not_touch(restitution: float | list[float]) -> None:
     wide = simulated(restitution=restitution, transient=60)  # a transient spreads the section
     columns = wide.restitution.size
-    figure = drawn("phase_portrait", wide, columns="restitution" if columns > 1 else None)
+    settings = {"columns": "restitution" if columns > 1 else None}
+    figure = laid_out(drawn("phase_portrait", wide, **settings))
     renderer = figure.canvas.get_renderer()
     for row in table(figure, columns):
         boxes = [

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from figures.drawing import assert_files, drawn
+from figures.drawing import assert_files, drawn, laid_out
 from matplotlib.figure import Figure
 
 from damper.figures import draw
@@ -37,7 +37,7 @@ def test_symbols(drawing: str) -> None:
 @pytest.mark.parametrize("caption", [None, "A heading that is so long that it needs two lines"])
 @pytest.mark.parametrize("drawing", SYMBOLS)
 def test_nothing_overlaps_or_leaves_the_page(drawing: str, caption: str | None) -> None:
-    figure = drawn("schematic", None, drawing=drawing, caption=caption)
+    figure = laid_out(drawn("schematic", None, drawing=drawing, caption=caption))
     assert figure.get_figwidth() == COLUMN
     renderer = figure.canvas.get_renderer()
     boxes = [t.get_window_extent(renderer) for t in figure.axes[0].texts if t.get_text()]
