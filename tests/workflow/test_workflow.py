@@ -152,8 +152,7 @@ def test_reduced_run_makes_everything(reduced):
     ]
     tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
     figures += ["figures/paper_b_fig_1.png", "figures/paper_b_fig_1.svg"]
-    slices = [f"slices/mass_ratio~{m}/frequency_ratio~1.5.npz" for m in ("0.25", "0.05")]
-    assert set(made) == {"cube.nc", *figures, *tables, *slices}
+    assert set(made) == {"cube.nc", *figures, *tables, "slices/frequency_ratio~1.5.npz"}
 
 
 def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
@@ -200,7 +199,7 @@ def test_solvers_are_compared(reduced):
     folder = reduced / "results/ci/solvers"
     with xr.open_dataset(folder / "cube.nc") as errors:
         scenes, solvers = errors.scene.values.tolist(), errors.solver.values.tolist()
-        assert scenes == ["generic", "one_burst", "stiff_contact"]
+        assert scenes == ["generic", "one_burst"]
         exact = errors.sel(solver="exact", level=2)
         assert (exact.state_error < 1e-10).all()
         assert (exact.missed_impacts == 0).all()
