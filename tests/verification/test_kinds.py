@@ -281,6 +281,13 @@ def test_what_shows_times_lies_with_the_times(tmp_path):
     ]
 
 
+def test_only_models_that_a_study_asks_for_are_compiled(tmp_path):
+    assert load_study(write(tmp_path, STRESS)).models == ("rigid", "grounded")
+    assert load_study(write(tmp_path, STRESS), {"random": {"box": None}}).models == ("rigid",)
+    assert load_study(write(tmp_path, COMPARISON)).models == ("rigid", "compliant")
+    assert load_study(write(tmp_path, COMPARISON), {"scenes": {"soft": None}}).models == ("rigid",)
+
+
 def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
     study = load_study(write(tmp_path, STRESS))
     parts = study.parts()

@@ -199,7 +199,7 @@ def test_solvers_are_compared(reduced):
     folder = reduced / "results/ci/solvers"
     with xr.open_dataset(folder / "cube.nc") as errors:
         scenes, solvers = errors.scene.values.tolist(), errors.solver.values.tolist()
-        assert scenes == ["generic", "one_burst"]
+        assert scenes == ["one_burst"]
         exact = errors.sel(solver="exact", level=2)
         assert (exact.state_error < 1e-10).all()
         assert (exact.missed_impacts == 0).all()
@@ -221,14 +221,14 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
             "random",
             "long",
         }
-        assert cube.sizes["run"] > 800
+        assert cube.sizes["run"] > 200
         ran = cube.isel(run=cube.status.values != 3)  # a refused run has no segments
         assert not broken({name: ran[name].values for name in (*LAW_NAMES, "segments")}).any()
         assert cube.penetration.max() < 1e-12
         # It finished, or its event budget says so; walls that only push refuse restitution 0.
         assert set(np.unique(cube.status)) <= {0, 1, 3}
     with xr.open_dataset(reduced / "results/ci/stress/metamorphic.nc") as twins:
-        assert twins.sizes["run"] == 40
+        assert twins.sizes["run"] == 20
         for name in ("mirrored", "shifted", "units", "sharper", "looser"):
             assert (twins[f"{name}_verdict"] != 2).all(), name
 

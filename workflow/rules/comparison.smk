@@ -32,9 +32,15 @@ def _solver_modules(wildcards):
 
 
 def _compiled_solvers(wildcards):
-    """The mark that the solvers of a study are compiled, named by them."""
-    names = sorted(COMPARISONS[wildcards.study].solvers)
-    return f"{RESULTS}/compiled_solvers/{'+'.join(names)}.txt"
+    """The mark that the solvers of a study are compiled, named by models and solvers."""
+    study = COMPARISONS[wildcards.study]
+    models, names = "+".join(study.models), "+".join(sorted(study.solvers))
+    return f"{RESULTS}/compiled_solvers/{models}/{names}.txt"
+
+
+def _engines(wildcards):
+    """Marks that the engine of each model is compiled."""
+    return [f"{RESULTS}/compiled/{model}/engine.txt" for model in wildcards.models.split("+")]
 
 
 def _titles(wildcards):
@@ -68,15 +74,15 @@ rule reference:
 # Without params, like the rule compile and for the same reason.
 rule compile_solvers:
     input:
-        # The exact solver, and those that compare rigid walls with stiff ones.
-        ancient(f"{RESULTS}/compiled/rigid/engine.txt"),
-        ancient(f"{RESULTS}/compiled/compliant/engine.txt"),
+        ancient(_engines),
     output:
-        f"{RESULTS}/compiled_solvers/{{solvers}}.txt",
+        f"{RESULTS}/compiled_solvers/{{models}}/{{solvers}}.txt",
     log:
-        "logs/compile/solvers/{solvers}.log",
+        "logs/compile/solvers/{models}/{solvers}.log",
     benchmark:
-        "logs/benchmarks/compile/solvers/{solvers}.tsv"
+        "logs/benchmarks/compile/solvers/{models}/{solvers}.tsv"
+    wildcard_constraints:
+        models=r"[a-z_+]+",
     message:
         "Compile the solvers once, so that parallel jobs find them in the cache"
     script:

@@ -13,7 +13,12 @@ CHECK_MODULES = [
     "damper.verification.stress.compliant_checks",
     "damper.verification.stress.grounded_checks",
 ]
-COMPILED_CHECKS = [f"{RESULTS}/compiled_checks/{model}.txt" for model in ("rigid", *MODEL_NAMES)]
+
+
+def _compiled_checks(wildcards):
+    """Marks that the checks of all models that a study runs are compiled."""
+    models = STRESSES[wildcards.study].models
+    return [f"{RESULTS}/compiled_checks/{model}.txt" for model in models]
 
 
 def _groups(wildcards):
@@ -45,7 +50,7 @@ rule compile_checks:
 
 rule checks:
     input:
-        ancient(COMPILED_CHECKS),
+        ancient(_compiled_checks),
     output:
         f"{RESULTS}/{{study}}/parts/{{part}}.npz",
     log:
@@ -68,7 +73,7 @@ rule checks:
 
 rule metamorphic:
     input:
-        ancient(COMPILED_CHECKS),
+        ancient(_compiled_checks),
     output:
         f"{RESULTS}/{{study}}/metamorphic/{{part}}.npz",
     log:

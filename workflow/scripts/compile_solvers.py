@@ -29,7 +29,7 @@ SETTINGS = {
 compile_at_once()
 for name in snakemake.wildcards.solvers.split("+"):
     solver = load(name)
-    for model in solver.models:
+    for model in set(solver.models).intersection(snakemake.wildcards.models.split("+")):
         scene = SCENES[model]
         for more in ({}, {"times": [scene.until], "balance": True}):
             solver.solve(scene, SETTINGS[solver.setting], max_evaluations=10_000, **more)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from damper.parameters import Parameters
-from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES, MODEL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import Entries, Some, Strict, Text, Unit
 from damper.study.kinds import Kinds
@@ -128,6 +128,12 @@ class Comparison(Verification):
     ] = 0.2
     figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
     tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Models of the damper in its scenes."""
+        given = {name for scene in self.scenes.values() for name in scene.values}
+        return ("rigid", *(m for m, names in MODEL_NAMES.items() if given.intersection(names)))
 
     @property
     def values(self) -> dict[str, str]:

@@ -242,6 +242,14 @@ class Stress(Verification):
     tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
 
     @property
+    def models(self) -> tuple[str, ...]:
+        """Models of the damper that its runs ask for."""
+        sets: list[Any] = [*self.corners.values(), *self.random.values(), *self.long_runs.values()]
+        sets += [other for some in self.random.values() for other in some.models.values()]
+        given = {name for one in sets for name in one.parameters}
+        return ("rigid", *(m for m, names in MODEL_NAMES.items() if given.intersection(names)))
+
+    @property
     def values(self) -> dict[str, str]:
         """What a page shows of the study's settings: name -> value."""
         found = {"periods": str(self.periods), "event budget": str(self.max_events)}
