@@ -227,10 +227,10 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
         assert cube.penetration.max() < 1e-12
         # It finished, or its event budget says so; walls that only push refuse restitution 0.
         assert set(np.unique(cube.status)) <= {0, 1, 3}
-    with xr.open_dataset(reduced / "results/ci/stress/metamorphic.nc") as twins:
-        assert twins.sizes["run"] == 20
+    with xr.open_dataset(reduced / "results/ci/stress/metamorphic.nc") as again:
+        assert again.sizes["run"] == 20
         for name in ("mirrored", "shifted", "units", "sharper", "looser"):
-            assert (twins[f"{name}_verdict"] != 2).all(), name
+            assert (again[f"{name}_verdict"] != 2).all(), name
 
 
 def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):

@@ -64,6 +64,26 @@ _UNJUDGED = {
 }
 
 
+def _results(name: str, difference: float, ratio: float, verdict: int) -> dict[str, float]:
+    return {
+        f"{name}_difference": difference,
+        f"{name}_ratio": ratio,
+        f"{name}_verdict": verdict,
+    }
+
+
+#: What is known of a point that is refused with an error.
+_REFUSED_ROW: dict[str, float] = {
+    "growth": math.nan,
+    "comparable_events": 0,
+    "compared_of_events": 0,
+    "condition": REFUSED,
+    **_UNJUDGED,
+}
+for _name in RELATIONS:
+    _REFUSED_ROW |= _results(_name, math.nan, math.nan, NOT_APPLICABLE)
+
+
 class _Source(NamedTuple):
     """A run as it is, with all that it is compared by."""
 
@@ -139,36 +159,13 @@ def _kind_of(name: str) -> str:
 def _row(
     values: Mapping[str, float], periods: int, count: int, random: np.random.Generator
 ) -> dict[str, float]:
+    row = dict(_REFUSED_ROW)
     try:
         point = read_point(values)
         parameters, state = point.parameters, point.start() or REST
         start_run(parameters, state)
     except ValueError:
-        return _refused()
-    return _one(parameters, state, periods, count, random)
-
-
-def _refused() -> dict[str, float]:
-    row: dict[str, float] = {
-        "growth": math.nan,
-        "comparable_events": 0,
-        "compared_of_events": 0,
-        "condition": REFUSED,
-        **_UNJUDGED,
-    }
-    for name in RELATIONS:
-        row[f"{name}_difference"] = row[f"{name}_ratio"] = math.nan
-        row[f"{name}_verdict"] = NOT_APPLICABLE
-    return row
-
-
-def _one(
-    parameters: Parameters,
-    state: State,
-    periods: int,
-    count: int,
-    random: np.random.Generator,
-) -> dict[str, float]:
+        return row
     run = short_run(parameters, state, periods=periods, events=count)
     events = events_of(run)
     condition = condition_of(run, state, periods=periods, events=count, random=random)
@@ -176,8 +173,7 @@ def _one(
         parameters, state, run, events, scale_of(run, events), condition, periods, count
     )
     own = _judged(run, state)
-    rigid = parameters.model == "rigid"
-    row: dict[str, float] = {
+    row |= {
         "growth": float(condition.growth[-1]) if len(condition.growth) else 1.0,
         "comparable_events": condition.comparable,
         "compared_of_events": len(events.kind),
@@ -187,22 +183,22 @@ def _one(
     for name in RELATIONS:
         other = _FOLLOW_UPS[name](source, random)
         if other is None:
-            difference, ratio, verdict = math.nan, math.nan, NOT_APPLICABLE
-        else:
-            accuracy = {"looser": LOOSER, "sharper": DEFAULT_ACCURACY}.get(name, 0.0)
-            difference, ratio, agrees = _compare(source, other.events, accuracy)
-            verdict = PASSED
-            if not agrees:
-                sound = _sound(own, parameters)
-                # A step of the other run is as right or wrong as one of this one.
-                asked = accuracy if name == "looser" else DEFAULT_ACCURACY
-                sound = sound and _sound(_judged(other.run, other.state, asked), parameters)
-                verdict = FAILED
-                if sound:
-                    verdict = PASSED_BACKWARD if rigid else PASSED_LAWS
-        row[f"{name}_difference"] = difference
-        row[f"{name}_ratio"] = ratio
-        row[f"{name}_verdict"] = verdict
+            continue
+        accuracy = {"looser": LOOSER, "sharper": DEFAULT_ACCURACY}.get(name, 0.0)
+        difference, ratio, agrees = _compare(source, other.events, accuracy)
+        verdict = PASSED
+        if not agrees:
+            # A step of the other run is as right or wrong as one of this one.
+            asked = accuracy if name == "looser" else DEFAULT_ACCURACY
+            sound = _sound(own, parameters)
+            sound = sound and _sound(_judged(other.run, other.state, asked), parameters)
+            passed = PASSED_BACKWARD if parameters.model == "rigid" else PASSED_LAWS
+            verdict = passed if sound else FAILED
+        row |= {
+            f"{name}_difference": difference,
+            f"{name}_ratio": ratio,
+            f"{name}_verdict": verdict,
+        }
     return row
 
 
