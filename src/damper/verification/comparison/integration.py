@@ -20,7 +20,7 @@ from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED, Solution
 
 #: Value of time and state whose fall (or rise) through zero ends a motion.
-EventFunction = Callable[[float, Sequence[float]], float]
+EventCallable = Callable[[float, Sequence[float]], float]
 
 #: scipy's methods that solve equations, and need their derivatives.
 _IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -41,7 +41,7 @@ class Mode(NamedTuple):
 
     side: float
     """Wall that the gap is measured from: -1, +1; 0 for both at once."""
-    events: tuple[EventFunction, ...]
+    events: tuple[EventCallable, ...]
     """Each ends the motion when it falls through zero."""
     together: bool = False
     """Whether the masses move as one."""
@@ -68,7 +68,7 @@ class StalledError(Exception):
     """Impacts go on and time does not."""
 
 
-def falling_gap(start: Sequence[float]) -> EventFunction:
+def falling_gap(start: Sequence[float]) -> EventCallable:
     """Gap of a flight, without the root that the flight may start on.
 
     A flight from the wall has g = 0 at its start, which the integrator would take for an impact,
@@ -80,7 +80,7 @@ def falling_gap(start: Sequence[float]) -> EventFunction:
     return lambda tau, z: float(z[2] / tau if tau > 0.0 else z[3])
 
 
-def falling_depth(start: Sequence[float]) -> EventFunction:
+def falling_depth(start: Sequence[float]) -> EventCallable:
     """Depth below the surface of a compliant wall, treated in the same way."""
     if start[2] < 0.0:
         return lambda tau, z: -float(z[2])

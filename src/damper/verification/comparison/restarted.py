@@ -13,7 +13,7 @@ from damper.models.compliant.restitution import contact_damping
 from damper.models.walls import slack
 from damper.verification.comparison.integration import (
     LONGEST_STEP,
-    EventFunction,
+    EventCallable,
     Integration,
     Mode,
     falling_depth,
@@ -101,7 +101,7 @@ def _fly(run: Integration, side: float, z: list[float]) -> tuple[float, list[flo
     return side, z, hit >= 0
 
 
-def _force_on(run: Integration, side: float) -> EventFunction:
+def _force_on(run: Integration, side: float) -> EventCallable:
     return lambda tau, z: run.contact_force(side, z, tau)
 
 
