@@ -75,13 +75,13 @@ print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.i
 def test_observer_is_known_to_studies_and_reference(copy):
     code = """
 from damper.study.reference import files
-from damper.study.settings import OBSERVERS
-print(OBSERVERS["wall_share"].model_validate({"above": 0.5}).above)
+from damper.study.settings import OBSERVER_SETTINGS
+print(OBSERVER_SETTINGS["wall_share"].model_validate({"above": 0.5}).above)
 made = files()
 assert "`right_share`" in made["docs/reference.md"]
 assert "`observers.wall_share.above`" in made["docs/reference.md"]
 try:
-    OBSERVERS["wall_share"].model_validate({"abvoe": 0.5})
+    OBSERVER_SETTINGS["wall_share"].model_validate({"abvoe": 0.5})
 except ValueError as error:
     print(error)
 """

@@ -20,7 +20,7 @@ from damper.engine.search import (
     HORIZON,
     MAX_STEPS,
     ROUNDOFF,
-    Point,
+    EventPoint,
     falls_through,
     first_root,
     near_root,
@@ -65,7 +65,7 @@ def _point_at(moving, tau):
         size += abs(float(moving.amplitudes[k])) * (1.0 + moving.rates[k] * tau)
         growth += abs(float(moving.amplitudes[k])) * float(moving.rates[k]) ** 5
     fourth = _derivative(moving, 4, tau)
-    return Point(
+    return EventPoint(
         tau,
         _derivative(moving, 0, tau),
         _derivative(moving, 1, tau),
@@ -93,7 +93,7 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limi
     start = point_at(moving, 0.0)
     if leaving:
         # Exactly: at such a start the caller knows it.
-        start = Point(
+        start = EventPoint(
             0.0,
             0.0,
             0.0,
@@ -249,9 +249,11 @@ def test_a_root_nearer_than_time_resolves() -> None:
 # --- what it rests on
 
 
-def point(p: np.polynomial.Polynomial, tau: float, bound4: float, growth: float = 0.0) -> Point:
+def point(
+    p: np.polynomial.Polynomial, tau: float, bound4: float, growth: float = 0.0
+) -> EventPoint:
     d = [float(p.deriv(k)(tau)) if k else float(p(tau)) for k in range(6)]
-    return Point(tau, *d, bound4, growth, 0.0, 0.0)
+    return EventPoint(tau, *d, bound4, growth, 0.0, 0.0)
 
 
 coefficients = st.floats(-5, 5)

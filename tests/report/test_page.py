@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from jinja2 import UndefinedError
 
-from damper.report.page import MOST_ROWS, captions, chapter, page
+from damper.report.page import SHOWN_ROWS, captions, chapter, page
 from damper.study.config import load_study
 from damper.study.kinds import FIGURES, TABLES
 
@@ -131,10 +131,10 @@ def test_links_within_the_page_lead_somewhere(tmp_path: Path) -> None:
 
 
 def test_long_tables_are_cut(tmp_path: Path) -> None:
-    assert "more rows" not in made(tmp_path, MOST_ROWS).text
-    found = made(tmp_path, MOST_ROWS + 7)
+    assert "more rows" not in made(tmp_path, SHOWN_ROWS).text
+    found = made(tmp_path, SHOWN_ROWS + 7)
     assert "7 more rows in the CSV file." in found.text
-    assert f"{MOST_ROWS + 7} rows" in found.text
+    assert f"{SHOWN_ROWS + 7} rows" in found.text
 
 
 def test_page_without_studies_or_verdicts() -> None:

@@ -24,14 +24,14 @@ from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Strict
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
-from damper.study.settings import OBSERVERS, Axis, Fixed, Initial, Threshold
+from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial, Threshold
 from damper.study.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "config/studies").glob("*.yaml"))
 CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
 TEMPLATE = ROOT / "config/studies/template.yaml"
-CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVERS.values()]
+CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVER_SETTINGS.values()]
 CLASSES += [*FIGURES.values(), *TABLES.values(), *STUDIES.values()]
 CLASSES += [entry for kind in STUDIES.values() for entry in kind.entries.values()]
 CLASSES += [
@@ -192,7 +192,7 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
     text = (ROOT / "docs/reference.md").read_text()
     keys = [*paths(Study, ""), *paths(Settings, ""), *paths(Fixed, "parameters.<name>.")]
     keys += [*paths(Axis, "axes.<name>."), *paths(Initial, "initial.")]
-    for name, cls in OBSERVERS.items():
+    for name, cls in OBSERVER_SETTINGS.items():
         keys += paths(cls, f"observers.{name}.")
     kinds = text.index("\n## Studies that check the engine")
     settings = text.index("\n## Configuration", kinds)
@@ -459,7 +459,9 @@ def test_what_is_left_to_the_loader(tmp_path, path, value):
 
 PARTS = [None, True, -1, 0, 0.5, 1, 2, 3.0, 1e-8, "", "x", "rest", "steady", "up", "log", "linear"]
 PARTS += [[], [0.5], [0.1, 0.2], [-1, 1], {}, {"value": 1}, {"fraction": 0.1}, {"speed": 2}]
-KEYS = sorted({key for cls in CLASSES for key in cls.model_fields} | set(ALL) | set(OBSERVERS))
+KEYS = sorted(
+    {key for cls in CLASSES for key in cls.model_fields} | set(ALL) | set(OBSERVER_SETTINGS)
+)
 
 
 def mutated(rng: random.Random, data: dict[str, Any]) -> dict[str, Any]:
@@ -526,7 +528,7 @@ def test_template_has_every_key(whole):
         Initial: [whole["initial"]],
         Threshold: [whole["observers"]["bursts"]["threshold"]],
     }
-    entries |= {cls: [whole["observers"][name] or {}] for name, cls in OBSERVERS.items()}
+    entries |= {cls: [whole["observers"][name] or {}] for name, cls in OBSERVER_SETTINGS.items()}
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         for kind, cls in registry.items():
             entries[cls] = [e for e in whole[section].values() if e["kind"] == kind]

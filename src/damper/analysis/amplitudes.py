@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: What a cube must have.
-VARIABLES = (
+TRAJECTORY_VARIABLES = (
     "trajectory_time",
     "trajectory_displacement",
     "trajectory_velocity",

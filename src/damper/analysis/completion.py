@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Dimensions of the observer.
 BURST, IMPACT = "complete_burst", "burst_impact"
-QUANTITIES = ("time", "displacement")
+PREDICTED = ("time", "displacement")
 ORDERS = ("first", "second")
 #: An error counts where it is this many times the uncertainty of the resolved value.
 SHARP = 100.0
@@ -76,7 +76,7 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
     rows = []
     for where in places(cube.complete_bursts):
         here = cube.sel(where)
-        for quantity in QUANTITIES:
+        for quantity in PREDICTED:
             for number, order in enumerate(ORDERS, start=1):
                 found = errors_of(here, quantity, order)
                 slope, points = found.slope()

@@ -33,7 +33,7 @@ MAX_STEPS = 100_000
 GAVE_UP = 2.0
 
 
-class Point(NamedTuple):
+class EventPoint(NamedTuple):
     """A quantity at one time of a search."""
 
     tau: float
@@ -55,7 +55,7 @@ class Point(NamedTuple):
 class Root(NamedTuple):
     """What a search found."""
 
-    point: Point
+    point: EventPoint
     """The last point that was looked at."""
     step: float
     """From there to the root: short enough for a Taylor polynomial of the fourth order."""
@@ -66,7 +66,7 @@ class Root(NamedTuple):
 
 
 @by_model
-def point_at(moving: Any, tau: float) -> Point:
+def point_at(moving: Any, tau: float) -> EventPoint:
     """Where the quantity is a time `tau` after the start of the search."""
 
 
@@ -79,20 +79,20 @@ def rates_of(moving: Any) -> tuple[float, float, float]:
 
 
 @by_model
-def further(moving: Any, point: Point) -> float:
+def further(moving: Any, point: EventPoint) -> float:
     """A longer step that `inside` may prove; 0 if there is none."""
     return 0.0
 
 
 @by_model
-def inside(moving: Any, start: Point, end: Point, width: float) -> bool:
+def inside(moving: Any, start: EventPoint, end: EventPoint, width: float) -> bool:
     """Whether something else than the bound proves that a step stays inside."""
     return False
 
 
 @compiled
 def first_root(
-    moving: Any, start: Point, width: float, leaving: bool, limit: float, hint: float
+    moving: Any, start: EventPoint, width: float, leaving: bool, limit: float, hint: float
 ) -> Root:
     """First time at which a quantity falls through 0 or rises through `width`.
 
@@ -100,7 +100,7 @@ def first_root(
     ----------
     moving : NamedTuple
         What moves: `point_at` and `rates_of` are implemented for its class.
-    start : Point
+    start : EventPoint
         At tau = 0.
     width : float
         May be infinite.
@@ -191,7 +191,7 @@ def _reaches(p, distance, slope, turn, width, step, coupling):
 
 
 @compiled
-def stays_inside(start: Point, end: Point, width: float) -> bool:
+def stays_inside(start: EventPoint, end: EventPoint, width: float) -> bool:
     """Whether a quantity surely stays inside (0, width) on a step.
 
     Known are its values and slopes at both ends, and a bound on its fourth derivative. Cubic

@@ -13,7 +13,7 @@ from damper.analysis.completion import (
     BURST,
     IMPACT,
     ORDERS,
-    QUANTITIES,
+    PREDICTED,
     SHARP,
     Errors,
     errors_of,
@@ -53,7 +53,7 @@ _VARIABLES = (
     "prediction_error_estimate",
     *(
         name
-        for quantity in QUANTITIES
+        for quantity in PREDICTED
         for name in (
             f"remaining_{quantity}",
             f"completion_{quantity}_uncertainty",
@@ -63,7 +63,7 @@ _VARIABLES = (
 )
 
 
-class Accumulation(FigureSettings):
+class AccumulationFigure(FigureSettings):
     """Errors of the predicted completion of bursts over the rebound speed, log-log.
 
     Completion time on the left, completion point on the right; both orders of theory, the first
@@ -121,7 +121,7 @@ def draw(
     axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
-        for ax, quantity in zip(row, QUANTITIES, strict=True):
+        for ax, quantity in zip(row, PREDICTED, strict=True):
             _panel(ax, panel, quantity)
         if rows:
             row[0].set_title(place_text(place, rows, value), loc="left")

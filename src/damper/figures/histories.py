@@ -20,7 +20,7 @@ from damper.analysis.stretches import (
 )
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
-from damper.figures.trajectory import Trajectory
+from damper.figures.trajectory import TrajectoryFigure
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -61,7 +61,7 @@ _PANEL = 0.82
 _MOST_POINTS = 20_000
 
 
-class Histories(Trajectory):
+class Histories(TrajectoryFigure):
     """The free mass between the walls over time, with a panel for each value of an axis.
 
     Bursts of chatter and stretches of sticking are shaded.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.amplitudes import VARIABLES, amplitudes
+from damper.analysis.amplitudes import TRAJECTORY_VARIABLES, amplitudes
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.study.fields import Text
@@ -109,7 +109,7 @@ def draw(
     """
     from matplotlib.figure import Figure
 
-    place = select(cube, VARIABLES, at, (panels, "instant"))
+    place = select(cube, TRAJECTORY_VARIABLES, at, (panels, "instant"))
     shown = place[panels].values.tolist() if panels else [None]
     columns = min(3, len(shown))
     lines = -(-len(shown) // columns)

@@ -47,7 +47,7 @@ _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
 _BETWEEN: dict[str, Any] = {"color": "#E8E8E8", "lw": 0.0}
 
 
-class Trajectory(FigureSettings):
+class TrajectoryFigure(FigureSettings):
     """Displacements and velocities of both masses over time, at one point."""
 
     roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
@@ -81,7 +81,7 @@ class Trajectory(FigureSettings):
             faults.add(("stop",), message, f"number <= {length:g}")
 
     @classmethod
-    def relate(cls, data: dict[str, Any], model: Trajectory | None, faults: Faults) -> None:
+    def relate(cls, data: dict[str, Any], model: TrajectoryFigure | None, faults: Faults) -> None:
         if model is not None and model.stop is not None and model.stop <= model.start:
             message = f"start ({show(model.start)}) must be less than stop ({show(model.stop)})"
             faults.add(("stop",), message, f"number > {show(model.start)}")

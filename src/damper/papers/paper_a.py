@@ -237,7 +237,7 @@ def _score_a5(cube: xr.Dataset, late: bool = True) -> Scored:
 
 def _judge_a6(cubes: Cubes) -> Verdict:
     """Completion time and point predicted from the first impact of each burst."""
-    from damper.analysis.completion import QUANTITIES, completion_errors
+    from damper.analysis.completion import PREDICTED, completion_errors
 
     found = completion_errors(cubes["accumulation"], _ABOUT)
     told = []
@@ -247,7 +247,7 @@ def _judge_a6(cubes: Cubes) -> Verdict:
         made = here[here["first_impact_predicted"] > 0]
         worst = {
             quantity: made.loc[made["quantity"] == quantity, "first_impact_worst_percent"] / 100.0
-            for quantity in QUANTITIES
+            for quantity in PREDICTED
         }
         if not all(len(parts) for parts in worst.values()):
             return Verdict("", FAILS, "no burst has a prediction at its first impact")

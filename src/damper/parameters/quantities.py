@@ -43,8 +43,8 @@ ALL = {
 }
 
 #: Symbol, as one may type it -> name.
-SYMBOLS = {re.sub(r"[$\\{}_ ]|var|mathrm", "", q.symbol): q.name for q in ALL.values()}
-SYMBOLS["v0"] = "initial_velocity"
+NAMES_BY_SYMBOL = {re.sub(r"[$\\{}_ ]|var|mathrm", "", q.symbol): q.name for q in ALL.values()}
+NAMES_BY_SYMBOL["v0"] = "initial_velocity"
 
 
 def check_quantity(name: str, value: float) -> float:
@@ -98,8 +98,8 @@ def nearest(name: str, names: Iterable[str]) -> str:
     ('clearance', 'mass_ratio', '')
     """
     names = list(names)
-    if SYMBOLS.get(name) in names:
-        return SYMBOLS[name]
+    if NAMES_BY_SYMBOL.get(name) in names:
+        return NAMES_BY_SYMBOL[name]
     folded = {right.casefold(): right for right in names}
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
     return folded[close[0]] if close else ""

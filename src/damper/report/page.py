@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 #: Rows of a table that the page shows; the rest is in the file.
-MOST_ROWS = 40
+SHOWN_ROWS = 40
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ def _table(path: str, kind: str, results: Path) -> ShownTable:
         return ShownTable(path, kind)
     with (results / f"{path}.csv").open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file)) or [[]]
-    shown = [[_rounded(cell) for cell in row] for row in rows[:MOST_ROWS]]
-    return ShownTable(path, kind, head, shown, max(0, len(rows) - MOST_ROWS))
+    shown = [[_rounded(cell) for cell in row] for row in rows[:SHOWN_ROWS]]
+    return ShownTable(path, kind, head, shown, max(0, len(rows) - SHOWN_ROWS))
 
 
 def _rounded(cell: str) -> str:

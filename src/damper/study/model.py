@@ -18,7 +18,7 @@ from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Product
 from damper.study.rules import corners, relate
-from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
+from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 
@@ -68,7 +68,7 @@ class Study(RunKeys, StudyFile):
     ] = Initial()
     observers: Annotated[
         dict[str, Strict],
-        Entries("observer", OBSERVERS, bare=True),
+        Entries("observer", OBSERVER_SETTINGS, bare=True),
         Field(
             description="What to measure, at least one; an observer without settings takes its "
             "defaults. No two may write one variable."
@@ -167,7 +167,7 @@ class Study(RunKeys, StudyFile):
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for section, order in (("parameters", ALL), ("observers", OBSERVERS)):
+        for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)
 

@@ -33,7 +33,7 @@ from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
 from damper.study.rules import MOST_SLICES
 from damper.study.schema import Schema, first_line, limits_of, schema_of, sort_of
-from damper.study.settings import OBSERVERS, Axis, Fixed, Initial
+from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial
 from damper.study.study_file import StudyFile
 
 ROOT = Path(__file__).parents[3]
@@ -226,7 +226,7 @@ def _quantity(quantity: Quantity) -> tuple[str, ...]:
 def _observers() -> Iterable[str]:
     yield "## Observers"
     yield "Written as `name:` alone, an observer takes its defaults."
-    for name, cls in OBSERVERS.items():
+    for name, cls in OBSERVER_SETTINGS.items():
         yield f"### {name}"
         yield first_line(cls)
         if cls.model_fields:
@@ -297,7 +297,9 @@ def _kinds() -> Iterable[str]:
 
 def _cube() -> Iterable[str]:
     yield "## Codes and dimensions of the cube"
-    (chatter,) = (v for v, _ in _written("bursts", OBSERVERS["bursts"]) if v.name == "chatter")
+    (chatter,) = (
+        v for v, _ in _written("bursts", OBSERVER_SETTINGS["bursts"]) if v.name == "chatter"
+    )
     yield f"`{STATUS.name}`, {STATUS.long_name}: {STATUS.comment}."
     yield f"`{chatter.name}`: {chatter.comment}."
     names = ", ".join(f"{code} `{name}`" for code, name in enumerate(STATUS_MEANINGS))

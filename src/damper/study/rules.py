@@ -24,7 +24,7 @@ from damper.study.axes import axis_values
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Offer
-from damper.study.settings import MOST_DRAWS, OBSERVERS, SECTIONS, Axis
+from damper.study.settings import MOST_DRAWS, OBSERVER_SETTINGS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 from damper.sweep.branches import DIRECTIONS
 
@@ -187,7 +187,7 @@ def _check_steady(study: Study, faults: Faults) -> None:
 
 def _relate_observers(observers: dict[str, Any], faults: Faults) -> None:
     if not observers:
-        faults.add(("observers",), "at least one observer must be given", words(OBSERVERS))
+        faults.add(("observers",), "at least one observer must be given", words(OBSERVER_SETTINGS))
     if all(section in observers for section in SECTIONS):
         both = " and ".join(SECTIONS)
         message = f"{both} cannot both be asked for: both write displacement and velocity"

@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
-from damper.observers import OBSERVERS as NAMES
-from damper.observers import observer_class
+from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
@@ -261,16 +260,16 @@ class _Settings(Mapping[str, type[Strict]]):
     """Observer -> class of its settings, made when it is asked for."""
 
     def __getitem__(self, name: str) -> type[Strict]:
-        if name not in NAMES:
+        if name not in OBSERVERS:
             raise KeyError(name)
         return observer_settings(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(NAMES)
+        return iter(OBSERVERS)
 
     def __len__(self) -> int:
-        return len(NAMES)
+        return len(OBSERVERS)
 
 
-OBSERVERS: Mapping[str, type[Strict]] = _Settings()
+OBSERVER_SETTINGS: Mapping[str, type[Strict]] = _Settings()
 SECTIONS = ("stroboscopic_section", "impact_section")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from damper.analysis.completion import QUANTITIES, SHARP, SMALL, completion_errors
+from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
 from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
@@ -59,7 +59,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         f"{within:.2g} of what is left of the burst (median, worst), and how much of its size is "
         "left then.",
     ]
-    for quantity, title in zip(QUANTITIES, ("time", "point"), strict=True):
+    for quantity, title in zip(PREDICTED, ("time", "point"), strict=True):
         units = cube[f"remaining_{quantity}"].attrs["units"]
         some = data[data["quantity"] == quantity]
         body += [f"## Completion {title}", _cells(some, units, within)]

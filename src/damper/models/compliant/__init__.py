@@ -35,7 +35,7 @@ from damper.engine.search import (
     GAVE_UP,
     HORIZON,
     ROUNDOFF,
-    Point,
+    EventPoint,
     first_root,
     near_root,
     point_at,
@@ -404,7 +404,7 @@ def _wall_point(moving, p):
         + osc.stiffness * abs(p.fourth)
     )
     weight = abs(c)
-    return Point(
+    return EventPoint(
         p.tau,
         k * p.value + c * p.slope,
         k * p.slope + c * p.second,

@@ -34,9 +34,9 @@ from damper.engine.trigonometry import sine_cosine
 Pair = tuple[float, float, float, float, float, float]
 
 #: Rate times the shortest interval of the binary split.
-REACH = 0.5
+_REACH = 0.5
 #: The Taylor series stops where its remainder is below this part of its scale.
-REMAINDER = 1e-19
+_REMAINDER = 1e-19
 #: Numbers of one propagator: four rows of six, then cosine - 1 and sine of the forcing's turn.
 ENTRIES = 26
 
@@ -86,7 +86,7 @@ def touch_of(
     rate = 1.0 + 2.0 * damping_ratio + frequency_ratio + frequency + relative_damping
     levels = 0
     shortest = 1.04 * HORIZON
-    while rate * shortest > REACH:
+    while rate * shortest > _REACH:
         shortest *= 0.5
         levels += 1
     return (
@@ -133,7 +133,7 @@ def short_increment(touch: Touch, z: Pair, tau: float) -> Pair:
     term = z
     remainder = 1.0
     n = 1.0
-    while remainder > REMAINDER:
+    while remainder > _REMAINDER:
         part = tau / n
         a, b, d, e, f, k = derivative(touch, term)
         term = (part * a, part * b, part * d, part * e, part * f, part * k)

@@ -29,7 +29,7 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.search import (
     ROUNDOFF,
-    Point,
+    EventPoint,
     further,
     inside,
     parabola_root,
@@ -291,7 +291,7 @@ class Parts(NamedTuple):
     slow2: float
     slow3: float
     bound4: float
-    """Bound on the slow part's fourth derivative, as in `Point`."""
+    """Bound on the slow part's fourth derivative, as in `EventPoint`."""
     level: float
     """Bound on the fast part."""
 
@@ -305,7 +305,7 @@ def _point_at(moving, tau):
 
 
 @compiled
-def contact_point(moving: Contact, tau: float, z: Pair) -> Point:
+def contact_point(moving: Contact, tau: float, z: Pair) -> EventPoint:
     """Event function in a state of the contact."""
     touch = moving.touch
     event = moving.event
@@ -330,7 +330,7 @@ def contact_point(moving: Contact, tau: float, z: Pair) -> Point:
             bound4 += abs(event.gap_rate) * swing * energy_size(touch, z4)
             growth += abs(event.gap_rate) * swing * omega3 * omega
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Point(
+    return EventPoint(
         tau,
         event.gap * z[2] + event.gap_rate * z[3],
         event.gap * z1[2] + event.gap_rate * z1[3],
@@ -367,7 +367,7 @@ def _inside(moving, start, end, width):
 
 @compiled
 def _slow_point(point, parts, level, growth):
-    return Point(
+    return EventPoint(
         point.tau,
         parts.slow - level,
         parts.slow1,

@@ -30,7 +30,15 @@ from damper.engine.oscillator import (
     motion_from,
     oscillator,
 )
-from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, point_at, rates_of
+from damper.engine.search import (
+    GAVE_UP,
+    HORIZON,
+    ROUNDOFF,
+    EventPoint,
+    first_root,
+    point_at,
+    rates_of,
+)
 from damper.engine.segment import FLIGHT, RELEASE
 from damper.models import walls
 from damper.models.rigid import FlightGap, Primary, bounce_in
@@ -145,7 +153,7 @@ def _gap_point(moving, tau, gap, rate, roundoff, dx, primary, free_mass):
     side = moving.side
     snap, crackle, _ = higher_derivatives(free, primary)
     snap2, crackle2, _ = higher_derivatives(moving.support, free_mass)
-    return Point(
+    return EventPoint(
         tau,
         gap,
         rate,
@@ -251,7 +259,7 @@ class SupportedForce(NamedTuple):
 def _force_point(moving, tau, motion):
     osc = moving.osc
     snap, crackle, _ = higher_derivatives(osc, motion)
-    return Point(
+    return EventPoint(
         tau,
         motion.x + moving.mean,
         motion.v,

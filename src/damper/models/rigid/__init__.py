@@ -19,7 +19,15 @@ from damper.engine.oscillator import (
     motion_from,
     oscillator,
 )
-from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, Point, first_root, point_at, rates_of
+from damper.engine.search import (
+    GAVE_UP,
+    HORIZON,
+    ROUNDOFF,
+    EventPoint,
+    first_root,
+    point_at,
+    rates_of,
+)
 from damper.engine.segment import FLIGHT, TAIL, Segment
 from damper.models import walls
 from damper.models.walls import End
@@ -89,11 +97,11 @@ def flight_point(
     roundoff: float,
     dx: float,
     motion: Motion,
-) -> Point:
+) -> EventPoint:
     """Gap and derivatives where the primary moves like this."""
     snap, crackle, _ = higher_derivatives(moving.osc, motion)
     side = moving.side
-    return Point(
+    return EventPoint(
         tau,
         gap,
         rate,
@@ -154,7 +162,7 @@ def free_flight(model: Any, segment: Segment, start: Motion) -> End:
 
 
 @compiled
-def carry(p: Point, side: float, step: float) -> tuple[float, float]:
+def carry(p: EventPoint, side: float, step: float) -> tuple[float, float]:
     """Displacement of the primary a short step after a point of its flight; change of velocity."""
     a = side * p.second
     j = side * p.third
@@ -183,7 +191,7 @@ def _force_point(moving, tau, dx, motion):
     side = moving.side
     growth = osc.strength * bound_of(osc.forcing, 5)
     x = moving.start.x + dx
-    return Point(
+    return EventPoint(
         tau,
         -side * motion.a,
         -side * motion.j,

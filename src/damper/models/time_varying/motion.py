@@ -36,13 +36,13 @@ class MassLaw(NamedTuple):
 #: Degree of the polynomial of x''.
 DEGREE = 30
 #: Rate of a step's start times its length, at most, of forcing and of both masses' free motion.
-REACH = 2.0
+_REACH = 2.0
 #: Ratio of consecutive coefficients beyond the last one, at most.
 DECAY = 0.2
 #: Change of the mass in the complex plane that this decay allows, as a part of it.
 CHANGE = 0.5
 #: Largest remainder of x'' in units of its largest coefficient.
-REMAINDER = 1e-16
+_REMAINDER = 1e-16
 _HALVINGS = 60
 #: Binomials C(DEGREE, k), to go over to the Bernstein basis.
 _BINOMIALS = np.array([float(math.comb(DEGREE, k)) for k in range(DEGREE + 1)])
@@ -228,16 +228,16 @@ def expand(
     weights = np.empty(DEGREE + 1)
     roundoff = ROUNDOFF * ((1.0 + 2.0 * zeta * abs(v)) + abs(x)) / inertia
 
-    smooth = min(HORIZON, REACH / omega)
+    smooth = min(HORIZON, _REACH / omega)
     smooth = min(
         smooth, _steady_span(swing / inertia * abs(sin_m), swing / inertia * abs(cos_m), law)
     )
-    step = min(smooth, REACH / (fast + 1.0 / math.sqrt(inertia)))
+    step = min(smooth, _REACH / (fast + 1.0 / math.sqrt(inertia)))
     for _ in range(_HALVINGS):
         count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
         _fill_terms(zeta, omega, inertia, x, v, phase, step, weights, count, terms)
         largest, left = _sizes(terms)
-        if left <= REMAINDER * largest:
+        if left <= _REMAINDER * largest:
             break
         step *= 0.5
     return step, max(roundoff, left)

@@ -12,7 +12,7 @@ from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUAN
 from damper.study.fields import Distinct, Entries, Strict, Unit
 from damper.study.kinds import Kinds
 from damper.study.messages import Faults
-from damper.study.settings import OBSERVERS, SECTIONS, Fixed
+from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
 from damper.verification.base import (
     DRAWN,
     TABULATED,
@@ -39,7 +39,7 @@ class Case(Strict):
     ]
     observers: Annotated[
         dict[str, Strict],
-        Entries("observer", OBSERVERS, bare=True),
+        Entries("observer", OBSERVER_SETTINGS, bare=True),
         Field(description="What is measured; nothing for the bare engine."),
     ] = _NONE
 

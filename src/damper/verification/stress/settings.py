@@ -32,7 +32,7 @@ _NONE: dict[str, Any] = {}
 MOST_RUNS = 10_000_000
 """More runs in one study are a slip of the pen."""
 
-Parts = Annotated[
+PartCount = Annotated[
     int,
     Field(ge=1, le=1000, description="How many jobs share the runs."),
 ]
@@ -53,7 +53,7 @@ class Corners(Strict):
             "graze a wall."
         ),
     ] = STARTS
-    parts: Parts = 1
+    parts: PartCount = 1
 
     @property
     def count(self) -> int:
@@ -131,7 +131,7 @@ class Random(Strict):
             "later, in SI units, with other accuracies and from a start moved a little.",
         ),
     ] = 0
-    parts: Parts = 1
+    parts: PartCount = 1
 
     def box(self) -> dict[str, Any]:
         """Return the box as `damper.verification.stress.box.random_points` reads it."""
