@@ -13,7 +13,9 @@ import pytest
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, FIGURE, TABLE, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
+OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, RUN_KEY, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = (
+    BLOCKS
+)
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
@@ -37,6 +39,9 @@ def copy(tmp_path_factory):
     dampers = package / "parameters/dampers.py"
     insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
+    insert(package / "sweep/runs.py", "\n    def __post_init__(self) -> None:", RUN_SETTING[0])
+    insert(package / "sweep/runs.py", ", time, settings.periods)", " + settings.pause")
+    insert(package / "study/model.py", "\n\nclass Study(RunKeys, StudyFile):", RUN_SETTING[1])
     return folder
 
 
@@ -151,6 +156,28 @@ assert "### kind: extremes" in made["docs/reference.md"]
 assert '"const": "histogram"' in made["config/schema/study.schema.json"]
 """
     run(copy, code)
+
+
+def test_key_of_every_run_is_two_files(copy, tmp_path):
+    study = tmp_path / "paused.yaml"
+    study.write_text(STUDY + "pause: 3\n")
+    code = f"""
+from pathlib import Path
+import damper
+from damper.study.config import ConfigError, load_study
+study = load_study(Path({str(study)!r}))
+values = study.fixed | study.axis_values
+cube = damper.simulate(**values, **study.run, observers=["response"])
+later = damper.simulate(**values, transient=8, periods=5, observers=["response"])
+assert (cube.rms_ratio == later.rms_ratio).all()
+assert cube.attrs["pause"] == 3
+assert "pause : int, default 0" in damper.simulate.__doc__
+try:
+    load_study(Path({str(study)!r}), {{"pause": -1}})
+except ConfigError as error:
+    print(error)
+"""
+    assert "pause" in run(copy, code)
 
 
 def test_contact_law_is_a_function_and_its_parameter(copy):

@@ -31,7 +31,7 @@ HOME = {
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
     "events": "damper.sweep.events",
-    "simulate": "damper.sweep.simulation",
+    "simulate": "damper.study.simulation",
 }
 
 __all__ = ["Parameters", "SIParameters", "State", "__version__", "events", "simulate"]

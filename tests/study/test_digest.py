@@ -81,13 +81,13 @@ CONCERNS = {
             "figures/bifurcation.py",
             "figures/common/style.py",
             "sweep/events.py",
-            "sweep/simulation.py",
+            "study/simulation.py",
             *(f"observers/{name}.py" for name in OBSERVERS),
         ],
     ),
     "gather.py": (
         ["sweep/cube.py", "sweep/slices.py", "parameters/variables.py", "parameters/dampers.py"],
-        ["tables/__init__.py", "study/config.py", "figures/bifurcation.py", "sweep/simulation.py"],
+        ["tables/__init__.py", "study/config.py", "figures/bifurcation.py", "study/simulation.py"],
     ),
     "figure.py": (
         ["figures/__init__.py", "figures/common/style.py", "parameters/quantities.py"],
@@ -115,7 +115,7 @@ CONCERNS = {
             "sweep/cube.py",
             "study/config.py",
             "figures/bifurcation.py",
-            "sweep/simulation.py",
+            "study/simulation.py",
         ],
     ),
     "compile.py": (
@@ -176,7 +176,6 @@ def test_misspelt_module_is_refused() -> None:
         ("if True:\n    import damper.sweep.runs", "engine/oscillator.py"),
         # What the package loads on first use.
         ("from damper import events", "sweep/events.py"),
-        ("from damper import simulate", "sweep/simulation.py"),
     ],
 )
 def test_every_form_of_import_is_followed(tmp_path: Path, line: str, found: str) -> None:
