@@ -55,7 +55,7 @@ def test_figure(cube: xr.Dataset) -> None:
         assert ax.texts[0].get_text().startswith("slope" if seen else "no distance to show")
         assert seen == (not name.startswith("burst"))
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[:2] == ["lets go at zero force", "holds until the gap reopens"]
+    assert labels[:2] == ["releases at zero force", "holds until the gap reopens"]
     assert_nothing_overlaps(figure)
 
 

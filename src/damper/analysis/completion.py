@@ -160,11 +160,11 @@ def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     speed = _rows(piece.rebound_speed)
     left = _rows(piece[f"remaining_{quantity}"])
     error = _rows(piece[f"{order}_order_{quantity}"]) - left
-    blur = _rows(piece[f"completion_{quantity}_uncertainty"])[:, None]
+    roundoff = _rows(piece[f"completion_{quantity}_uncertainty"])[:, None]
     with np.errstate(invalid="ignore"):
-        clear = np.abs(error) > SHARP * blur
+        clear = np.abs(error) > SHARP * roundoff
         small = (_rows(piece.prediction_error_estimate) < SMALL) & (speed > 0.0)
-        sharp = np.abs(left) > SHARP * blur
+        sharp = np.abs(left) > SHARP * roundoff
     there = np.isfinite(left).any(axis=1)
     arrays = (speed, left, error, clear & small, sharp)
     return Errors(*(array[there] for array in arrays))

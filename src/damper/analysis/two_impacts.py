@@ -132,13 +132,13 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
                     differences.append(abs(known[-1] - expected).max(axis=1).min())
                     spreads.append(np.ptp(known, axis=0).max())
         apart, spread = np.array(differences), np.array(spreads)
-        calm = apart[spread < SETTLED] if apart.size else apart
+        settled = apart[spread < SETTLED] if apart.size else apart
         numbers = (
             float(np.median(apart)) if apart.size else math.nan,
             float(apart.max()) if apart.size else math.nan,
-            float(calm.max()) if calm.size else math.nan,
+            float(settled.max()) if settled.size else math.nan,
         )
-        found.append((*where.values(), simulated, apart.size, calm.size, *numbers))
+        found.append((*where.values(), simulated, apart.size, settled.size, *numbers))
     columns = ("simulated", "compared", "settled", "median", "largest", "largest_settled")
     return pd.DataFrame(found, columns=[*_others(cube, along), *columns])
 

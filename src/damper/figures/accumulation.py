@@ -44,7 +44,7 @@ _ORDERS: dict[str, tuple[str, str, int, str]] = {
     "first": (VERMILION, "o", 2, "--"),
     "second": (BLUE, "^", 3, "-."),
 }
-_BLURRED: dict[str, Any] = {"color": "#E4E4E4", "lw": 0.0}
+_ROUNDOFF: dict[str, Any] = {"color": "#E4E4E4", "lw": 0.0}
 _GUIDE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
 #: Part of a panel's height that is added above the points for its legend.
 _HEADROOM = 0.25
@@ -147,12 +147,12 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     ax.set_yscale("log")
     for order, found in drawn.items():
         _points(ax, found, order)
-    blur = float(np.nanmedian(panel[f"completion_{quantity}_uncertainty"]))
+    roundoff = float(np.nanmedian(panel[f"completion_{quantity}_uncertainty"]))
     sizes = np.concatenate([np.abs(found.error[_visible(found)]) for found in shown])
-    low = 0.1 * SHARP * blur
+    low = 0.1 * SHARP * roundoff
     high = max(sizes.max(), 10.0 * low)
     ax.set_ylim(low, high * (high / low) ** _HEADROOM)
-    ax.axhspan(low, SHARP * blur, zorder=0.5, **_BLURRED)
+    ax.axhspan(low, SHARP * roundoff, zorder=0.5, **_ROUNDOFF)
     ax.margins(x=0.04)
     ax.minorticks_off()  # over ten decades they tell nothing, and take most of the time to draw
     handles = [_guide(ax, found, order) for order, found in drawn.items()]
@@ -219,5 +219,5 @@ def _handles() -> list[Artist]:
             Line2D([], [], ls=dashes, label=f"slope {exponent}", **_GUIDE)
             for _, _, exponent, dashes in _ORDERS.values()
         ),
-        Patch(label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_BLURRED),
+        Patch(label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_ROUNDOFF),
     ]

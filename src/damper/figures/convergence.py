@@ -135,7 +135,7 @@ def draw(
     return figure
 
 
-_TENSION = {0.0: "lets go at zero force", 1.0: "holds until the gap reopens"}
+_TENSION = {0.0: "releases at zero force", 1.0: "holds until the gap reopens"}
 #: Meanings that are too long for a panel.
 _SHORT = {
     "burst_onset": "time of first impact",

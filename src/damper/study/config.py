@@ -153,7 +153,7 @@ def _stem(entry: str) -> str:
 
 
 def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
-    """Yield what figures and tables ask of other studies in vain."""
+    """Yield what figures and tables ask for and the other studies lack."""
     for name, study in studies.items():
         for section, stem, product in study.products():
             for what, other in getattr(product, "beside", {}).items():

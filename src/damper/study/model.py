@@ -224,7 +224,7 @@ class Engine(Strict):
 RULES = (
     *("all", "compile", "simulate", "gather", "figure", "table", "claims", "report"),
     *("reference", "compile_solvers", "errors", "comparison", "timings"),
-    *("compile_checks", "checks", "twins", "stress", "cost"),
+    *("compile_checks", "checks", "metamorphic", "stress", "cost"),
     *("verification_figure", "verification_table", "timed_figure", "timed_table"),
 )
 

@@ -134,11 +134,11 @@ class Product(Made):
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        """Note what `settings`, as written, ask of the study in vain."""
+        """Note what `settings`, as written, ask for and the study lacks."""
         raise NotImplementedError
 
     def fit_stretch(self, length: float, faults: Faults) -> None:
-        """Note what it asks in vain of a sampled stretch of so many forcing periods."""
+        """Note what it asks for and a sampled stretch of so many forcing periods lacks."""
 
     @property
     def beside(self) -> Mapping[str, str]:

@@ -55,7 +55,7 @@ Conventions = Annotated[
 
 
 def fit_convergence(settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-    """Note what a comparison with the rigid damper asks of a study in vain."""
+    """Note what a study lacks for a comparison with the rigid damper."""
     names = settings.get("variables")
     for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
         needed = _RECORDED.get(name) if isinstance(name, str) else None
