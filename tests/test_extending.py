@@ -39,9 +39,9 @@ def copy(tmp_path_factory):
     dampers = package / "parameters/dampers.py"
     insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
-    insert(package / "sweep/runs.py", "\n    def __post_init__(self) -> None:", RUN_SETTING[0])
+    insert(package / "sweep/runs.py", "\n    def __post_init__(self) -> None:", RUN_SETTING)
     insert(package / "sweep/runs.py", ", time, settings.periods)", " + settings.pause")
-    insert(package / "study/model.py", "\n\nclass Study(RunKeys, StudyFile):", RUN_SETTING[1])
+    insert(package / "study/model.py", "\n\nclass Study(RunKeys, StudyFile):", RUN_KEY)
     return folder
 
 

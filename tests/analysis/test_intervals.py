@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from damper import simulate
-from damper.analysis import intervals as module
 from damper.analysis.intervals import (
     PREDICATES,
     ChatterAt,
@@ -252,7 +251,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         calls.extend(values["restitution"] for values in parameters)
         return run_points(parameters, **keywords)
 
-    monkeypatch.setattr(module, "run_points", counting)
+    monkeypatch.setattr("damper.sweep.runs.run_points", counting)
     return calls
 
 

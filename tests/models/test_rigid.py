@@ -234,7 +234,7 @@ def test_flights_against_forty_digits() -> None:
         run = start_run(Parameters(0.1, zeta, omega, d, 0.5, phase), State(x, v, y, u))
         row, *rest = log_of(run, 0.99 * HORIZON)
         with mp.workdps(40):
-            p = reference.Parameters(*map(mpf, (0.1, zeta, omega, d, 0.5, phase)))
+            p = reference.PreciseParameters(*map(mpf, (0.1, zeta, omega, d, 0.5, phase)))
             now = (mpf(0), mpf(x), mpf(v))
             flight = (mpf(float(row[GAP])), mpf(float(row[RATE])))
             until = mpf(0.99 * HORIZON)

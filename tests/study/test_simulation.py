@@ -210,8 +210,8 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
     parameters = inspect.signature(simulate).parameters
     assert [*parameters][: len(ALL)] == [*ALL]
     assert [*parameters][len(ALL) :] == [
-        *("transient", "periods", "observers", "follow"),
-        *("initial", "state", "accuracy", "max_events", "workers"),
+        *("transient", "periods", "accuracy", "max_events"),
+        *("observers", "follow", "initial", "state", "workers"),
     ]
     for name in parameters:
         assert name in simulate.__doc__

@@ -17,7 +17,6 @@ from damper.analysis.places import need_axes, need_variables, places
 from damper.analysis.runs import runs
 from damper.parameters.quantities import ALL
 from damper.sweep.record import recorded
-from damper.sweep.runs import run_points
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -224,6 +223,9 @@ class ChatterAt:
     def __call__(self, value: float) -> np.ndarray:
         """Chatter at a value of the parameter, one number per threshold."""
         if value not in self._known:
+            # Loads the engine, which figures that show intervals do not need.
+            from damper.sweep.runs import run_points
+
             arrays, _ = run_points([self._fixed | {self._along: value}], **self._run)
             more = arrays.get("chatter_by_threshold", np.empty((1, 0)))
             self._known[value] = np.concatenate([arrays["chatter"], more[0]])

@@ -12,7 +12,6 @@ from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.analysis.places import need_variables, places
 from damper.parameters.quantities import ALL
 from damper.sweep.record import recorded
-from damper.sweep.runs import run_points
 from damper.theory.small_mass import critical_restitution
 
 if TYPE_CHECKING:
@@ -92,6 +91,8 @@ def gap_axis(cube: xr.Dataset) -> str:
 def _bisect(
     low: float, high: float, fixed: Mapping[str, float], resolution: float, run: Mapping[str, Any]
 ) -> float:
+    from damper.sweep.runs import run_points
+
     while high - low > resolution * (1.0 + 1e-9):
         middle = 0.5 * (low + high)
         if not low < middle < high:
