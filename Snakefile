@@ -43,3 +43,11 @@ for target, names in CONFIG.targets.items():
 
 onsuccess:
     report_cost()
+
+
+onerror:
+    print(
+        "Some jobs failed. The reason of each stands above, and in its log below logs/. What is "
+        "made stays: the same command goes on from there.",
+        file=sys.stderr,
+    )

@@ -1,5 +1,6 @@
 """Slices: the lanes' own numbers, written and read without loss, with the same bytes each time."""
 
+import re
 import time
 import zipfile
 from pathlib import Path
@@ -12,7 +13,7 @@ from new_process import in_new_process
 from damper.parameters.variables import Variable
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
-from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+from damper.sweep.slices import DamagedSliceError, Slice, read_slice, simulate_slice, write_slice
 
 FIXED = {
     "mass_ratio": 0.1,
@@ -55,6 +56,28 @@ def test_slice_holds_the_lanes_of_its_axes() -> None:
         np.testing.assert_array_equal(part.arrays[name], array)
     assert list(part.variables) == [v for observer in made for v in observer.variables]
     assert part.coordinates == {"threshold": [0.1, 0.01]}
+
+
+def test_a_changed_byte_is_noticed(tmp_path: Path) -> None:
+    """Wherever it is: the file is refused, or holds what it held."""
+    path = tmp_path / "slice.npz"
+    part = simulate_slice(
+        {**FIXED, "restitution": 0.5}, {}, transient=0, periods=1, observers=["impacts"]
+    )
+    write_slice(part, path)
+    whole = path.read_bytes()
+    refused = 0
+    for place in range(len(whole)):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+        try:
+            assert_equal(read_slice(path), part)
+        except DamagedSliceError:
+            refused += 1
+    assert refused > 0.5 * len(whole)
+    for length in range(0, len(whole), 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DamagedSliceError, match=re.escape(str(path))):
+            read_slice(path)
 
 
 def test_single_point() -> None:

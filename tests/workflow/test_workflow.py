@@ -402,6 +402,38 @@ def test_one_job_per_point_and_what_each_stage_cost(small):
         assert set(np.unique(cube.status)) == {0, 1}
 
 
+def test_damaged_slices_are_named_in_the_log_and_made_anew(made):
+    cut, flipped = sorted((made / "results/small/slices").rglob("*.npz"))
+    before = {path: path.read_bytes() for path in (cut, flipped)}
+    cut.write_bytes(before[cut][:-100])
+    middle = len(before[flipped]) // 2
+    flipped.write_bytes(
+        before[flipped][:middle]
+        + bytes([before[flipped][middle] ^ 1])
+        + before[flipped][middle + 1 :]
+    )
+    output = snakemake(made, code=1)
+    log = (made / "logs/small/gather.log").read_text()
+    for text in (output, log):
+        assert "Traceback" not in text
+        for path in (cut, flipped):
+            assert f"{path.relative_to(made)} is damaged" in text
+    output = snakemake(made)
+    assert jobs(output)["simulate"] == 2
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_the_reason_of_a_failure_is_in_its_log(small):
+    script = small / "workflow/scripts/simulate.py"
+    text = script.read_text()
+    script.write_text(text.replace("part = ", 'raise ValueError("as a test")\npart = '))
+    output = snakemake(small, code=1)
+    (log, *_) = (small / "logs/small/simulate").rglob("*.log")
+    for text in (output, log.read_text()):
+        assert "ValueError: as a test" in text
+        assert "Traceback" in text
+
+
 def test_all_mistakes_of_all_files_at_once(small):
     """What is said of each mistake is in tests/study; here, that it is said, and harms nothing."""
     kept = small / "results/small/cube.nc"

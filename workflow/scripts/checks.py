@@ -1,11 +1,14 @@
 """Make one part of a stress study's runs and check each of them."""
 
+import sys
 from math import inf
 from pathlib import Path
 
 from damper.verification.stress.box import corners, part, random_points
 from damper.verification.stress.checks import run_checks
 from damper.verification.stress.parts import write_part
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 params = snakemake.params
 asked = params.run

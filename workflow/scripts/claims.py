@@ -1,10 +1,13 @@
 """Judge the papers' statements by the cubes of the studies."""
 
+import sys
 from contextlib import ExitStack
 
 import xarray as xr
 
 from damper.papers.verdicts import judge, table
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 with ExitStack() as stack:
     cubes = {

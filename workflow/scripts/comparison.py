@@ -1,11 +1,14 @@
 """Gather the errors of all scenes into one cube."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 
 from damper.sweep.cube import REFERENCES, write_cube
 from damper.verification.comparison.cube import gather_errors
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 params = snakemake.params
 parts = {}

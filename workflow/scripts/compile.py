@@ -3,11 +3,14 @@
 Parts are the event loop ("engine"), and each of the observers.
 """
 
+import sys
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.models import MODELS
 from damper.sweep.slices import simulate_slice
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 part = snakemake.wildcards.part
 compile_at_once()

@@ -1,11 +1,14 @@
 """Compile the checks of stress studies for one model into numba's cache by a short run."""
 
+import sys
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.models import MODELS
 from damper.verification.stress.checks import run_checks
 from damper.verification.stress.metamorphic import run_metamorphic
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 POINT = {
     "mass_ratio": 0.1,

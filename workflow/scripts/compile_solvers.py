@@ -1,10 +1,13 @@
 """Compile the solvers of a comparison into numba's cache by running short scenes."""
 
+import sys
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.solvers import load
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 POINT = {
     "mass_ratio": 0.1,

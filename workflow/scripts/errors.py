@@ -1,5 +1,6 @@
 """Run all solvers on one scene and compare them with its reference."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,8 @@ import numpy as np
 from damper.verification.comparison.reference import read_reference
 from damper.verification.comparison.runs import run_scene
 from damper.verification.comparison.scene import read_scene
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 params = snakemake.params
 reference = read_reference(Path(snakemake.input[0]))

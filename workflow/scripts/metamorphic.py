@@ -1,10 +1,13 @@
 """Run points of a stress study in other ways that must not matter."""
 
+import sys
 from pathlib import Path
 
 from damper.verification.stress.box import random_points
 from damper.verification.stress.metamorphic import run_metamorphic
 from damper.verification.stress.parts import write_part
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 asked = snakemake.params.run
 runs = random_points(**asked["runs"])

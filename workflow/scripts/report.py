@@ -1,9 +1,12 @@
 """Write the page with all verdicts, figures and tables."""
 
 import csv
+import sys
 from pathlib import Path
 
 from damper.report.page import captions, chapter, page
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 template = Path(snakemake.input.template)
 results = Path(snakemake.output[0]).parent

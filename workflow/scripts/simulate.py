@@ -1,25 +1,27 @@
 """Simulate one slice of a study."""
 
+import sys
 from pathlib import Path
 
 from damper.sweep.slices import simulate_slice, write_slice
 
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
+
 params = snakemake.params
 
-with Path(snakemake.log[0]).open("w", buffering=1) as log:
 
-    def progress(done: int, runs: int) -> None:
-        if done * 10 // runs > (done - 1) * 10 // runs:
-            print(f"{done} of {runs} points", file=log)
+def progress(done: int, runs: int) -> None:
+    if done * 10 // runs > (done - 1) * 10 // runs:
+        print(f"{done} of {runs} points", file=sys.stderr)
 
-    part = simulate_slice(
-        params.fixed,
-        params.axes,
-        observers=params.observers,
-        initial=params.initial,
-        follow=params.follow,
-        progress=progress,
-        **params.run,
-    )
 
+part = simulate_slice(
+    params.fixed,
+    params.axes,
+    observers=params.observers,
+    initial=params.initial,
+    follow=params.follow,
+    progress=progress,
+    **params.run,
+)
 write_slice(part, Path(snakemake.output[0]))

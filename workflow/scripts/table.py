@@ -1,7 +1,11 @@
 """Write one table of a cube as CSV and Markdown."""
 
+import sys
+
 from damper.analysis.open_cubes import open_cubes
 from damper.tables import make
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 settings = dict(snakemake.params.settings)
 

@@ -1,5 +1,6 @@
 """Time all solvers on all scenes; nothing else is to run beside it."""
 
+import sys
 from pathlib import Path
 
 from damper.sweep.cube import write_cube
@@ -7,6 +8,8 @@ from damper.verification.comparison.cube import gather_timings
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.timings import time_peers, time_solvers
 from damper.verification.timing import machine
+
+sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 params = snakemake.params
 scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}

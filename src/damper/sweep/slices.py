@@ -7,8 +7,10 @@ descriptions that gathering needs as one JSON text.
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -113,6 +115,7 @@ def _in_si(
 def write_slice(part: Slice, path: Path) -> None:
     """Write a slice as .npz."""
     description = {
+        "arrays": list(part.arrays),
         "variables": [asdict(variable) for variable in part.variables],
         "coordinates": part.coordinates,
         "branches": part.branches,
@@ -123,11 +126,29 @@ def write_slice(part: Slice, path: Path) -> None:
     np.savez(path, **arrays)
 
 
+class DamagedSliceError(Exception):
+    """A file is not, or no longer, what `write_slice` wrote."""
+
+
 def read_slice(path: Path) -> Slice:
-    """Read what `write_slice` wrote."""
-    with np.load(path) as file:
-        arrays = {name: file[name] for name in file.files}
-    description = json.loads(str(arrays.pop(_DESCRIPTION)))
+    """Read what `write_slice` wrote.
+
+    Raises
+    ------
+    DamagedSliceError
+        With the path, where a file was cut or changed.
+    """
+    stream = BytesIO(path.read_bytes())
+    try:
+        with np.load(stream) as file:
+            if bad := file.zip.testzip():
+                raise ValueError(f"the bytes of {bad} have changed")
+            arrays = {name: file[name] for name in file.files}
+        description = json.loads(str(arrays.pop(_DESCRIPTION)))
+        if list(arrays) != description["arrays"]:
+            raise ValueError("arrays are missing")
+    except (BadZipFile, EOFError, KeyError, NotImplementedError, ValueError) as error:
+        raise DamagedSliceError(f"{path} is damaged: {error}") from None
     variables = tuple(
         Variable(**{**entry, "dims": tuple(entry["dims"])}) for entry in description["variables"]
     )
