@@ -77,6 +77,11 @@ def slices_of(wildcards):
     ]
 
 
+def of_papers(wildcards):
+    """Priority of a job: what the papers' verdicts need comes first, to be seen early."""
+    return int(wildcards.study in JUDGED_BY)
+
+
 def run_settings(wildcards):
     """Settings of every run of a study."""
     return STUDIES[wildcards.study].run | ENGINE

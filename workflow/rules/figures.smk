@@ -24,6 +24,7 @@ rule figure:
         "logs/{study}/figures/{figure}.log",
     benchmark:
         "logs/benchmarks/{study}/figures/{figure}.tsv"
+    priority: of_papers
     params:
         settings=lambda wildcards: _figure(wildcards)[1],
         code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_figure(wildcards)[1])),

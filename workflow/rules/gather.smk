@@ -22,6 +22,7 @@ rule gather:
         "logs/{study}/gather.log",
     benchmark:
         "logs/benchmarks/{study}/gather.tsv"
+    priority: of_papers
     params:
         about=_about,
         notes=_notes,

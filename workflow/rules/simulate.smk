@@ -60,6 +60,7 @@ rule compile:
     wildcard_constraints:
         model=one_of(("rigid", *MODEL_NAMES)),
         part=r"\w+",
+    priority: lambda wildcards: int(wildcards.model == "rigid")
     message:
         "Compile {wildcards.part} of the {wildcards.model} model"
     script:
@@ -77,6 +78,7 @@ rule simulate:
         "logs/benchmarks/{study}/simulate/{place}.tsv"
     wildcard_constraints:
         place=one_of({place for _, place in PLACES}),
+    priority: of_papers
     params:
         fixed=lambda wildcards: STUDIES[wildcards.study].fixed | _place(wildcards),
         axes=_inner_axes,

@@ -19,6 +19,7 @@ rule table:
         "logs/{study}/tables/{table}.log",
     benchmark:
         "logs/benchmarks/{study}/tables/{table}.tsv"
+    priority: of_papers
     params:
         settings=_table_settings,
         code=lambda wildcards: code_digest(

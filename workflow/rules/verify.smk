@@ -25,6 +25,7 @@ rule claims:
         "logs/claims.log",
     benchmark:
         "logs/benchmarks/claims/claims.tsv"
+    priority: 2
     params:
         # Links to figures that are not made would lead nowhere.
         figures=[
@@ -38,3 +39,11 @@ rule claims:
         "Judge the papers' statements"
     script:
         "../scripts/claims.py"
+
+
+rule papers:
+    input:
+        [everything_of(DEFAULT[name]) for name in JUDGED_BY if name in DEFAULT],
+        claims_if_complete(),
+    message:
+        "The papers' figures, tables and verdicts are made"

@@ -222,7 +222,7 @@ class Engine(Strict):
 
 #: Names of the workflow's own rules, which no target may take.
 RULES = (
-    *("all", "compile", "simulate", "gather", "figure", "table", "claims", "report"),
+    *("all", "compile", "simulate", "gather", "figure", "table", "claims", "papers", "report"),
     *("reference", "compile_solvers", "errors", "comparison", "timings"),
     *("compile_checks", "checks", "metamorphic", "stress", "cost"),
     *("verification_figure", "verification_table", "timed_figure", "timed_table"),
