@@ -28,7 +28,7 @@ SHARP = 100.0
 SMALL = 1e-2
 #: Ratio of the rebound speeds between which a slope is taken.
 _SPAN = 4.0
-#: Fewer points than these tell no slope.
+#: Fewer points than these give no slope.
 _LEAST = 5
 
 

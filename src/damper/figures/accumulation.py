@@ -154,7 +154,7 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     ax.set_ylim(low, high * (high / low) ** _HEADROOM)
     ax.axhspan(low, SHARP * roundoff, zorder=0.5, **_ROUNDOFF)
     ax.margins(x=0.04)
-    ax.minorticks_off()  # over ten decades they tell nothing, and take most of the time to draw
+    ax.minorticks_off()  # over ten decades they show nothing, and take most of the time to draw
     handles = [_guide(ax, found, order) for order, found in drawn.items()]
     ax.legend(handles=handles, loc="upper left", frameon=False, handlelength=2.2)
 

@@ -303,12 +303,12 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
 
 def _left_out(place: xr.Dataset) -> list[str]:
     """Say what the record did not have room for."""
-    told = []
+    listed = []
     if missing := int(place.trajectory_events_left_out):
-        told.append(f"{missing} events did not fit (observers: trajectory: events)")
+        listed.append(f"{missing} events did not fit (observers: trajectory: events)")
     if (end := listed_until(place)) < np.inf:
-        told.append(f"bursts listed to $t$ = {end:.0f} (observers: bursts: records)")
-    return told
+        listed.append(f"bursts listed to $t$ = {end:.0f} (observers: bursts: records)")
+    return listed
 
 
 def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:

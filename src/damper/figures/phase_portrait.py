@@ -85,7 +85,7 @@ def draw(
     """Draw phase portraits and the Poincare map, a column of panels for each value of an axis.
 
     Above the primary's phase portrait, then that of the free mass relative to the primary between
-    its walls, then the points of the section, whose number is told. All columns share their scales.
+    its walls, then the points of the section and their number. All columns share their scales.
 
     Parameters
     ----------

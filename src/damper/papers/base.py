@@ -58,7 +58,7 @@ class Score:
     """How far each set of parameters of a calibration meets a statement.
 
     `text` says what is scored, `measure` computes it from a cube with the variables of the
-    `observers` and the axes that it `needs`. `tolerant` tells whether it depends on tolerances.
+    `observers` and the axes that it `needs`. `tolerant`: whether it depends on tolerances.
     """
 
     text: str

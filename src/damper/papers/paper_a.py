@@ -54,7 +54,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     cube = cubes["paper_a_clearance"].sortby("clearance")
     others = [dim for dim in cube.chatter.dims if dim != "clearance"]
     stacked = cube.stack(place=others) if others else cube.expand_dims("place", -1)
-    told = []
+    listed = []
     held = []
     for k in range(stacked.sizes["place"]):
         line = stacked.isel(place=k)
@@ -66,7 +66,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         several = section_points(line).values[d > CHATTER_UP_TO]
         regular = float((several <= max(1.0, _MANY * line.sizes["sample"])).mean())
         contact = line.impacts_per_period.values[d > CHATTER_UP_TO] > 0.0
-        told.append(
+        listed.append(
             (f"where {label}: " if label else "")
             + f"chatter at clearances {found.low:.3g} to {found.high:.3g}, at {share:.0%} of those "
             f"up to {CHATTER_UP_TO:g}; above that {contact.mean():.0%} have impacts and "
@@ -74,11 +74,11 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         )
         if abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO and share >= 0.9:
             held.append(label or "all")
-    measured = "; ".join(told)
+    measured = "; ".join(listed)
     near = f"chatter ends near {CHATTER_UP_TO:g} and leaves hardly a gap below it"
     if not held:
         return Verdict(measured, FAILS, f"nowhere {near}")
-    if len(held) == len(told):
+    if len(held) == len(listed):
         return Verdict(measured, HOLDS, near)
     return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise")
 
@@ -240,7 +240,7 @@ def _judge_a6(cubes: Cubes) -> Verdict:
     from damper.analysis.completion import PREDICTED, completion_errors
 
     found = completion_errors(cubes["accumulation"], _ABOUT)
-    told = []
+    listed = []
     good = {}
     for number, order in enumerate(("first", "second"), start=1):
         here = found[found["order"] == number]
@@ -253,7 +253,7 @@ def _judge_a6(cubes: Cubes) -> Verdict:
             return Verdict("", FAILS, "no burst has a prediction at its first impact")
         shares = {quantity: (parts <= _ABOUT).mean() for quantity, parts in worst.items()}
         later = here["within_from_worst"].max()
-        told.append(
+        listed.append(
             f"{order} order: at {shares['time']:.0%} of {len(worst['time'])} places every "
             f"completion time, at {shares['displacement']:.0%} every completion point is predicted "
             f"within {_ABOUT:.0%} from the burst's first impact (worst {worst['time'].max():.0%} "
@@ -266,7 +266,7 @@ def _judge_a6(cubes: Cubes) -> Verdict:
         )
         left = here["within_left_percent"].min() / 100.0
         good[order] = min(shares.values()) == 1.0, later, left
-    measured = "; ".join(told)
+    measured = "; ".join(listed)
     if all(first for first, *_ in good.values()):
         return Verdict(measured, HOLDS, f"it is good to {_ABOUT:.0%} from the first impact on")
     if good["second"][0]:
@@ -289,20 +289,20 @@ def _judge_a7(cubes: Cubes) -> Verdict:
     from damper.analysis.bursts import burst_statistics
 
     found = burst_statistics(cubes["paper_a_histories"]).set_index("frequency_ratio")
-    told = []
+    listed = []
     first, complete = [], []
     for frequency in (LOW, MIDDLE, HIGH):
         here = found.iloc[abs(found.index - frequency).argmin()]
         if not here["chatter_bursts"]:
-            told.append(f"none at {frequency:g}")
+            listed.append(f"none at {frequency:g}")
             continue
         period = 2.0 * math.pi / frequency
         first.append(here["first_chatter"] / period)
-        told.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
+        listed.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
         if here["complete_bursts"]:
             complete.append(here["first_complete"] / period)
-            told[-1] += f", the first that completes after {complete[-1]:.3g}"
-    measured = "first chatter burst from rest " + "; ".join(told)
+            listed[-1] += f", the first that completes after {complete[-1]:.3g}"
+    measured = "first chatter burst from rest " + "; ".join(listed)
     # Less than a period from rest is no transient worth the name.
     if first and min(first) > 1.0:
         return Verdict(measured, HOLDS, "no chatter in the first forcing period")

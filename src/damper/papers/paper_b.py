@@ -129,22 +129,22 @@ def _judge_b3(cubes: Cubes) -> Verdict:
 
 def _judge_b4(cubes: Cubes) -> Verdict:
     """How much of the large restitutions chatters, over the mass ratio."""
-    told = []
+    listed = []
     held = []
     for reading in _readings(cubes):
         chatter = reading.cube.chatter >= reading.least
         large = chatter.sel(restitution=chatter.restitution >= _LARGE)
         share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
         shares = share.values.tolist()
-        told.append(f"{', '.join(f'{value:.0%}' for value in shares)} for {reading.words}")
+        listed.append(f"{', '.join(f'{value:.0%}' for value in shares)} for {reading.words}")
         if _falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
     masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
     measured = (
         f"part of the restitutions from {_LARGE:g} on that chatter, at mass ratios {masses}: "
-        + "; ".join(told)
+        + "; ".join(listed)
     )
-    return _summed(measured, held, len(told))
+    return _summed(measured, held, len(listed))
 
 
 def _falling(
@@ -187,9 +187,9 @@ def _judge_b5(cubes: Cubes) -> Verdict:
     portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
     points = section_points(portraits)
     restitutions = points.restitution.values
-    told = []
+    listed = []
     for place in points.transpose(..., "restitution").values.reshape(-1, restitutions.size):
-        told.append(
+        listed.append(
             ", ".join(
                 f"{r:g} ({n} point{'s' if n > 1 else ''} on the section)"
                 for r, n in zip(restitutions, place, strict=True)
@@ -197,7 +197,7 @@ def _judge_b5(cubes: Cubes) -> Verdict:
         )
     measured = (
         f"diagrams for {cubes[ABOVE].sizes['mass_ratio']} mass ratios; portraits at restitution "
-        f"{'; '.join(told)}; time histories for {histories.sizes['mass_ratio']} mass ratios, "
+        f"{'; '.join(listed)}; time histories for {histories.sizes['mass_ratio']} mass ratios, "
         f"{histories.sizes['frequency_ratio']} frequency ratios and "
         f"{histories.sizes['restitution']} restitutions"
     )
@@ -209,7 +209,7 @@ def _judge_b6(cubes: Cubes) -> Verdict:
     from damper.analysis.sections import section_points
 
     edges = [CHATTER_FROM + tenths / 10.0 for tenths in range(6)]
-    told = []
+    listed = []
     held = []
     for name, side in ((ABOVE, "above"), (BELOW, "below")):
         several = section_points(cubes[name]) > 1
@@ -221,14 +221,14 @@ def _judge_b6(cubes: Cubes) -> Verdict:
         ]
         first = several.any([dim for dim in several.dims if dim != "restitution"])
         lowest = float(r.where(first).min())
-        told.append(
+        listed.append(
             f"{side} resonance the first motion with more than one point on the section is at "
             f"restitution {lowest:.3g}; part of such motions {beneath:.0%} up to "
             f"{CHATTER_FROM:g}, then by tenths {', '.join(f'{share:.0%}' for share in shares)}"
         )
         if beneath < shares[0] and shares == sorted(shares):
             held.append(f"{side} resonance")
-    return _summed("; ".join(told), held, len(told))
+    return _summed("; ".join(listed), held, len(listed))
 
 
 def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:

@@ -17,7 +17,7 @@ PARAMETER_NAMES = tuple(quantity.name for quantity in QUANTITIES)
 SI_NAMES = tuple(quantity.name for quantity in SI_QUANTITIES)
 INITIAL_NAMES = tuple(quantity.name for quantity in INITIAL_QUANTITIES)
 
-#: Names that tell which system of units a damper is given in.
+#: Names that show which system of units a damper is given in.
 DIMENSIONLESS_ONLY = frozenset(PARAMETER_NAMES) - frozenset(SI_NAMES)
 SI_ONLY = frozenset(SI_NAMES) - frozenset(PARAMETER_NAMES)
 

@@ -61,7 +61,7 @@ def load_config(mapping: dict[str, Any], directory: Path) -> Config:
     try:
         settings = Settings.model_validate(mapping)
     except ValidationError as error:
-        problems += [Problem("config", loc, **told) for loc, told in faults_of(error)]
+        problems += [Problem("config", loc, **report) for loc, report in faults_of(error)]
     overrides = _part_of(mapping, "overrides", dict)
     asked = _asked(mapping)
     paths = _paths(asked, overrides, directory, problems)
@@ -129,7 +129,7 @@ def _paths(
     seen: set[str] = set()
     for loc, entry in asked:
         if not isinstance(entry, str) or not entry.strip() or entry in seen:
-            continue  # told already, or a study of two targets
+            continue  # reported already, or a study of two targets
         seen.add(entry)
         path = directory / entry if entry.endswith(".yaml") else files.get(entry)
         if path is None:
@@ -195,9 +195,9 @@ def _load(path: Path, label: str, override: Any) -> StudyFile:
     try:
         study = _kind_of(data).model_validate(data)
     except ValidationError as error:
-        for loc, told in faults_of(error):
+        for loc, report in faults_of(error):
             place, line = _place(loc, file, override)
-            problems.append(Problem(place, loc, line=line, **told))
+            problems.append(Problem(place, loc, line=line, **report))
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     study._name = path.stem

@@ -3,7 +3,7 @@
 A setting is annotated with a type of Python and pydantic's `Field`, such as
 ``Annotated[int, Field(ge=1, description="How many.")]``; pydantic checks it strictly and makes its
 JSON schema. Here is what a study needs beside: text that is not blank, lists without repetition,
-pairs, values in the range of a quantity, and mappings of names. `damper.study.messages` tells in
+pairs, values in the range of a quantity, and mappings of names. `damper.study.messages` says in
 words what is wrong.
 """
 
@@ -45,7 +45,7 @@ T = TypeVar("T")
 
 
 class Strict(BaseModel):
-    """A mapping of settings: unknown, missing and misspelt keys are told in plain words."""
+    """A mapping of settings: unknown, missing and misspelt keys are report in plain words."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
     shorthand: ClassVar[str] = ""
@@ -57,12 +57,12 @@ class Strict(BaseModel):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            told = [
+            report = [
                 f"{key_path((name, *loc))}: {fault['message']}"
                 + (f": must be {fault['allowed']}" if fault["allowed"] else "")
                 for loc, fault in faults_of(error)
             ]
-            raise ValueError("; ".join(told)) from None
+            raise ValueError("; ".join(report)) from None
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Any, faults: Faults) -> None:

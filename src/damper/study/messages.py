@@ -14,7 +14,7 @@ from damper.parameters.quantities import ALL, SI_ONLY, nearest
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
 from damper.study.yaml_file import NUMBER, Loc, as_part, show, words
 
-Told = dict[str, Any]
+Report = dict[str, Any]
 """What a message says: ``message``, what is ``allowed``, and the name that is ``near``."""
 
 IN_RANGE = {
@@ -41,7 +41,7 @@ class Faults:
 
     def add(self, loc: Loc, message: str, allowed: str = "", near: str = "") -> None:
         """Note one fault: what is wrong, what is allowed, the nearest name."""
-        error = PydanticCustomError("fault", "{message}", _told(message, allowed, near))
+        error = PydanticCustomError("fault", "{message}", _report(message, allowed, near))
         self.lines.append({"type": error, "loc": loc, "input": None})
 
     def unknown(
@@ -56,8 +56,8 @@ class Faults:
         try:
             yield
         except ValidationError as error:
-            for below, told in faults_of(error, **where):
-                self.add((*loc, *below), **told)
+            for below, report in faults_of(error, **where):
+                self.add((*loc, *below), **report)
 
     def settle(self) -> None:
         """Raise what was noted, if anything."""
@@ -69,14 +69,14 @@ def faults_of(
     error: ValidationError,
     of: type[BaseModel] | TypeAdapter[Any] | None = None,
     name: str | None = None,
-) -> list[tuple[Loc, Told]]:
-    """Return the faults in pydantic's error: where, and what to tell of each.
+) -> list[tuple[Loc, Report]]:
+    """Return the faults in pydantic's error: where, and what to report of each.
 
     Parameters
     ----------
     error : ValidationError
     of : type of model, or TypeAdapter, optional
-        What was validated; not needed where a model in it has told all.
+        What was validated; not needed where a model in it has reported all.
     name : str, optional
         The name under which it stands: of a quantity, it decides what is allowed.
     """
@@ -92,13 +92,13 @@ def faults_of(
         if kind == "missing" and isinstance(loc[-1], int):
             kind, loc = "too_short", loc[:-1]  # one of a pair
         if kind == "fault":
-            told = line["ctx"]
+            report = line["ctx"]
         elif isinstance(of, type) and kind in ("extra_forbidden", "invalid_key"):
             key, value = (value, None) if kind == "invalid_key" else (loc[-1], value)
-            loc, told = (as_part(key),), _unknown("key", key, of.model_fields, value)
+            loc, report = (as_part(key),), _unknown("key", key, of.model_fields, value)
         elif isinstance(of, type) and not loc:
             sort = "text in UTF-8" if kind == "string_unicode" else "a mapping"
-            told = _told(f"not {sort} (value: {show(value)})", words(of.model_fields))
+            report = _report(f"not {sort} (value: {show(value)})", words(of.model_fields))
         else:
             schema = _schema_at(of, loc)
             allowed = words_of(schema)
@@ -108,8 +108,8 @@ def faults_of(
             if kind == "literal_error" and isinstance(value, str):
                 near = nearest(value, choices_of(schema))
             message = _message(kind, value, schema, line.get("ctx", {}))
-            told = _told(message or f"'{loc[-1]}' is missing", allowed, near)
-        found.append((loc, told))
+            report = _report(message or f"'{loc[-1]}' is missing", allowed, near)
+        found.append((loc, report))
     return found
 
 
@@ -172,12 +172,12 @@ def _hint(sort: str, value: Any) -> str:
     return ", put it in quotes" if sort == "text" and short else ""
 
 
-def _unknown(what: str, name: object, names: Iterable[str], value: object) -> Told:
+def _unknown(what: str, name: object, names: Iterable[str], value: object) -> Report:
     if not isinstance(name, str):
-        return _told(f"a key must be text (it is {show(name)})", words(names))
+        return _report(f"a key must be text (it is {show(name)})", words(names))
     shown = "" if value is None or isinstance(value, dict | list) else f" (value: {show(value)})"
-    return _told(f"unknown {what} {show(name)}{shown}", words(names), nearest(name, names))
+    return _report(f"unknown {what} {show(name)}{shown}", words(names), nearest(name, names))
 
 
-def _told(message: str, allowed: str = "", near: str = "") -> Told:
+def _report(message: str, allowed: str = "", near: str = "") -> Report:
     return {"message": message, "allowed": allowed, "near": near}

@@ -174,7 +174,7 @@ class Study(RunKeys, StudyFile):
     def _origins(self, remark: str) -> dict[str, str]:
         entries: dict[str, Any] = {**self.parameters, **self.axes}
         for settings in self.observers.values():
-            # Two observers with a threshold: the one that counts bursts comes last and is told.
+            # Two observers with a threshold: the one that counts bursts comes last and counts.
             if hasattr(settings, "threshold"):
                 entries["visibility_threshold"] = settings.threshold
         return {

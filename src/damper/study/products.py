@@ -274,7 +274,7 @@ def _take_values(at: Any, used: Mapping[str, str], offer: Offer, faults: Faults)
         elif name in offer.dimensions:
             taken[name] = "at"
             check_listed(loc, name, data, offer.dimensions[name], faults)
-        elif name in ALL or name in _BRANCHES:  # what is neither is told by `Place`
+        elif name in ALL or name in _BRANCHES:  # `Place` reports what is neither
             faults.unknown(loc, "axis", name, offer.dimensions)
     return taken
 
@@ -286,7 +286,7 @@ def check_listed(
     try:
         value = _PLACE.validate_python(as_numbers({name: data}))[name]
     except ValidationError:
-        return  # told by `Place`
+        return  # `Place` reports it
     if values is None or value in values:
         return
     if isinstance(value, str):

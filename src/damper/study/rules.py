@@ -116,7 +116,7 @@ def _check_parts(study: Study, faults: Faults) -> None:
 def _check_records(study: Study, faults: Faults) -> None:
     """Refuse figures and tables of single bursts where bursts are not listed."""
     bursts: Any = study.observers.get("bursts")
-    if bursts is None or bursts.records:  # the products themselves tell if there are none
+    if bursts is None or bursts.records:  # the products themselves report that there are none
         return
     for section, stem, product in study.products():
         if product.single_bursts:

@@ -150,7 +150,7 @@ def limits_of(schema: Schema) -> str:
 
 
 def words_of(schema: Schema) -> str:
-    """Return type and limits as a message tells them."""
+    """Return type and limits as a message gives them."""
     if choices := choices_of(schema):
         return ", ".join(choices)
     if schema.get("type") == "array" and "items" in schema:

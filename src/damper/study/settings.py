@@ -1,6 +1,6 @@
 """The entries of a study: parameters, axes, initial states, observers.
 
-What an observer may be told stands in its own file, `damper.observers`.
+The settings of an observer stand in its own file, `damper.observers`.
 """
 
 from __future__ import annotations

@@ -186,7 +186,7 @@ class _NotYamlError(ValueError):
 def _tree(text: str) -> Node | None:
     """Return the root of the only document, or None if there is none.
 
-    libyaml is ten times as fast; what is wrong is told by PyYAML itself, the same everywhere.
+    libyaml is ten times as fast; PyYAML itself reports what is wrong, the same everywhere.
     """
     with suppress(YAMLError, ValueError, OverflowError):
         root: Node | None = _FastLoader(text).get_single_node()

@@ -45,7 +45,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     within = settings["within"]
     data = completion_errors(cube, within)
     body: list[str | pd.DataFrame] = [
-        "After each impact of a complete burst, theory tells when and where it ends: to first "
+        "After each impact of a complete burst, theory predicts when and where it ends: to first "
         "order in the rebound speed w with an error that falls as w², to second order as w³. "
         "Completion is resolved bounce by bounce, up to a tail that is itself closed by the "
         f"second-order formula; slopes are those of errors above {SHARP:.0f} times the uncertainty "

@@ -169,6 +169,6 @@ def test_preset_of_paper_b_is_among_the_best() -> None:
     assert best >= 0.7
     here = found.scores.sel(preset).sel(counted="complete", resonance="above")
     assert min(float(here[name]) for name in ("B1", "B2", "B3")) >= 0.5
-    # model.md, section 8: B2 and B3 reverse below resonance.
+    # B2 and B3 reverse below resonance.
     below = found.scores.sel(preset).sel(counted="complete", resonance="below")
     assert float(below.B3) == 0.0

@@ -109,7 +109,7 @@ def test_one_zero_makes_zero() -> None:
 
 @pytest.fixture(scope="module")
 def cube() -> xr.Dataset:
-    """Return a small calibration about the preset of model.md, section 8."""
+    """Return a small calibration about the preset of docs/calibration.md."""
     return damper.simulate(
         mass_ratio=[0.1, 0.2],
         damping_ratio=[0.01, 0.02],

@@ -14,7 +14,7 @@ from damper.parameters.units import SI_UNITS, TIME
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting, told by its default: a whole number, a number, a flag, a word or a list.
+    """One setting, of the type of its default: a whole number, a number, a flag, a word or a list.
 
     Parameters
     ----------

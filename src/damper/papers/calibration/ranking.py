@@ -25,7 +25,7 @@ class Ranking:
     """Scores of each statement, and the joined one, over the dimensions of the sets.
 
     `own` are the scores over all sets on which a statement was scored; `scores` those on the sets
-    that all statements share. `freed` tells, for a statement that another study scores, the value
+    that all statements share. `freed` gives, for a statement that another study scores, the value
     of each parameter that only that study varies, at which its score is best.
     """
 

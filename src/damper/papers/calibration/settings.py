@@ -1,4 +1,4 @@
-"""What the figure and the table of a calibration are told alike."""
+"""Settings that the figure and the table of a calibration share."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Scores(Product):
     preset: Annotated[
         Place | None,
         Field(
-            description="Values of some axes whose place in the ranking is told, exactly as the "
+            description="Values of some axes whose place in the ranking is listed, exactly as the "
             "axes list them."
         ),
     ] = None
