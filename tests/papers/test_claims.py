@@ -455,7 +455,7 @@ def test_claims_without_their_studies_say_so() -> None:
     assert told["B1"].verdict.verdict == HOLDS
     assert told["A3"].verdict.verdict == UNTESTED
     assert "paper_a_histories" in told["A3"].verdict.why
-    assert told["B1"].assumptions == "frequency_ratio 1.1, 1.5, clearance 0.05"
+    assert told["B1"].assumptions == "frequency ratio 1.1, 1.5, clearance 0.05"
 
 
 def test_pages() -> None:

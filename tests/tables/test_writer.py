@@ -30,7 +30,7 @@ def test_every_table_says_what_its_study_fixes_and_assumes() -> None:
     cube.attrs |= {"transient_periods": 1, "recorded_periods": 1, "accuracy": 1e-9, "max_events": 9}
     text = make("intervals", cube, {"along": "clearance", "resolution": 0.1}).markdown()
     title = "# A study: chatter intervals in clearance"
-    assert text.startswith(f"{title}\n\nFixed: mass_ratio = 0.1.\n\n")
+    assert text.startswith(f"{title}\n\nFixed: mass ratio 0.1.\n\n")
     assert text.endswith("\n- mass ratio: lost\n- visibility threshold: ours\n")
 
 

@@ -55,7 +55,8 @@ def assumptions(cubes: Iterable[xr.Dataset]) -> str:
     for cube in cubes:
         for name, coordinate in cube.coords.items():
             if "assumed" in coordinate.attrs:
-                parts.setdefault(f"{name} {_values(coordinate)}", "")
+                label = str(name).replace("_", " ")
+                parts.setdefault(f"{label} {_values(coordinate)}", "")
         for name in cube.attrs:
             if name.startswith("assumed_"):
                 parts.setdefault(_attribute(cube, name), "")

@@ -105,11 +105,13 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
-    values = {
-        name: float(cube[name]) for name in ALL if name in cube.coords and not cube[name].ndim
-    }
+    values = [
+        f"{name.replace('_', ' ')} {float(cube[name]):g}"
+        for name in ALL
+        if name in cube.coords and not cube[name].ndim
+    ]
     if values:
-        yield f"Fixed: {', '.join(f'{name} = {value:g}' for name, value in values.items())}."
+        yield f"Fixed: {', '.join(values)}."
 
 
 def _assumed(cube: xr.Dataset) -> Iterator[str]:
