@@ -126,7 +126,7 @@ def test_a_schematic_is_named_by_what_it_draws(tmp_path: Path) -> None:
 def test_links_within_the_page_lead_somewhere(tmp_path: Path) -> None:
     found = made(tmp_path)
     inside = [link[1:] for link in found.links if link.startswith("#")]
-    assert inside == ["claims", "restitution", "cost"]
+    assert inside == ["claims", "restitution", "cost-of-the-run"]
     assert set(inside) <= set(found.names)
 
 
