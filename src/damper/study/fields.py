@@ -45,7 +45,7 @@ T = TypeVar("T")
 
 
 class Strict(BaseModel):
-    """A mapping of settings: unknown, missing and misspelt keys are report in plain words."""
+    """A mapping of settings: unknown, missing and misspelt keys are reported in plain words."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
     shorthand: ClassVar[str] = ""
