@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.analysis.places import need_axes, need_variables, places
+from damper.analysis.places import fixed_values, need_axes, need_variables, places
 from damper.analysis.runs import runs
-from damper.parameters.quantities import ALL
 from damper.sweep.record import recorded
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     need_variables(cube, "bursts", "chatter")
     visible = thresholds(cube)
     run = recorded(cube, "bursts")
-    fixed = {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+    fixed = fixed_values(cube)
     order = np.argsort(cube[along].values)
     values = cube[along].values[order].tolist()
     found = []
@@ -261,31 +260,32 @@ def intervals(
     narrow, cut : bool
         Narrower than two grid steps; reaching the end of the grid.
     """
+
+    def holds_at(value: float) -> bool:
+        return holds(int(chatter_at(value)))
+
     inside = [holds(int(value)) for value in chatter]
     for first, last in runs(inside):
         lower, upper = values[first], values[last]
         if first > 0:
-            lower = _edge(lower, values[first - 1], holds, chatter_at, resolution)
+            lower, _ = bisected(lower, values[first - 1], holds_at, resolution)
         if last + 1 < len(inside):
-            upper = _edge(upper, values[last + 1], holds, chatter_at, resolution)
+            upper, _ = bisected(upper, values[last + 1], holds_at, resolution)
         before, after = max(first - 1, 0), min(last + 1, len(inside) - 1)
         step = (values[after] - values[before]) / max(after - before, 1)
         yield lower, upper, upper - lower < 2.0 * step, first == 0 or last + 1 == len(inside)
 
 
-def _edge(
-    inside: float,
-    outside: float,
-    holds: Callable[[int], bool],
-    chatter_at: Callable[[float], int],
-    resolution: float,
-) -> float:
+def bisected(
+    inside: float, outside: float, holds_at: Callable[[float], bool], resolution: float
+) -> tuple[float, float]:
+    """Bring a value at which something holds and one at which it does not within a resolution."""
     while abs(outside - inside) > resolution * (1.0 + 1e-9):
         middle = 0.5 * (inside + outside)
         if middle in (inside, outside):
             break
-        if holds(int(chatter_at(middle))):
+        if holds_at(middle):
             inside = middle
         else:
             outside = middle
-    return inside
+    return inside, outside

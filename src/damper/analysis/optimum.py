@@ -77,9 +77,7 @@ def best_clearance(
     import pandas as pd
 
     need_axes(cube, along, over)
-    need_variables(cube, "response", "peak_displacement", "amplitude_ratio")
-    need_variables(cube, "impacts", "impacts_per_period")
-    need_variables(cube, "bursts", "chatter", "sticking_fraction")
+    _need_observers(cube, "peak_displacement", "amplitude_ratio")
     found = []
     names = [str(dim) for dim in cube.amplitude_ratio.dims if dim not in (along, over)]
     for where in places(cube.amplitude_ratio, along, over):
@@ -145,9 +143,7 @@ def damping_shares(
         in the unit of `along`. NaN where there are no such points.
     """
     need_axes(cube, along)
-    need_variables(cube, "response", "rms_ratio", "peak_displacement", "amplitude_ratio")
-    need_variables(cube, "impacts", "impacts_per_period")
-    need_variables(cube, "bursts", "chatter", "sticking_fraction")
+    _need_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
     contact = cube.impacts_per_period > 0.0
     lasting = contact & ((cube.chatter > 0) | (cube.sticking_fraction > 0.0))
     two = contact & ~lasting & (abs(cube.impacts_per_period - 2.0) < _TWO)
@@ -186,6 +182,12 @@ def least(values: np.ndarray) -> int:
     values = np.where(np.isnan(values), np.inf, values)
     lowest = values.min()
     return int(np.argmax(values <= lowest + _EQUAL * abs(lowest)))
+
+
+def _need_observers(cube: xr.Dataset, *of_response: str) -> None:
+    need_variables(cube, "response", *of_response)
+    need_variables(cube, "impacts", "impacts_per_period")
+    need_variables(cube, "bursts", "chatter", "sticking_fraction")
 
 
 def _share(some: xr.DataArray, of_all: xr.DataArray) -> float:

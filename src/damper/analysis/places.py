@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from damper.parameters.quantities import unknown_name
+from damper.parameters.quantities import ALL, unknown_name
 from damper.sweep.grid import product
 
 if TYPE_CHECKING:
@@ -17,6 +17,11 @@ def places(array: xr.DataArray, *without: str) -> list[dict[str, Any]]:
     """Coordinates along all dimensions of an array but some, the last one fastest."""
     others = {str(name): array[name].values.tolist() for name in array.dims if name not in without}
     return product(others, {})
+
+
+def fixed_values(cube: xr.Dataset) -> dict[str, float]:
+    """Quantities of a cube that are no axes, with their values."""
+    return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
 
 
 def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
-from damper.analysis.places import need_variables, places
-from damper.parameters.quantities import ALL
+from damper.analysis.intervals import bisected
+from damper.analysis.places import fixed_values, need_variables, places
 from damper.sweep.record import recorded
 from damper.theory.small_mass import critical_restitution
 
@@ -59,7 +59,7 @@ def small_mass_border(cube: xr.Dataset, resolution: float = 1e-4) -> pd.DataFram
     over = gap_axis(cube)
     cube = cube.sortby(["restitution", over])
     values = cube.restitution.values
-    fixed = {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+    fixed = fixed_values(cube)
     others = [dim for dim in cube.complete_fraction.dims if dim not in (over, "restitution")]
     found = []
     for where in places(cube.complete_fraction, over, "restitution"):
@@ -93,13 +93,8 @@ def _bisect(
 ) -> float:
     from damper.sweep.runs import run_points
 
-    while high - low > resolution * (1.0 + 1e-9):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        arrays, _ = run_points([{**fixed, "restitution": middle}], **run)
-        if arrays["complete_fraction"][0] >= _ALL:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    def all_complete(restitution: float) -> bool:
+        arrays, _ = run_points([{**fixed, "restitution": restitution}], **run)
+        return bool(arrays["complete_fraction"][0] >= _ALL)
+
+    return 0.5 * sum(bisected(low, high, all_complete, resolution))

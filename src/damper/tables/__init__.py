@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from damper.parameters.quantities import ALL
+from damper.analysis.places import fixed_values
 from damper.study.kinds import TABLES
 
 if TYPE_CHECKING:
@@ -105,11 +105,7 @@ def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
-    values = [
-        f"{name.replace('_', ' ')} {float(cube[name]):g}"
-        for name in ALL
-        if name in cube.coords and not cube[name].ndim
-    ]
+    values = [f"{name.replace('_', ' ')} {value:g}" for name, value in fixed_values(cube).items()]
     if values:
         yield f"Fixed: {', '.join(values)}."
 

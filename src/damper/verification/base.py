@@ -7,7 +7,13 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, QUANTITIES, Quantity
+from damper.parameters.quantities import (
+    ALL,
+    INITIAL_QUANTITIES,
+    MODEL_NAMES,
+    QUANTITIES,
+    Quantity,
+)
 from damper.study.fields import Strict, Text
 from damper.study.messages import Faults
 from damper.study.settings import Fixed
@@ -37,6 +43,12 @@ def require(
 def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:
     """Return the value of every quantity that is given."""
     return {name: parameters[name].value for name in ALL if name in parameters}
+
+
+def models_of(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the models of the damper that quantities of these names may ask for."""
+    given = set(names)
+    return ("rigid", *(m for m, asking in MODEL_NAMES.items() if given.intersection(asking)))
 
 
 DRAWN = Field(description="What to draw: name of the file -> kind and its settings.")

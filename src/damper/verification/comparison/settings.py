@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from damper.parameters import Parameters
-from damper.parameters.quantities import INITIAL_NAMES, MODEL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import Entries, Some, Strict, Text, Unit
 from damper.study.kinds import Kinds
@@ -21,6 +21,7 @@ from damper.verification.base import (
     TABULATED,
     Made,
     Verification,
+    models_of,
     require,
     values_of,
 )
@@ -132,8 +133,7 @@ class Comparison(Verification):
     @property
     def models(self) -> tuple[str, ...]:
         """Models of the damper in its scenes."""
-        given = {name for scene in self.scenes.values() for name in scene.values}
-        return ("rigid", *(m for m, names in MODEL_NAMES.items() if given.intersection(names)))
+        return models_of(name for scene in self.scenes.values() for name in scene.values)
 
     @property
     def values(self) -> dict[str, str]:

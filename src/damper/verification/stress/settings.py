@@ -22,6 +22,7 @@ from damper.verification.base import (
     TABULATED,
     Made,
     Verification,
+    models_of,
     require,
     values_of,
 )
@@ -246,8 +247,7 @@ class Stress(Verification):
         """Models of the damper that its runs ask for."""
         sets: list[Any] = [*self.corners.values(), *self.random.values(), *self.long_runs.values()]
         sets += [other for some in self.random.values() for other in some.models.values()]
-        given = {name for one in sets for name in one.parameters}
-        return ("rigid", *(m for m, names in MODEL_NAMES.items() if given.intersection(names)))
+        return models_of(name for one in sets for name in one.parameters)
 
     @property
     def values(self) -> dict[str, str]:
