@@ -9,15 +9,15 @@ configfile: "config/config.yaml"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/compile.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/gather.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/verify.smk"
 include: "workflow/rules/comparison.smk"
 include: "workflow/rules/stress.smk"
 include: "workflow/rules/cost.smk"
-include: "workflow/rules/verification.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/tables.smk"
+include: "workflow/rules/verify.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -41,13 +41,23 @@ for target, names in CONFIG.targets.items():
             [everything_of(CONFIG.studies[name]) for name in names],
 
 
+# Not by itself: a file that no entry makes any more may still be wanted.
+rule tidy:
+    message:
+        "Remove figures and tables that no entry of their study makes any more"
+    run:
+        for path in left_over():
+            path.unlink()
+
+
 onsuccess:
     report_cost()
+    report_left_over()
 
 
 onerror:
     print(
-        "Some jobs failed. The reason of each stands above, and in its log below logs/. What is "
+        f"Some jobs failed. The reason of each stands above, and in its log below {LOGS}/. What is "
         "made stays: the same command goes on from there.",
         file=sys.stderr,
     )

@@ -389,8 +389,8 @@ def test_schematics_ask_nothing_of_the_study(tmp_path: Path) -> None:
     study = load(tmp_path, figure, observers={"response": None})
     made = study.figures["one"]
     assert study.files("figures") == {"figures/one": (made, figure)}
-    assert not made.of_cube
-    assert all(cls.of_cube for kind, cls in FIGURES.items() if kind != "schematic")
+    assert made.reads == ()
+    assert all(cls.reads for kind, cls in FIGURES.items() if kind != "schematic")
 
 
 def test_too_many_lines_or_panels(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ def digests(folder: Path) -> dict[str, str]:
         for path in sorted(folder.rglob("*"))
         # What a run cost is no result: it differs each time, and no other file holds it.
         if path.is_file() and path.name not in (".gitkeep", "cost.txt")
-        if "timed" not in path.relative_to(folder).parts
+        if not {"timed", "logs"} & set(path.relative_to(folder).parts)
     }
 
 
@@ -240,8 +240,8 @@ def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
         config.replace("{kind: solver_summary}", "{kind: solver_summary, caption: Another}")
     )
     out = snakemake(folder, "-n", "--configfile", "config/ci.yaml")
-    assert set(jobs(out)) <= {"timed_figure", "report", "all"}
-    assert jobs(out)["timed_figure"] == 1
+    assert set(jobs(out)) <= {"figure", "report", "all"}
+    assert jobs(out)["figure"] == 1
 
 
 @pytest.mark.exhaustive
@@ -402,25 +402,69 @@ def test_one_job_per_point_and_what_each_stage_cost(small):
         assert set(np.unique(cube.status)) == {0, 1}
 
 
-def test_damaged_slices_are_named_in_the_log_and_made_anew(made):
+def flip_a_byte(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+def test_a_damaged_slice_is_named_in_the_log_and_made_anew(made):
+    """A slice that was cut is seen beforehand; one with a flipped byte when it is read."""
     cut, flipped = sorted((made / "results/small/slices").rglob("*.npz"))
-    before = {path: path.read_bytes() for path in (cut, flipped)}
-    cut.write_bytes(before[cut][:-100])
-    middle = len(before[flipped]) // 2
-    flipped.write_bytes(
-        before[flipped][:middle]
-        + bytes([before[flipped][middle] ^ 1])
-        + before[flipped][middle + 1 :]
-    )
+    before = digests(made / "results")
+    cut.write_bytes(cut.read_bytes()[:-100])
+    flip_a_byte(flipped)
     output = snakemake(made, code=1)
-    log = (made / "logs/small/gather.log").read_text()
-    for text in (output, log):
+    assert jobs(output)["simulate"] == 1
+    assert f"{cut.relative_to(made)} is damaged" in output
+    for text in (output, (made / "results/logs/small/gather.log").read_text()):
         assert "Traceback" not in text
-        for path in (cut, flipped):
-            assert f"{path.relative_to(made)} is damaged" in text
+        assert f"{flipped.relative_to(made)} is damaged" in text
+    assert jobs(snakemake(made))["simulate"] == 1
+    assert digests(made / "results") == before
+
+
+def test_results_tell_what_they_were_made_of(made):
+    """Decisions are the same without Snakemake's records, which a clone does not have."""
+    records, slices = made / ".snakemake", made / "results/small/slices"
+
+    def planned() -> dict[str, int]:
+        return jobs(snakemake(made, "-n"))
+
+    everything = {"simulate": 2, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    other = {"parameters": {"damping_ratio": 0.02, "clearance": 0.06}}
+    write_small(made, **PRODUCTS | other)
+    assert planned() == everything
+    shutil.rmtree(records)
+    assert planned() == everything
+    write_small(made, **PRODUCTS)
+    assert planned() == {}
+
+    # A slice of another mass ratio under the name of this one, as old as it was.
+    first, second = (slices / f"mass_ratio~{value}.npz" for value in (0.1, 0.2))
+    kept = second.read_bytes()
+    shutil.copy2(first, second)
+    assert planned() == everything | {"simulate": 1}
+    second.unlink()
+    assert planned() == everything | {"simulate": 1}
+    second.write_bytes(kept)
+    os.utime(second, ns=(0, 0))
+    assert planned() == {}
+    # A figure of another study's, newer than its cube.
+    (made / "results/small/figures/section.svg").write_text("<svg/>")
+    assert planned() == {"figure": 1, "all": 1}
+
+
+def test_what_no_entry_makes_any_more_is_named_and_removed_when_asked(made):
+    old = made / "results/small/figures/section.svg"
+    figures = {"model": MODEL, "bifurcation": SECTION}
+    write_small(made, **PRODUCTS | {"figures": figures})
     output = snakemake(made)
-    assert jobs(output)["simulate"] == 2
-    assert {path: path.read_bytes() for path in before} == before
+    assert "`snakemake --cores 1 tidy`" in output
+    assert f"  {old.relative_to(made)}\n" in output
+    snakemake(made, "tidy")
+    left = sorted(path.name for path in old.parent.iterdir())
+    assert left == ["bifurcation.png", "bifurcation.svg", "model.png", "model.svg"]
 
 
 def test_the_reason_of_a_failure_is_in_its_log(small):
@@ -428,7 +472,7 @@ def test_the_reason_of_a_failure_is_in_its_log(small):
     text = script.read_text()
     script.write_text(text.replace("part = ", 'raise ValueError("as a test")\npart = '))
     output = snakemake(small, code=1)
-    (log, *_) = (small / "logs/small/simulate").rglob("*.log")
+    (log, *_) = (small / "results/logs/small/simulate").rglob("*.log")
     for text in (output, log.read_text()):
         assert "ValueError: as a test" in text
         assert "Traceback" in text

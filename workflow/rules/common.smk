@@ -1,8 +1,10 @@
 """Read and check the configuration; the functions that rules ask for inputs and parameters."""
 
+import os
 import re
 import sys
 import time
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -11,6 +13,8 @@ try:
     from damper.parameters.quantities import MODEL_NAMES
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
+    from damper.study.fingerprint import fingerprint, fingerprint_in
+    from damper.study.study_file import SUFFIXES
     from damper.verification.base import Verification
 except ImportError as error:
     raise WorkflowError(
@@ -35,6 +39,7 @@ STUDIES = {n: study for n, study in CONFIG.studies.items() if n not in VERIFICAT
 # What is made without being asked for; verdicts and the page speak of these.
 DEFAULT = {name: CONFIG.studies[name] for name in CONFIG.default}
 RESULTS = CONFIG.results
+LOGS, TIMES = f"{RESULTS}/logs", f"{RESULTS}/logs/benchmarks"
 # What a job takes that must be alone. `workflow.cores` refuses commands that start no job (--unlock,
 # --summary, --rulegraph), and executors of clusters, which know no such number.
 ALL_CORES = workflow.resource_settings.cores or 1
@@ -51,40 +56,90 @@ def everything_of(study):
     return [f"{RESULTS}/{study.name}/{path}" for path in study.outputs()]
 
 
-def stems(studies, folder):
-    """Names of the files of these studies in a folder, such as ``timed/figures``."""
-    section = folder.rpartition("/")[2]
-    paths = [path for study in studies.values() for path in study.files(section)]
-    return one_of({path.rpartition("/")[2] for path in paths if path.rpartition("/")[0] == folder})
+def products(section):
+    """Return every figure or table: path without suffix -> its study, what it is, its settings."""
+    return {
+        f"{study.name}/{path}": (study, product, settings)
+        for study in CONFIG.studies.values()
+        for path, (product, settings) in study.files(section).items()
+    }
 
 
-wildcard_constraints:
-    study=one_of(STUDIES),
-    figure=stems(STUDIES, "figures"),
-    table=stems(STUDIES, "tables"),
+@cache
+def digest(script, *modules):
+    """Digest of the code behind a script, and behind the modules that it loads by name."""
+    return code_digest(SCRIPTS / script, modules)
 
 
-def cubes_beside(product):
-    """Cubes of the other studies that a figure or table needs."""
-    return [f"{RESULTS}/{name}/cube.nc" for name in product.beside.values()]
+def job(settings):
+    """Function of wildcards that returns the settings of a job, from their values."""
+    return lambda wildcards: settings(**dict(wildcards.items()))
 
 
-def slices_of(wildcards):
-    """Files of all slices of a study."""
-    study = STUDIES[wildcards.study]
-    return [
-        f"{RESULTS}/{study.name}/slices/{study.slice_path(place)}.npz" for place in study.slices()
-    ]
+# Snakemake makes a file of results again if it is older than an input. This file is newer than any.
+NEWER = ".snakemake/newer"
+
+
+def changed(settings, *paths, parts=None):
+    """Input function: `NEWER` counts where a file carries other settings than those of its job.
+
+    Snakemake compares settings with records of its own, which a clone or a clean-up loses. `parts`
+    is an input function: `NEWER` also counts where a file of these is missing.
+    """
+
+    def newer(wildcards):
+        values = dict(wildcards.items())
+        wanted = fingerprint(settings(**values))
+        for path in (Path(path.format(**values)) for path in paths):
+            if not path.exists():
+                continue
+            found = fingerprint_in(path)
+            if found is None:
+                print(f"{path} is damaged, or of an earlier version: made anew", file=sys.stderr)
+            if found != wanted or parts and not all(map(os.path.exists, parts(wildcards))):
+                _renew(after=path.stat().st_mtime)
+                return NEWER
+        return ancient(NEWER)
+
+    return newer
+
+
+def _renew(after):
+    # With a content it never had: where that is the same, times do not count for Snakemake.
+    now = time.time()
+    Path(NEWER).write_text(f"{now}\n")
+    os.utime(NEWER, (now, max(now, after + 1)))
+
+
+Path(NEWER).parent.mkdir(exist_ok=True)
+Path(NEWER).touch()
+
+
+def shown(study, product):
+    """Return the files that a figure or table shows: of its study, and of others."""
+    beside = getattr(product, "beside", {}).values()
+    return {
+        "of": [f"{RESULTS}/{study.name}/{path}" for path in product.reads],
+        "beside": [f"{RESULTS}/{name}/cube.nc" for name in beside],
+    }
+
+
+# Name of a file of results in a study's folder -> function of the study's name that returns the
+# settings of the job which makes it, by the kind of study. Each file of rules adds its own.
+SETTINGS = {}
+
+
+@cache
+def made_of(path):
+    """Return the fingerprint that a file of results is to have."""
+    name, _, file = path.removeprefix(f"{RESULTS}/").partition("/")
+    kind = getattr(CONFIG.studies[name], "kind", "parameters")
+    return fingerprint(SETTINGS[kind, file](name))
 
 
 def of_papers(wildcards):
     """Priority of a job: what the papers' verdicts need comes first, to be seen early."""
-    return int(wildcards.study in JUDGED_BY)
-
-
-def run_settings(wildcards):
-    """Settings of every run of a study."""
-    return STUDIES[wildcards.study].run | ENGINE
+    return int(next(iter(wildcards)).partition("/")[0] in JUDGED_BY)
 
 
 EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
@@ -112,7 +167,7 @@ def report_cost():
 
 def cost_by_stage():
     """Wall seconds of this run's jobs, summed by stage, from Snakemake's benchmark files."""
-    folder, seconds = Path("logs/benchmarks"), {}
+    folder, seconds = Path(TIMES), {}
     for path in sorted(folder.rglob("*.tsv")):
         if path.stat().st_mtime >= STARTED:
             # <study>/<stage>..., or <stage>/... of no study.

@@ -6,136 +6,138 @@ COMPARISONS = {name: study for name, study in VERIFICATIONS.items() if study.kin
 SCENES = {scene for study in COMPARISONS.values() for scene in study.scenes}
 
 
-def _scene(wildcards):
-    scene = COMPARISONS[wildcards.study].scenes[wildcards.scene]
+def _scene(study, scene):
+    scene = COMPARISONS[study].scenes[scene]
     return {"values": scene.values, "until": scene.until}
 
 
-def _scenes(wildcards):
-    study = COMPARISONS[wildcards.study]
-    return {
-        name: {"values": scene.values, "until": scene.until} for name, scene in study.scenes.items()
-    }
-
-
-def _solvers(wildcards):
-    return dict(COMPARISONS[wildcards.study].solvers)
-
-
-def _solver_modules(wildcards):
-    names = COMPARISONS[wildcards.study].solvers
-    return [
-        *sorted({module_of(name) for name in names}),
-        "damper.models.rigid",
-        "damper.models.compliant",
-    ]
+def _code(script, study):
+    """Digest of a script with the solvers of a study."""
+    solvers = sorted({module_of(name) for name in COMPARISONS[study].solvers})
+    return digest(script, *solvers, "damper.models.rigid", "damper.models.compliant")
 
 
 def _compiled_solvers(wildcards):
-    """The mark that the solvers of a study are compiled, named by models and solvers."""
     study = COMPARISONS[wildcards.study]
-    models, names = "+".join(study.models), "+".join(sorted(study.solvers))
-    return f"{RESULTS}/compiled_solvers/{models}/{names}.txt"
+    return compiled(study.models, ["+".join([SOLVERS, *sorted(study.solvers)])])
 
 
-def _engines(wildcards):
-    """Marks that the engine of each model is compiled."""
-    return [f"{RESULTS}/compiled/{model}/engine.txt" for model in wildcards.models.split("+")]
-
-
-def _titles(wildcards):
-    return {name: scene.title for name, scene in COMPARISONS[wildcards.study].scenes.items()}
-
-
-def _about_comparison(wildcards):
-    return COMPARISONS[wildcards.study].attributes()
+@cache
+def reference_settings(study, scene):
+    return {
+        "scene": _scene(study, scene),
+        "digits": COMPARISONS[study].digits,
+        "code": digest("reference.py"),
+    }
 
 
 rule reference:
+    input:
+        changed(reference_settings, f"{RESULTS}/{{study}}/reference/{{scene}}.json"),
     output:
         f"{RESULTS}/{{study}}/reference/{{scene}}.json",
     log:
-        "logs/{study}/reference/{scene}.log",
+        f"{LOGS}/{{study}}/reference/{{scene}}.log",
     benchmark:
-        "logs/benchmarks/{study}/reference/{scene}.tsv"
+        f"{TIMES}/{{study}}/reference/{{scene}}.tsv"
     wildcard_constraints:
         study=one_of(COMPARISONS),
         scene=one_of(SCENES),
     params:
-        scene=_scene,
-        digits=lambda wildcards: COMPARISONS[wildcards.study].digits,
-        code=code_digest(SCRIPTS / "reference.py"),
+        job=job(reference_settings),
     message:
-        "Work out the scene {wildcards.scene} to {params.digits} digits"
+        "Work out the scene {wildcards.scene} to {params.job[digits]} digits"
     script:
         "../scripts/reference.py"
 
 
-# Without params, like the rule compile and for the same reason.
-rule compile_solvers:
-    input:
-        ancient(_engines),
-    output:
-        f"{RESULTS}/compiled_solvers/{{models}}/{{solvers}}.txt",
-    log:
-        "logs/compile/solvers/{models}/{solvers}.log",
-    benchmark:
-        "logs/benchmarks/compile/solvers/{models}/{solvers}.tsv"
-    wildcard_constraints:
-        models=r"[a-z_+]+",
-    message:
-        "Compile the solvers once, so that parallel jobs find them in the cache"
-    script:
-        "../scripts/compile_solvers.py"
+@cache
+def errors_settings(study, scene):
+    return {
+        "scene": _scene(study, scene),
+        "solvers": COMPARISONS[study].solvers,
+        "cap": COMPARISONS[study].cap,
+        "code": _code("errors.py", study),
+        "reference": fingerprint(reference_settings(study, scene)),
+    }
 
 
 rule errors:
     input:
-        f"{RESULTS}/{{study}}/reference/{{scene}}.json",
         ancient(_compiled_solvers),
+        reference=f"{RESULTS}/{{study}}/reference/{{scene}}.json",
+        newer=changed(errors_settings, f"{RESULTS}/{{study}}/errors/{{scene}}.npz"),
     output:
         f"{RESULTS}/{{study}}/errors/{{scene}}.npz",
     log:
-        "logs/{study}/errors/{scene}.log",
+        f"{LOGS}/{{study}}/errors/{{scene}}.log",
     benchmark:
-        "logs/benchmarks/{study}/errors/{scene}.tsv"
+        f"{TIMES}/{{study}}/errors/{{scene}}.tsv"
     wildcard_constraints:
         study=one_of(COMPARISONS),
         scene=one_of(SCENES),
     params:
-        scene=_scene,
-        solvers=_solvers,
-        cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
-        code=lambda wildcards: code_digest(SCRIPTS / "errors.py", _solver_modules(wildcards)),
+        job=job(errors_settings),
     message:
         "Run all solvers on the scene {wildcards.scene}"
     script:
         "../scripts/errors.py"
 
 
+@cache
+def comparison_settings(study):
+    scenes = COMPARISONS[study].scenes
+    return {
+        "titles": {name: scene.title for name, scene in scenes.items()},
+        "solvers": COMPARISONS[study].solvers,
+        "about": COMPARISONS[study].attributes(),
+        "code": _code("comparison.py", study),
+        "errors": [fingerprint(errors_settings(study, scene)) for scene in scenes],
+    }
+
+
+SETTINGS["comparison", "cube.nc"] = comparison_settings
+
+
 rule comparison:
     input:
-        lambda wildcards: [
+        errors=lambda wildcards: [
             f"{RESULTS}/{wildcards.study}/errors/{scene}.npz"
             for scene in COMPARISONS[wildcards.study].scenes
         ],
+        newer=changed(comparison_settings, f"{RESULTS}/{{study}}/cube.nc"),
     output:
         f"{RESULTS}/{{study}}/cube.nc",
     log:
-        "logs/{study}/comparison.log",
+        f"{LOGS}/{{study}}/comparison.log",
     benchmark:
-        "logs/benchmarks/{study}/comparison.tsv"
+        f"{TIMES}/{{study}}/comparison.tsv"
     wildcard_constraints:
         study=one_of(COMPARISONS),
     params:
-        titles=_titles,
-        solvers=_solvers,
-        about=_about_comparison,
-        code=lambda wildcards: code_digest(SCRIPTS / "comparison.py", _solver_modules(wildcards)),
+        job=job(comparison_settings),
     message:
         "Gather the errors of {wildcards.study}"
     script:
         "../scripts/comparison.py"
+
+
+@cache
+def timings_settings(study):
+    asked = COMPARISONS[study]
+    return {
+        "scenes": {name: _scene(study, name) for name in asked.scenes},
+        "titles": {name: scene.title for name, scene in asked.scenes.items()},
+        "solvers": asked.solvers,
+        "about": asked.attributes(),
+        "cap": asked.cap,
+        "repeats": asked.repeats,
+        "spend": asked.spend,
+        "code": _code("timings.py", study),
+    }
+
+
+SETTINGS["comparison", "timed/timings.nc"] = timings_settings
 
 
 # It takes all cores, so that nothing else runs beside it. It knows nothing of errors and figures:
@@ -143,24 +145,18 @@ rule comparison:
 rule timings:
     input:
         ancient(_compiled_solvers),
+        changed(timings_settings, f"{RESULTS}/{{study}}/timed/timings.nc"),
     output:
         f"{RESULTS}/{{study}}/timed/timings.nc",
     log:
-        "logs/{study}/timings.log",
+        f"{LOGS}/{{study}}/timings.log",
     benchmark:
-        "logs/benchmarks/{study}/timings.tsv"
+        f"{TIMES}/{{study}}/timings.tsv"
     wildcard_constraints:
         study=one_of(COMPARISONS),
     threads: ALL_CORES
     params:
-        scenes=_scenes,
-        titles=_titles,
-        solvers=_solvers,
-        about=_about_comparison,
-        cap=lambda wildcards: COMPARISONS[wildcards.study].cap,
-        repeats=lambda wildcards: COMPARISONS[wildcards.study].repeats,
-        spend=lambda wildcards: COMPARISONS[wildcards.study].spend,
-        code=lambda wildcards: code_digest(SCRIPTS / "timings.py", _solver_modules(wildcards)),
+        job=job(timings_settings),
     message:
         "Time all solvers, alone on this machine"
     script:

@@ -1,34 +1,40 @@
-"""Figures of a cube, as SVG and PNG; schematics need none."""
+"""Figures, as SVG and PNG."""
 
-from damper.figures import modules
+from damper.figures import THEORY
 
-
-def _figure(wildcards):
-    """A figure, and the settings of this file of it."""
-    return STUDIES[wildcards.study].files("figures")[f"figures/{wildcards.figure}"]
+FIGURES = products("figures")
 
 
-def _cube(wildcards):
-    """The cube that a figure shows: none for a schematic, which then waits for no simulation."""
-    return f"{RESULTS}/{wildcards.study}/cube.nc" if _figure(wildcards)[0].of_cube else []
+@cache
+def figure_settings(figure):
+    study, product, settings = FIGURES[figure]
+    drawn_by, theory = type(product).__module__, settings.get("theory")
+    return {
+        "settings": settings,
+        "module": drawn_by,
+        "code": digest("figure.py", drawn_by, *([THEORY[theory]] if theory else [])),
+        "shown": [made_of(path) for paths in shown(study, product).values() for path in paths],
+    }
 
 
+# What shows times lies beside them, in a folder of its own.
 rule figure:
     input:
-        cube=_cube,
-        beside=lambda wildcards: cubes_beside(_figure(wildcards)[0]),
+        unpack(lambda wildcards: shown(*FIGURES[wildcards.figure][:2])),
+        newer=changed(figure_settings, f"{RESULTS}/{{figure}}.svg"),
     output:
-        svg=f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
-        png=f"{RESULTS}/{{study}}/figures/{{figure}}.png",
+        svg=f"{RESULTS}/{{figure}}.svg",
+        png=f"{RESULTS}/{{figure}}.png",
     log:
-        "logs/{study}/figures/{figure}.log",
+        f"{LOGS}/{{figure}}.log",
     benchmark:
-        "logs/benchmarks/{study}/figures/{figure}.tsv"
+        f"{TIMES}/{{figure}}.tsv"
+    wildcard_constraints:
+        figure=one_of(FIGURES),
     priority: of_papers
     params:
-        settings=lambda wildcards: _figure(wildcards)[1],
-        code=lambda wildcards: code_digest(SCRIPTS / "figure.py", modules(_figure(wildcards)[1])),
+        job=job(figure_settings),
     message:
-        "Draw {wildcards.study}: {wildcards.figure}"
+        "Draw {wildcards.figure}"
     script:
         "../scripts/figure.py"

@@ -1,40 +1,53 @@
 """Cubes: the slices of a study gathered into one netCDF file."""
 
 
-def _about(wildcards):
-    """Global attributes that describe the study; figures and tables do not change a cube."""
+def slices_of(wildcards):
+    """Return the files of all slices of a study."""
     study = STUDIES[wildcards.study]
+    paths = [study.slice_path(place) for place in study.slices()]
+    return [f"{RESULTS}/{study.name}/slices/{path}.npz" for path in paths]
+
+
+@cache
+def gather_settings(study):
+    study = STUDIES[study]
+    # Figures and tables do not change a cube.
     measured = study.model_copy(update={"figures": {}, "tables": {}})
-    return {"title": study.title, "source": study.source, "study": measured.to_yaml()}
+    return {
+        "about": {"title": study.title, "source": study.source, "study": measured.to_yaml()},
+        "notes": {"assumed": study.assumed, "stated": study.stated},
+        "axes": study.axis_values,
+        "fan_axes": study.fan_axes,
+        "fixed": study.fixed,
+        "observers": study.observer_settings(),
+        "primary": study.initial.primary,
+        "run": study.run | ENGINE,
+        "code": digest("gather.py", *simulation_modules(study)),
+        "slices": [
+            fingerprint(simulate_settings(study.name, study.slice_path(place)))
+            for place in study.slices()
+        ],
+    }
 
 
-def _notes(wildcards):
-    study = STUDIES[wildcards.study]
-    return {"assumed": study.assumed, "stated": study.stated}
+SETTINGS["parameters", "cube.nc"] = gather_settings
 
 
 rule gather:
     input:
-        slices_of,
+        slices=slices_of,
+        newer=changed(gather_settings, f"{RESULTS}/{{study}}/cube.nc", parts=slices_of),
     output:
         f"{RESULTS}/{{study}}/cube.nc",
     log:
-        "logs/{study}/gather.log",
+        f"{LOGS}/{{study}}/gather.log",
     benchmark:
-        "logs/benchmarks/{study}/gather.tsv"
+        f"{TIMES}/{{study}}/gather.tsv"
+    wildcard_constraints:
+        study=one_of(STUDIES),
     priority: of_papers
     params:
-        about=_about,
-        notes=_notes,
-        axes=lambda wildcards: STUDIES[wildcards.study].axis_values,
-        fan_axes=lambda wildcards: STUDIES[wildcards.study].fan_axes,
-        fixed=lambda wildcards: STUDIES[wildcards.study].fixed,
-        observers=lambda wildcards: STUDIES[wildcards.study].observer_settings(),
-        primary=lambda wildcards: STUDIES[wildcards.study].initial.primary,
-        run=run_settings,
-        code=lambda wildcards: code_digest(
-            SCRIPTS / "gather.py", simulation_modules(STUDIES[wildcards.study])
-        ),
+        job=job(gather_settings),
     message:
         "Gather {wildcards.study} into {output}"
     script:

@@ -8,35 +8,49 @@ def report_if_complete():
     return [f"{RESULTS}/report.html"] if COMPLETE else []
 
 
-def _page_inputs(wildcards):
-    made = [path for study in DEFAULT.values() for path in everything_of(study)]
-    # What shows times is linked to, and no reason to write the page again.
-    shown = (path for path in made if "/timed/" not in path)
-    return [path for path in shown if path.endswith((".svg", ".png", ".csv", ".md"))]
-
-
 def _page_kinds():
     return sorted(
         {product.kind for study in DEFAULT.values() for _, _, product in study.products()}
     )
 
 
+def _page_inputs():
+    """Figures and tables of the page. What shows times is linked to: no reason to write it again."""
+    made = [path for study in DEFAULT.values() for path in everything_of(study)]
+    return [p for p in made if "/timed/" not in p and p.endswith((".svg", ".png", ".csv", ".md"))]
+
+
+@cache
+def report_settings():
+    return {
+        "studies": [study.about() for study in DEFAULT.values()],
+        "kinds": _page_kinds(),
+        "code": digest("report.py", "damper.report.page"),
+        "claims": fingerprint(claims_settings()) if COMPLETE else "",
+        "shown": [
+            fingerprint(settings(name))
+            for settings, made in ((figure_settings, FIGURES), (table_settings, TABLES))
+            for name, (study, *_) in made.items()
+            if study.name in DEFAULT and "/timed/" not in name
+        ],
+    }
+
+
 rule report:
     input:
-        _page_inputs,
+        _page_inputs(),
         claims=claims_if_complete(),
         captions=[CAPTIONS / f"{kind}.rst" for kind in _page_kinds()],
         template=CAPTIONS / "page.html",
+        newer=changed(report_settings, f"{RESULTS}/report.html"),
     output:
         f"{RESULTS}/report.html",
     log:
-        "logs/report.log",
+        f"{LOGS}/report.log",
     benchmark:
-        "logs/benchmarks/report/report.tsv"
+        f"{TIMES}/report/report.tsv"
     params:
-        studies=[study.about() for study in DEFAULT.values()],
-        kinds=_page_kinds(),
-        code=code_digest(SCRIPTS / "report.py", ["damper.report.page"]),
+        job=job(report_settings),
     message:
         "Write the page with everything"
     script:

@@ -16,102 +16,113 @@ CHECK_MODULES = [
 
 
 def _compiled_checks(wildcards):
-    """Marks that the checks of all models that a study runs are compiled."""
-    models = STRESSES[wildcards.study].models
-    return [f"{RESULTS}/compiled_checks/{model}.txt" for model in models]
+    return compiled(STRESSES[wildcards.study].models, [CHECKS])
 
 
-def _groups(wildcards):
-    """Lists of runs, with the files of their parts."""
-    study = STRESSES[wildcards.study]
+@cache
+def checks_settings(study, part):
     return {
-        origin: [f"{RESULTS}/{study.name}/parts/{part}.npz" for part in parts]
-        for origin, parts in study.groups().items()
+        "run": PARTS[study, part],
+        "accuracy": STRESSES[study].accuracy,
+        "max_events": STRESSES[study].max_events,
+        "code": digest("checks.py", *CHECK_MODULES),
     }
-
-
-# Without params, like the rule compile and for the same reason.
-rule compile_checks:
-    input:
-        ancient(f"{RESULTS}/compiled/{{model}}/engine.txt"),
-    output:
-        f"{RESULTS}/compiled_checks/{{model}}.txt",
-    log:
-        "logs/compile/checks/{model}.log",
-    benchmark:
-        "logs/benchmarks/compile/checks/{model}.tsv"
-    wildcard_constraints:
-        model=one_of(("rigid", *MODEL_NAMES)),
-    message:
-        "Compile the checks of the {wildcards.model} model"
-    script:
-        "../scripts/compile_checks.py"
 
 
 rule checks:
     input:
         ancient(_compiled_checks),
+        changed(checks_settings, f"{RESULTS}/{{study}}/parts/{{part}}.npz"),
     output:
         f"{RESULTS}/{{study}}/parts/{{part}}.npz",
     log:
-        "logs/{study}/checks/{part}.log",
+        f"{LOGS}/{{study}}/checks/{{part}}.log",
     benchmark:
-        "logs/benchmarks/{study}/checks/{part}.tsv"
+        f"{TIMES}/{{study}}/checks/{{part}}.tsv"
     wildcard_constraints:
         study=one_of(STRESSES),
         part=one_of({part for _, part in PARTS}),
     params:
-        run=lambda wildcards: PARTS[wildcards.study, wildcards.part],
-        accuracy=lambda wildcards: STRESSES[wildcards.study].accuracy,
-        max_events=lambda wildcards: STRESSES[wildcards.study].max_events,
-        code=code_digest(SCRIPTS / "checks.py", CHECK_MODULES),
+        job=job(checks_settings),
     message:
         "Check {wildcards.study}: {wildcards.part}"
     script:
         "../scripts/checks.py"
 
 
+@cache
+def metamorphic_settings(study, part):
+    return {
+        "run": METAMORPHIC[study, part],
+        "code": digest("metamorphic.py", *CHECK_MODULES),
+    }
+
+
 rule metamorphic:
     input:
         ancient(_compiled_checks),
+        changed(metamorphic_settings, f"{RESULTS}/{{study}}/metamorphic/{{part}}.npz"),
     output:
         f"{RESULTS}/{{study}}/metamorphic/{{part}}.npz",
     log:
-        "logs/{study}/metamorphic/{part}.log",
+        f"{LOGS}/{{study}}/metamorphic/{{part}}.log",
     benchmark:
-        "logs/benchmarks/{study}/metamorphic/{part}.tsv"
+        f"{TIMES}/{{study}}/metamorphic/{{part}}.tsv"
     wildcard_constraints:
         study=one_of(STRESSES),
         part=one_of({part for _, part in METAMORPHIC}),
     params:
-        run=lambda wildcards: METAMORPHIC[wildcards.study, wildcards.part],
-        code=code_digest(SCRIPTS / "metamorphic.py", CHECK_MODULES),
+        job=job(metamorphic_settings),
     message:
         "Run points of {wildcards.study} in other ways: {wildcards.part}"
     script:
         "../scripts/metamorphic.py"
 
 
+@cache
+def stress_settings(study):
+    groups, metamorphic = STRESSES[study].groups(), STRESSES[study].metamorphic()
+    return {
+        "groups": groups,
+        "about": STRESSES[study].attributes(),
+        "code": digest("stress.py", *CHECK_MODULES),
+        "parts": [
+            fingerprint(checks_settings(study, part)) for parts in groups.values() for part in parts
+        ],
+        "metamorphic": [fingerprint(metamorphic_settings(study, part)) for part in metamorphic],
+    }
+
+
+SETTINGS["stress", "cube.nc"] = SETTINGS["stress", "metamorphic.nc"] = stress_settings
+
+
 rule stress:
     input:
-        parts=lambda wildcards: [path for paths in _groups(wildcards).values() for path in paths],
+        parts=lambda wildcards: [
+            f"{RESULTS}/{wildcards.study}/parts/{part}.npz"
+            for parts in STRESSES[wildcards.study].groups().values()
+            for part in parts
+        ],
         metamorphic=lambda wildcards: [
             f"{RESULTS}/{wildcards.study}/metamorphic/{part}.npz"
             for part in STRESSES[wildcards.study].metamorphic()
         ],
+        newer=changed(
+            stress_settings,
+            f"{RESULTS}/{{study}}/cube.nc",
+            f"{RESULTS}/{{study}}/metamorphic.nc",
+        ),
     output:
         cube=f"{RESULTS}/{{study}}/cube.nc",
         metamorphic=f"{RESULTS}/{{study}}/metamorphic.nc",
     log:
-        "logs/{study}/stress.log",
+        f"{LOGS}/{{study}}/stress.log",
     benchmark:
-        "logs/benchmarks/{study}/stress.tsv"
+        f"{TIMES}/{{study}}/stress.tsv"
     wildcard_constraints:
         study=one_of(STRESSES),
     params:
-        groups=_groups,
-        about=lambda wildcards: STRESSES[wildcards.study].attributes(),
-        code=code_digest(SCRIPTS / "stress.py", CHECK_MODULES),
+        job=job(stress_settings),
     message:
         "Gather {wildcards.study}"
     script:

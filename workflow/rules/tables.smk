@@ -1,35 +1,73 @@
-"""Tables of a cube, as CSV and Markdown; edges are bisected with runs of their own."""
+"""Tables, as CSV and Markdown; edges are bisected with runs of their own."""
 
-from damper.study.kinds import TABLES
+TABLES = products("tables")
 
 
-def _table_settings(wildcards):
-    return STUDIES[wildcards.study].tables[wildcards.table].model_dump(exclude_none=True)
+def _runs_more(study):
+    """Whether tables of a study may run more points: of its model, with its observers."""
+    return study.name in STUDIES
+
+
+@cache
+def table_settings(table):
+    study, product, settings = TABLES[table]
+    made_by = type(product).__module__
+    more = simulation_modules(study) if _runs_more(study) else []
+    return {
+        "settings": settings,
+        "module": made_by,
+        "code": digest("table.py", made_by, *more),
+        "shown": [made_of(path) for paths in shown(study, product).values() for path in paths],
+    }
+
+
+def _compiled(wildcards):
+    study = TABLES[wildcards.table][0]
+    return compiled_for(study) if _runs_more(study) else []
+
+
+def left_over():
+    """Figures and tables that no entry of their study makes any more, such as one renamed."""
+    made = {f"{name}.{end}" for name in FIGURES for end in SUFFIXES["figures"]}
+    made |= {f"{name}.{end}" for name in TABLES for end in SUFFIXES["tables"]}
+    return [
+        path
+        for study in CONFIG.studies
+        for section in SUFFIXES
+        for folder in (section, f"timed/{section}")
+        for path in sorted(Path(RESULTS, study, folder).glob("*"))
+        if path.relative_to(RESULTS).as_posix() not in made
+    ]
+
+
+def report_left_over():
+    """Say which files these are, and how to remove them."""
+    if found := left_over():
+        names = "".join(f"\n  {path}" for path in found)
+        print(
+            f"No entry of a study makes these any more; `snakemake --cores 1 tidy` removes them:{names}",
+            file=sys.stderr,
+        )
 
 
 rule table:
     input:
-        cube=f"{RESULTS}/{{study}}/cube.nc",
-        beside=lambda wildcards: cubes_beside(STUDIES[wildcards.study].tables[wildcards.table]),
-        compiled=ancient(compiled_for),
+        unpack(lambda wildcards: shown(*TABLES[wildcards.table][:2])),
+        compiled=ancient(_compiled),
+        newer=changed(table_settings, f"{RESULTS}/{{table}}.md"),
     output:
-        csv=f"{RESULTS}/{{study}}/tables/{{table}}.csv",
-        md=f"{RESULTS}/{{study}}/tables/{{table}}.md",
+        csv=f"{RESULTS}/{{table}}.csv",
+        md=f"{RESULTS}/{{table}}.md",
     log:
-        "logs/{study}/tables/{table}.log",
+        f"{LOGS}/{{table}}.log",
     benchmark:
-        "logs/benchmarks/{study}/tables/{table}.tsv"
+        f"{TIMES}/{{table}}.tsv"
+    wildcard_constraints:
+        table=one_of(TABLES),
     priority: of_papers
     params:
-        settings=_table_settings,
-        code=lambda wildcards: code_digest(
-            SCRIPTS / "table.py",
-            [
-                TABLES.modules[_table_settings(wildcards)["kind"]],
-                *simulation_modules(STUDIES[wildcards.study]),
-            ],
-        ),
+        job=job(table_settings),
     message:
-        "Write {wildcards.study}: {wildcards.table}"
+        "Write {wildcards.table}"
     script:
         "../scripts/table.py"

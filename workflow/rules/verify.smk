@@ -15,26 +15,31 @@ def claims_if_complete():
     return [f"{RESULTS}/claims.csv", f"{RESULTS}/claims.md"] if COMPLETE else []
 
 
+@cache
+def claims_settings():
+    judged = [name for name in JUDGED_BY if name in DEFAULT]
+    return {
+        # Links to figures that are not made would lead nowhere.
+        "figures": [name for name, (study, *_) in FIGURES.items() if study.name in DEFAULT],
+        "code": digest("claims.py"),
+        "cubes": {name: made_of(f"{RESULTS}/{name}/cube.nc") for name in judged},
+    }
+
+
 rule claims:
     input:
-        **{name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in DEFAULT},
+        **{name: f"{RESULTS}/{name}/cube.nc" for name in claims_settings()["cubes"]},
+        newer=changed(claims_settings, f"{RESULTS}/claims.md"),
     output:
         csv=f"{RESULTS}/claims.csv",
         md=f"{RESULTS}/claims.md",
     log:
-        "logs/claims.log",
+        f"{LOGS}/claims.log",
     benchmark:
-        "logs/benchmarks/claims/claims.tsv"
+        f"{TIMES}/claims/claims.tsv"
     priority: 2
     params:
-        # Links to figures that are not made would lead nowhere.
-        figures=[
-            f"{study.name}/{path}"
-            for study in STUDIES.values()
-            if study.name in DEFAULT
-            for path in study.files("figures")
-        ],
-        code=code_digest(SCRIPTS / "claims.py"),
+        job=job(claims_settings),
     message:
         "Judge the papers' statements"
     script:

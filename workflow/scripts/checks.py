@@ -4,14 +4,15 @@ import sys
 from math import inf
 from pathlib import Path
 
+from damper.study.fingerprint import stamp
 from damper.verification.stress.box import corners, part, random_points
 from damper.verification.stress.checks import run_checks
 from damper.verification.stress.parts import write_part
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-params = snakemake.params
-asked = params.run
+job = snakemake.params.job
+asked = job["run"]
 if "run" in asked:
     runs = [asked["run"]]
 elif "corners" in asked:
@@ -22,8 +23,9 @@ longest = asked.get("longest")
 arrays = run_checks(
     runs,
     asked["periods"],
-    params.accuracy,
-    params.max_events if "run" not in asked else 1_000_000_000,
+    job["accuracy"],
+    job["max_events"] if "run" not in asked else 1_000_000_000,
     longest=inf if longest is None else longest,
 )
 write_part(Path(snakemake.output[0]), runs, arrays)
+stamp(snakemake.output, job)

@@ -1,18 +1,16 @@
 """Judge the papers' statements by the cubes of the studies."""
 
 import sys
-from contextlib import ExitStack
 
-import xarray as xr
-
+from damper.analysis.results import opened
 from damper.papers.verdicts import judge, table
+from damper.study.fingerprint import stamp
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-with ExitStack() as stack:
-    cubes = {
-        name: stack.enter_context(xr.open_dataset(path)) for name, path in snakemake.input.items()
-    }
-    found = judge(cubes)
+job = snakemake.params.job
+with opened([snakemake.input[name] for name in job["cubes"]]) as cubes:
+    found = judge(dict(zip(job["cubes"], cubes, strict=True)))
 
-table(found, snakemake.params.figures).save(snakemake.output.csv, snakemake.output.md)
+table(found, job["figures"]).save(snakemake.output.csv, snakemake.output.md)
+stamp(snakemake.output, job)

@@ -1,6 +1,7 @@
-"""Compile one part of a model into numba's cache by running one short scene.
+"""Compile one part of a model into numba's cache by running short scenes.
 
-Parts are the event loop ("engine"), and each of the observers.
+Parts are the event loop ("engine"), each of the observers, the checks of stress studies, and the
+solvers of a comparison ("solvers+dop853+exact").
 """
 
 import sys
@@ -8,27 +9,65 @@ from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.models import MODELS
-from damper.sweep.slices import simulate_slice
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-part = snakemake.wildcards.part
-compile_at_once()
-simulate_slice(
-    {
-        "mass_ratio": 0.1,
-        "damping_ratio": 0.05,
-        "frequency_ratio": 0.2,
-        "clearance": 0.25,
-        "restitution": 0.3,
+MODEL, PART = snakemake.wildcards.model, snakemake.wildcards.part
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.2,
+    "clearance": 0.25,
+    "restitution": 0.3,
+} | MODELS[MODEL]
+
+
+def run() -> None:
+    from damper.sweep.slices import simulate_slice
+
+    observers = {} if PART == "engine" else {PART: None}
+    simulate_slice(
+        POINT,
+        {},
+        transient=1,
+        periods=1,
+        observers=observers,
+        accuracy=1e-12,
+        max_events=1000,
+    )
+
+
+def run_checks() -> None:
+    from damper.verification.stress.checks import run_checks
+    from damper.verification.stress.metamorphic import run_metamorphic
+
+    run_checks([POINT], 1)
+    run_metamorphic([POINT], periods=1)
+
+
+def run_solvers(names: list[str]) -> None:
+    from damper.verification.comparison.scene import read_scene
+    from damper.verification.comparison.solvers import load
+
+    scene = read_scene(POINT | {"frequency_ratio": 0.8}, 5.0)
+    coarse = {
+        "accuracy": 1e-6,
+        "steps_per_period": 100,
+        "tolerance": 1e-3,
+        "contact_stiffness": 1e4,
     }
-    | MODELS[snakemake.wildcards.model],
-    {},
-    transient=1,
-    periods=1,
-    observers={} if part == "engine" else {part: None},
-    accuracy=1e-12,
-    max_events=1000,
-)
+    for solver in map(load, names):
+        if MODEL in solver.models:
+            for more in ({}, {"times": [scene.until], "balance": True}):
+                solver.solve(scene, coarse[solver.setting], max_evaluations=10_000, **more)
+
+
+compile_at_once()
+if PART == "checks":
+    run_checks()
+elif PART.startswith("solvers+"):
+    run_solvers(PART.split("+")[1:])
+else:
+    run()
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

@@ -3,29 +3,33 @@
 import sys
 from pathlib import Path
 
+from damper.study.fingerprint import fingerprint_in, stamp
 from damper.sweep.cube import REFERENCES, gather, write_cube
 from damper.sweep.record import record
 from damper.sweep.slices import DamagedSliceError, read_slice
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-params = snakemake.params
-parts, damaged = [], []
-for path in map(Path, snakemake.input):
+job = snakemake.params.job
+parts, refused = [], []
+for path, made_of in zip(map(Path, snakemake.input.slices), job["slices"], strict=True):
     try:
+        if fingerprint_in(path) != made_of:
+            raise DamagedSliceError(f"{path} is of other parameters, settings or code")
         parts.append(read_slice(path))
     except DamagedSliceError as error:
-        damaged.append(str(error))
+        refused.append(str(error))
         path.unlink()
-if damaged:
+if refused:
     sys.exit(
-        "\n".join(damaged) + "\nThese slices are removed: the same command again makes them anew."
+        "\n".join(refused) + "\nThese slices are removed: the same command again makes them anew."
     )
 attributes = {
-    **params.about,
+    **job["about"],
     "references": REFERENCES,
-    **record(params.observers, params.primary, params.run),
-    "code_digest": params.code,
+    **record(job["observers"], job["primary"], job["run"]),
+    "code_digest": job["code"],
 }
-cube = gather(parts, params.axes, params.fan_axes, params.fixed, attributes, params.notes)
+cube = gather(parts, job["axes"], job["fan_axes"], job["fixed"], attributes, job["notes"])
 write_cube(cube, Path(snakemake.output[0]))
+stamp(snakemake.output, job)

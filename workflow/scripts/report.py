@@ -5,9 +5,11 @@ import sys
 from pathlib import Path
 
 from damper.report.page import captions, chapter, page
+from damper.study.fingerprint import stamp
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
+job = snakemake.params.job
 template = Path(snakemake.input.template)
 results = Path(snakemake.output[0]).parent
 
@@ -18,9 +20,10 @@ for path in snakemake.input.claims:
             verdicts = list(csv.DictReader(file))
 
 text = page(
-    [chapter(about, results) for about in snakemake.params.studies],
+    [chapter(about, results) for about in job["studies"]],
     verdicts,
-    captions(template.parent, snakemake.params.kinds),
+    captions(template.parent, job["kinds"]),
     template,
 )
 Path(snakemake.output[0]).write_text(text, encoding="utf-8", newline="\n")
+stamp(snakemake.output, job)

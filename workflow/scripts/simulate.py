@@ -3,11 +3,12 @@
 import sys
 from pathlib import Path
 
+from damper.study.fingerprint import stamp
 from damper.sweep.slices import simulate_slice, write_slice
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-params = snakemake.params
+job = snakemake.params.job
 
 
 def progress(done: int, runs: int) -> None:
@@ -16,12 +17,13 @@ def progress(done: int, runs: int) -> None:
 
 
 part = simulate_slice(
-    params.fixed,
-    params.axes,
-    observers=params.observers,
-    initial=params.initial,
-    follow=params.follow,
+    job["fixed"],
+    job["axes"],
+    observers=job["observers"],
+    initial=job["initial"],
+    follow=job["follow"],
     progress=progress,
-    **params.run,
+    **job["run"],
 )
 write_slice(part, Path(snakemake.output[0]))
+stamp(snakemake.output, job)

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+from damper.study.fingerprint import stamp
 from damper.sweep.cube import write_cube
 from damper.verification.comparison.cube import gather_timings
 from damper.verification.comparison.scene import read_scene
@@ -11,10 +12,11 @@ from damper.verification.timing import machine
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-params = snakemake.params
-scenes = {name: read_scene(**scene) for name, scene in params.scenes.items()}
-given = scenes, params.solvers, params.repeats, params.cap, params.spend
+job = snakemake.params.job
+scenes = {name: read_scene(**scene) for name, scene in job["scenes"].items()}
+given = scenes, job["solvers"], job["repeats"], job["cap"], job["spend"]
 arrays = time_solvers(*given) | time_peers(*given)
-attributes = {**params.about, **machine(), "code_digest": params.code}
-cube = gather_timings(arrays, list(scenes), params.solvers, params.titles, attributes)
+attributes = {**job["about"], **machine(), "code_digest": job["code"]}
+cube = gather_timings(arrays, list(scenes), job["solvers"], job["titles"], attributes)
 write_cube(cube, Path(snakemake.output[0]))
+stamp(snakemake.output, job)

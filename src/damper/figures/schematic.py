@@ -38,7 +38,7 @@ _CAPTION = 58
 class Schematic(Product):
     """The mechanical model of a paper, drawn by code; it shows no results and waits for none."""
 
-    of_cube: ClassVar[bool] = False
+    reads: ClassVar[tuple[str, ...]] = ()
 
     drawing: Annotated[
         Literal["impact_damper", "two_degrees_of_freedom", "collision_system"],

@@ -222,10 +222,19 @@ class Engine(Strict):
 
 #: Names of the workflow's own rules, which no target may take.
 RULES = (
-    *("all", "compile", "simulate", "gather", "figure", "table", "claims", "papers", "report"),
-    *("reference", "compile_solvers", "errors", "comparison", "timings"),
-    *("compile_checks", "checks", "metamorphic", "stress", "cost"),
-    *("verification_figure", "verification_table", "timed_figure", "timed_table"),
+    *(
+        "all",
+        "compile",
+        "simulate",
+        "gather",
+        "figure",
+        "table",
+        "claims",
+        "papers",
+        "report",
+        "tidy",
+    ),
+    *("reference", "errors", "comparison", "timings", "checks", "metamorphic", "stress", "cost"),
 )
 
 

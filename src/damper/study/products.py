@@ -114,8 +114,6 @@ class Offer:
 class Product(Made):
     """A figure or a table: its kind, and what it needs of the study."""
 
-    of_cube: ClassVar[bool] = True
-    """Whether it shows results: what does not is made without a simulation."""
     of_theory: ClassVar[bool] = False
     """Whether it shows a theory of the rigid damper, whatever its settings are."""
     of_single_bursts: ClassVar[bool] = False

@@ -18,8 +18,9 @@ class Made(Strict):
     """A figure or a table of a study."""
 
     reads: ClassVar[tuple[str, ...]] = ("cube.nc",)
-    """Files of the study that it shows. What shows times lies in the folder of times, as they do:
-    all else has the same bytes whenever it is made."""
+    """Files of the study that it shows; none for a schematic, which waits for no simulation. What
+    shows times lies in the folder of times, as they do: all else has the same bytes whenever it is
+    made."""
 
     kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
 
