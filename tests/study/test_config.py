@@ -1,5 +1,6 @@
 """The study language: what is accepted, and what each mistake is told as."""
 
+import contextlib
 import copy
 import math
 import random
@@ -7,7 +8,7 @@ import re
 import subprocess
 import sys
 import time
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pytest
@@ -131,12 +132,12 @@ def test_figure_has_a_caption(tmp_path: Path) -> None:
     assert load(tmp_path, GOOD).figures["bifurcation"].caption is None
 
 
-@pytest.mark.parametrize("title", ["no", "1e-8", "0x1F", "~", "a: b # c", "é\n\ttab", "=", "<<"])
-def test_canonical_text_keeps_odd_words(tmp_path: Path, title: str) -> None:
-    text = changed("Restitution and chatter", yaml.safe_dump(title, default_style='"').strip())
-    study = load(tmp_path, text)
-    assert study.title == title
-    assert yaml.safe_load(study.to_yaml())["title"] == title
+@pytest.mark.parametrize("words", ["no", "1e-8", "0x1F", "~", "a: b # c", "é\n\ttab", "=", "<<"])
+def test_canonical_text_keeps_odd_words(tmp_path: Path, words: str) -> None:
+    quoted = yaml.safe_dump(words, default_style='"').strip()
+    study = load(tmp_path, f"description: {quoted}\n{GOOD}")
+    assert study.description == words
+    assert yaml.safe_load(study.to_yaml())["description"] == words
     assert load(tmp_path, study.to_yaml()) == study
 
 
@@ -295,6 +296,19 @@ MISTAKES = {
     "periods": ("periods: 100", "periods: 0", "out of range (value: 0)", "integer >= 1"),
     "transient": ("transient: 300", "transient: -1", "good.yaml:10  transient", "integer >= 0"),
     "title": ("Restitution and chatter", "5", "not text (value: 5, put it in quotes)"),
+    "title of two lines": (
+        "Restitution and chatter",
+        r'"a\nb"',
+        "more than one line",
+        "text on one line",
+    ),
+    "escaped control character": (
+        "Restitution and chatter",
+        '"a\\eb"',
+        "title",
+        "a control character",
+    ),
+    "name too long": ("  chatter:", f"  {'x' * 101}:", "name of a table", "up to 100 letters"),
     "empty title": ("Restitution and chatter", "' '", "title", "the text is empty"),
     "list for mapping": ("  impacts:\n", "  impacts: [1]\n", ":14  observers.impacts", "a list"),
     "list for a number": ("0.05\n", "[0.05]\n", "not a number (value: a list)"),
@@ -478,10 +492,10 @@ def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:
     message = blame(tmp_path, GOOD, override)
     assert "3 errors" in message
     for key in ("axes.restitution.num", "periods", "perods"):
-        assert f"good.yaml (overrides of config)  {key}\n" in message
+        assert f"good.yaml (override)  {key}\n" in message
     message = blame(tmp_path, GOOD, {"axes": {"restitution": {"stop": 0.999}}})
-    assert "good.yaml:9 (and overrides of config)  axes.restitution\n" in message
-    assert "(overrides of config)\n    not a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
+    assert "good.yaml (override))  axes.restitution\n" in message
+    assert "good.yaml (override)\n    not a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
 
 
 def test_override_leaves_out_what_is_null(tmp_path: Path) -> None:
@@ -564,6 +578,102 @@ def test_mistake_in_the_config(tmp_path: Path, mapping: dict[Any, Any], parts: l
         load_config({"studies": ["good"], **mapping}, tmp_path)
     for part in parts:
         assert part in str(caught.value), str(caught.value)
+
+
+FILE = """\
+studies:
+  - good
+  - god
+engine: {accuracy: '1e-9', max_events: 0}
+overrides:
+  good:
+    periods: many
+    axes: {restitution: {stop: 0.999}}
+"""
+
+
+def refuse_files(folder: Path, *texts: str | bytes, **given: Any) -> str:
+    """Return what is said of files, each merged over those before it."""
+    write(folder, GOOD)
+    paths = [folder / f"{i}.yaml" for i in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with contextlib.chdir(folder), pytest.raises(ConfigError) as caught:
+        load_config(given, folder, paths)
+    return str(caught.value)
+
+
+def test_mistakes_in_files_are_named_by_line(tmp_path: Path) -> None:
+    message = refuse_files(tmp_path, FILE, "engine:\n  max_events: -1\nresluts: a\n", targets=3)
+    heads = [line for line in message.splitlines() if not line.startswith(" ")][1:]
+    assert set(heads) == {
+        "0.yaml:3  studies[1]",
+        "0.yaml:4  engine.accuracy",
+        "1.yaml:2  engine.max_events",
+        "1.yaml:3  resluts",
+        "--config  targets",
+        "0.yaml:7  overrides.good.periods",
+        "config/studies/good.yaml:9 (and 0.yaml:8)  axes.restitution",
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("studies: [good]\nresults: a\nresults: b", "0.yaml:3  results\n    the key 'results' is"),
+        ("studies: [good\nresults: a", "0.yaml:2\n    not valid YAML at line 2, column 8"),
+        ("studies:\n\t- good", "0.yaml:2\n    not valid YAML at line 2, column 1"),
+        (
+            "# é\n".encode("latin-1"),
+            "0.yaml:1\n    not valid YAML at line 1, column 3: not",
+        ),
+        ("studies: [good]".encode("utf-16"), "not text in UTF-8"),
+        (b"studies: [go\0od]", "0.yaml:1\n    not valid YAML at line 1, column 13: the character"),
+        ("", "0.yaml\n    the file is empty"),
+        ("- good", "0.yaml:1\n    the top level must be a mapping (it is a list)"),
+        ("engine: {}", "0.yaml  studies\n    'studies' is missing"),
+    ],
+)
+def test_file_that_is_no_configuration(tmp_path: Path, text: str | bytes, part: str) -> None:
+    assert part in refuse_files(tmp_path, text)
+    assert "good.yaml" not in refuse_files(tmp_path, text)
+
+
+def test_files_are_merged_as_snakemake_merges_them(tmp_path: Path) -> None:
+    write(tmp_path, GOOD)
+    texts = [b"\xef\xbb\xbfstudies: [god]\nengine: {max_events: 7}\n", b"studies: [good]\n"]
+    paths = [tmp_path / f"{i}.yaml" for i in range(2)]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_bytes(text)
+    got = load_config({"engine": {"accuracy": "1e-9"}}, tmp_path, paths)
+    assert (got.default, got.engine.max_events, got.engine.accuracy) == (("good",), 7, 1e-9)
+    with pytest.raises(ConfigError, match=r"nowhere.yaml\n    there is no such file"):
+        load_config({}, tmp_path, [*paths, tmp_path / "nowhere.yaml"])
+
+
+@pytest.mark.parametrize("given", ["results/", "./a//b", "a.b/c-1", "x" * 200])
+def test_folder_of_results(tmp_path: Path, given: str) -> None:
+    write(tmp_path, GOOD)
+    assert config(tmp_path, results=given).results == PurePosixPath(given).as_posix()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        *("a{b}", "/tmp/a", "../a", "a/../b", ".", ".git", "a/.b", "a b", "~/a", "-a", "a\nb"),
+        *("a\0b", "a\\b", "x" * 201, "src", "Src/a", "config/a", "workflow", "tests/a"),
+        *("here/a", "here"),
+    ],
+)
+def test_folder_that_is_not_for_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, GOOD)
+    Path("here").write_text("a file")
+    message = refuse(tmp_path, results=given)
+    assert message.startswith("1 error in the configuration\nconfig  results\n")
+    assert "\0" in given or "allowed: a path below the project's folder, of up to 200" in message
 
 
 def test_all_mistakes_at_once(tmp_path: Path) -> None:

@@ -505,6 +505,24 @@ def test_all_mistakes_of_all_files_at_once(small):
     assert kept.read_text() == "made before"
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "studies: [small\nresults: x",
+            "config/config.yaml:2\n    not valid YAML at line 2, column 8",
+        ),
+        ("studies: [small]\nresults: x\nresults: y", "config/config.yaml:3  results\n    the key"),
+        (None, "config/config.yaml\n    there is no such file"),
+    ],
+)
+def test_configuration_that_cannot_be_read(small, text, message):
+    (small / "config/config.yaml").unlink()
+    if text is not None:
+        (small / "config/config.yaml").write_text(text)
+    assert f"1 error in the configuration\n{message}" in snakemake(small, "-n", code=1)
+
+
 def test_unknown_target_is_refused(small):
     output = snakemake(small, "results/small/figures/nothing.png", code=1)
     assert "No rule to produce" in output

@@ -26,8 +26,13 @@ STARTED = time.time()
 HOME = Path(workflow.basedir)
 SCRIPTS = HOME / "workflow/scripts"
 
+# Read here, not by `configfile:`, which names no line, and no file that is not YAML.
+CONFIG_FILES = list(workflow.overwrite_configfiles)
+if not workflow.config_settings.replace_workflow_config:
+    CONFIG_FILES.insert(0, Path("config/config.yaml"))
+
 try:
-    CONFIG = load_config(config, HOME)
+    CONFIG = load_config(workflow.config_settings.config, HOME, CONFIG_FILES)
 except ConfigError as error:
     # Just the message (file, key, value, what is allowed, nearest name); a WorkflowError would add
     # the line of this file that found the mistake.

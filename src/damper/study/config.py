@@ -1,13 +1,16 @@
 """The study language: what a study file and the workflow's configuration may say.
 
-A study file is one `Study`, or one of the `STUDIES` if it says so; `load_config` turns the mapping
-that Snakemake hands over into the studies it names, or raises one `ConfigError` that lists every
-mistake in every file.
+A study file is one `Study`, or one of the `STUDIES` if it says so; `load_config` turns
+config/config.yaml into the studies it names, or raises one `ConfigError` that lists every mistake
+in every file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +19,13 @@ from pydantic import ValidationError
 from damper.parameters.quantities import nearest
 from damper.study.fields import STEM, STEM_WORDS, Entries
 from damper.study.kinds import STUDIES
-from damper.study.messages import Faults, faults_of
+from damper.study.messages import Faults, Report, faults_of
 from damper.study.model import Config, Settings, Study
 from damper.study.products import Offer
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import (
     ConfigError,
+    Found,
     Loc,
     Problem,
     YamlFile,
@@ -34,16 +38,18 @@ from damper.study.yaml_file import (
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 
 
-def load_config(mapping: dict[str, Any], directory: Path) -> Config:
+def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Config:
     """Check the workflow's configuration and load the studies it names.
 
     Parameters
     ----------
-    mapping : dict
-        The content of config/config.yaml as Snakemake read it. Its YAML reader makes text of
-        1e-12, so text that looks like a number counts as one here, `overrides` included.
+    given : dict
+        What is configured beside the files, such as by ``--config``. Snakemake's reader makes
+        text of 1e-12, so text that looks like a number counts as one here.
     directory : Path
         The folder that holds ``config/``.
+    files : iterable of Path, optional
+        The configuration's files. Each is merged over those before it, and `given` over all.
 
     Returns
     -------
@@ -56,20 +62,20 @@ def load_config(mapping: dict[str, Any], directory: Path) -> Config:
         Everything that is wrong, in the configuration and in all files.
     """
     directory = Path(directory)
-    problems: list[Problem] = []
+    parts = _Parts.of(given, files)
+    problems = [problem for file in parts.files for problem in file.problems]
+    mapping = parts.data
     settings, studies = None, {}
     try:
         settings = Settings.model_validate(mapping)
     except ValidationError as error:
-        problems += [Problem("config", loc, **report) for loc, report in faults_of(error)]
+        problems += [parts.problem(loc, **report) for loc, report in faults_of(error)]
     overrides = _part_of(mapping, "overrides", dict)
-    asked = _asked(mapping)
-    paths = _paths(asked, overrides, directory, problems)
+    paths = _paths(_asked(mapping), overrides, directory, parts, problems)
     for name, path in paths.items():
-        label = path.relative_to(directory) if path.is_relative_to(directory) else path
         try:
-            override = _part_of(overrides, name, dict)
-            studies[name] = _load(path, label.as_posix(), override)
+            override, loc = _part_of(overrides, name, dict), ("overrides", name)
+            studies[name] = _load(path, _label(path, directory), override, parts, loc)
         except ConfigError as error:
             problems += error.problems
     if not problems:
@@ -103,7 +109,53 @@ def load_study(path: Path, override: dict[str, Any] | None = None) -> Any:
     ConfigError
         Everything that is wrong with the file and the override.
     """
-    return _load(Path(path), str(path), override)
+    above = YamlFile(f"{path} (override)", override)
+    return _load(Path(path), str(path), override, _Parts([above]), ())
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What a configuration is made of; each part is merged over those before it."""
+
+    files: list[YamlFile]
+
+    @classmethod
+    def of(cls, given: Any, paths: Iterable[Path]) -> _Parts:
+        """Read the files, whose names in messages are relative to the working directory."""
+        files = [read_yaml(path, _label(Path(path), Path.cwd())) for path in paths]
+        if given or not files:
+            files.append(YamlFile("--config" if files else "config", given))
+        return cls(files)
+
+    @property
+    def data(self) -> Any:
+        """The settings, merged."""
+        return reduce(_over, (file.data for file in self.files))
+
+    def problem(self, loc: Loc, message: str, allowed: str = "", near: str = "") -> Problem:
+        """Return a problem of what stands at `loc`."""
+        found = self.find(loc)
+        return Problem(found.place, loc, message, allowed, near, found.line)
+
+    def find(self, loc: Loc) -> Found:
+        """Return where `loc` stands: of several parts that set the same, in the last one."""
+        found = [file.find(loc) for file in self.files]
+        deepest = max(reversed(found), key=attrgetter("depth"))
+        return deepest if deepest.depth else found[0]
+
+
+def _over(below: Any, above: Any) -> Any:
+    """Return settings merged as Snakemake merges them: mappings by key, all else replaced."""
+    if not isinstance(below, dict) or not isinstance(above, dict):
+        return above
+    return below | {
+        key: _over(below[key], value) if key in below else value for key, value in above.items()
+    }
+
+
+def _label(path: Path, directory: Path) -> str:
+    """Return how messages call a file: relative to a folder where it is below it."""
+    return (path.relative_to(directory) if path.is_relative_to(directory) else path).as_posix()
 
 
 def _asked(mapping: Any) -> list[tuple[Loc, Any]]:
@@ -121,6 +173,7 @@ def _paths(
     asked: list[tuple[Loc, Any]],
     overrides: dict[Any, Any],
     directory: Path,
+    parts: _Parts,
     problems: list[Problem],
 ) -> dict[str, Path]:
     """Return names and files of the studies, and note what cannot be one."""
@@ -133,17 +186,17 @@ def _paths(
         seen.add(entry)
         path = directory / entry if entry.endswith(".yaml") else files.get(entry)
         if path is None:
-            problems.append(_unknown_study(loc, entry, files))
+            problems.append(_unknown_study(loc, entry, files, parts))
         elif not STEM.fullmatch(path.stem):
             message = f"{show(path.stem)} cannot be the name of a study"
-            problems.append(Problem("config", loc, message, STEM_WORDS))
+            problems.append(parts.problem(loc, message, STEM_WORDS))
         elif path.stem.casefold() in map(str.casefold, paths):
             message = f"two studies are called '{path.stem}'"
-            problems.append(Problem("config", loc, message, "each name once"))
+            problems.append(parts.problem(loc, message, "each name once"))
         else:
             paths[path.stem] = path
     strangers = [n for n in overrides if isinstance(n, str) and n not in files and n not in paths]
-    problems += [_unknown_study(("overrides", name), name, files) for name in strangers]
+    problems += [_unknown_study(("overrides", n), n, files, parts) for n in strangers]
     return paths
 
 
@@ -173,9 +226,9 @@ def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
                     yield Problem(place, loc, message, context["allowed"])
 
 
-def _unknown_study(loc: Loc, name: str, files: Iterable[str]) -> Problem:
+def _unknown_study(loc: Loc, name: str, files: Iterable[str], parts: _Parts) -> Problem:
     allowed = f"{words(files)} (the files in config/studies), or a path that ends in .yaml"
-    return Problem("config", loc, f"unknown study {show(name)}", allowed, nearest(name, files))
+    return parts.problem(loc, f"unknown study {show(name)}", allowed, nearest(name, files))
 
 
 def _part_of(data: Any, key: str, sort: type) -> Any:
@@ -184,20 +237,17 @@ def _part_of(data: Any, key: str, sort: type) -> Any:
     return value if isinstance(value, sort) else sort()
 
 
-def _load(path: Path, label: str, override: Any) -> StudyFile:
+def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> StudyFile:
     file = read_yaml(path, label)
     problems, data = file.problems, file.data
     if isinstance(override, dict):
         data = _merged(data, override, _dropped(data | override))
     elif override is not None:
-        message = f"not a mapping (value: {show(override)})"
-        problems.append(Problem(f"{label} (overrides of config)", (), message))
+        problems.append(parts.problem(prefix, f"not a mapping (value: {show(override)})"))
     try:
         study = _kind_of(data).model_validate(data)
     except ValidationError as error:
-        for loc, report in faults_of(error):
-            place, line = _place(loc, file, override)
-            problems.append(Problem(place, loc, line=line, **report))
+        problems += [_blame(loc, file, parts, prefix, report) for loc, report in faults_of(error)]
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     study._name = path.stem
@@ -211,20 +261,15 @@ def _kind_of(data: dict[str, Any]) -> type[StudyFile]:
     return STUDIES.class_of(data)
 
 
-def _place(loc: Loc, file: YamlFile, override: Any) -> tuple[str, int]:
-    """Return where the value at `loc` comes from, in words, and the line to sort by."""
-    depth, line = file.find(loc)
-    here = f"{file.label}:{line}" if line else file.label
-    over, value = 0, override
-    while over < len(loc) and isinstance(value, dict) and loc[over] in value:
-        value = value[loc[over]]
-        over += 1
-    if isinstance(value, list | tuple):
-        over += sum(1 for part in loc[over : over + 1] if isinstance(part, int))
-    if over == 0 or over < depth:
-        return here, line
-    both = over == depth and isinstance(value, dict)
-    return f"{here if both else file.label} ({'and ' if both else ''}overrides of config)", line
+def _blame(loc: Loc, file: YamlFile, parts: _Parts, prefix: Loc, report: Report) -> Problem:
+    """Return a problem of a study, which stands in its file or in what is merged over it."""
+    here, above = file.find(loc), parts.find((*prefix, *loc))
+    over = above.depth - len(prefix)
+    if over <= 0 or over < here.depth:
+        return Problem(here.place, loc, line=here.line, **report)
+    if over == here.depth and above.is_mapping:
+        return Problem(f"{here.place} (and {above.place})", loc, line=here.line, **report)
+    return Problem(above.place, (*prefix, *loc), line=above.line, **report)
 
 
 # Overrides.

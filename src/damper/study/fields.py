@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args, get_origin
 from zlib import crc32
 
@@ -38,8 +39,12 @@ from damper.study.messages import NOTHING, Faults, faults_of
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
 from damper.study.yaml_file import NUMBER, Quoted, as_part, key_path, show
 
-STEM = re.compile(r"[A-Za-z0-9_-]+")
-STEM_WORDS = "letters, digits, _ and -"
+# A file's name has at most 255 bytes, with what is added to it, such as a coordinate and a suffix.
+STEM = re.compile(r"[A-Za-z0-9_-]{1,100}")
+STEM_WORDS = "up to 100 letters, digits, _ and -"
+
+_FOLDER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+_PROJECT = ("benchmarks", "config", "docs", "logs", "profiles", "src", "tests", "workflow")
 
 T = TypeVar("T")
 
@@ -192,8 +197,40 @@ def _in_range(number: float, info: ValidationInfo) -> float:
     return number
 
 
-Text = Annotated[str, Field(pattern=r"\S")]
+def _plain(text: str) -> str:
+    """Check for characters that figures, tables and pages cannot show."""
+    if re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", text):
+        raise PydanticCustomError("control_character", "a control character")
+    return text
+
+
+def _on_one_line(text: str) -> str:
+    if re.search(r"[\n\u2028\u2029]", text):
+        raise PydanticCustomError("several_lines", "more than one line")
+    return text
+
+
+def _folder(text: str) -> str:
+    """Check a folder for results; what may stand in its name, Snakemake takes as it is."""
+    path, faults = PurePosixPath(text), Faults()
+    if len(text) > 200 or not path.parts or not all(map(_FOLDER.fullmatch, path.parts)):
+        faults.add((), f"cannot be the folder of results (value: {show(text)})", FOLDER_WORDS)
+    elif path.parts[0].casefold() in _PROJECT:
+        faults.add((), f"'{path.parts[0]}' is a folder of the project", FOLDER_WORDS)
+    else:
+        for one in (path, *path.parents):
+            if Path(one).exists() and not Path(one).is_dir():
+                faults.add((), f"{show(one.as_posix())} is a file", FOLDER_WORDS)
+    faults.settle()
+    return path.as_posix()
+
+
+Text = Annotated[str, Field(pattern=r"\S"), AfterValidator(_plain)]
 """Text that is not blank."""
+Line = Annotated[Text, AfterValidator(_on_one_line), Rule("on one line")]
+FOLDER_WORDS = "a path below the project's folder, of up to 200 letters, digits, _, -, . and /"
+Folder = Annotated[Text, AfterValidator(_folder), Rule(f"that is {FOLDER_WORDS}")]
+"""A path that Snakemake, and every platform, takes as it is."""
 Several = Annotated[tuple[T, ...], Distinct()]
 Some = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
 """At least one of `Several`."""

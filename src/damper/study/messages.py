@@ -145,6 +145,10 @@ def _message(kind: str, value: Any, schema: Schema, context: dict[str, Any]) -> 
         return f"not one of the choices {shown})"
     if kind == "string_pattern_mismatch":
         return "the text is empty"
+    if kind == "control_character":
+        return f"there is a control character in it {shown})"
+    if kind == "several_lines":
+        return f"the text has more than one line {shown})"
     if kind == "string_unicode":
         return f"not text in UTF-8 {shown})"
     if kind.startswith(("greater_than", "less_than", "out_of_range")):

@@ -13,7 +13,7 @@ from pydantic import Field
 from damper.parameters.quantities import ALL
 from damper.parameters.variables import TIME
 from damper.study.axes import axis_values, coordinate_name
-from damper.study.fields import Entries, Some, Strict, Text, Unit
+from damper.study.fields import Entries, Folder, Some, Strict, Text, Unit
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Product
@@ -259,7 +259,9 @@ class Settings(Strict):
     engine: Annotated[
         Engine, Field(description="How exact the simulation is, and when it gives up.")
     ] = Engine()
-    results: Annotated[Text, Field(description="Folder for everything that is made.")] = "results"
+    results: Annotated[
+        Folder, Field(description="Folder for everything that is made; a link may stand there.")
+    ] = "results"
     overrides: Annotated[
         dict[str, dict[Any, Any] | None],
         Entries("study", to="part of a study", dropped=False),

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
 
-from damper.study.fields import Strict, Text
+from damper.study.fields import Line, Strict, Text
 
 SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
 """Section of a study -> suffixes of the files that each of its entries makes."""
@@ -40,7 +40,7 @@ class StudyFile(Strict):
     has_cube: ClassVar[bool] = True
     """Whether it has results that are the same each time, in ``cube.nc``."""
 
-    title: Annotated[Text, Field(description="What the study is about, for people.")]
+    title: Annotated[Line, Field(description="What the study is about, for people.")]
     source: Annotated[Text, Field(description="Where its values come from, such as a paper.")]
     description: Annotated[
         Text | None, Field(description="What it shows, in as many words as it takes.")

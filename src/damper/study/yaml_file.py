@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from yaml.error import MarkedYAMLError, YAMLError
@@ -70,23 +70,45 @@ class Problem:
 
 @dataclass
 class YamlFile:
-    """A YAML file: its data, where its keys stand, and what YAML itself has against it."""
+    """A YAML file: its data, where its keys stand, and what YAML itself has against it.
+
+    Settings that no file holds are one without a `root`: its keys stand in no line.
+    """
 
     label: str
     data: Any
     root: Node | None = None
     problems: list[Problem] = field(default_factory=list)
 
-    def find(self, loc: Loc) -> tuple[int, int]:
-        """Return how many parts of `loc` the file has, and the line of the last one (or 0)."""
-        node, line = self.root, 0
+    def find(self, loc: Loc) -> Found:
+        """Return how far the file goes along `loc`."""
+        node, line = self.data if self.root is None else self.root, 0
         for depth, part in enumerate(loc):
             found = _child(node, part)
             if found is None:
-                return depth, line
+                return Found(depth, self, line, node)
             mark, node = found
             line = mark + 1
-        return len(loc), line
+        return Found(len(loc), self, line, node)
+
+
+class Found(NamedTuple):
+    """How much of a path a file has: so many parts, the last one in this line (or 0)."""
+
+    depth: int
+    file: YamlFile
+    line: int
+    node: Any
+
+    @property
+    def place(self) -> str:
+        """How messages call it."""
+        return f"{self.file.label}:{self.line}" if self.line else self.file.label
+
+    @property
+    def is_mapping(self) -> bool:
+        """Whether keys may stand below it."""
+        return isinstance(self.node, dict | MappingNode)
 
 
 def read_yaml(path: Path, label: str | None = None) -> YamlFile:
@@ -324,8 +346,12 @@ _SCALARS: dict[str, Callable[[str], Any]] = {
 }
 
 
-def _child(node: Node | None, part: str | int) -> tuple[int, Node] | None:
-    """Return the line (from 0) and the node of one part of a path."""
+def _child(node: Any, part: str | int) -> tuple[int, Any] | None:
+    """Return the line (from 0) and the node of one part of a path; data have no lines."""
+    if isinstance(node, dict) and part in node:
+        return -1, node[part]
+    if isinstance(node, list | tuple) and isinstance(part, int) and part < len(node):
+        return -1, node[part]
     if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
         item = node.value[part]
         return item.start_mark.line, item
