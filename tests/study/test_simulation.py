@@ -244,6 +244,16 @@ def test_loaded_on_first_use_from_the_package() -> None:
         ({"accuracy": "x"}, "accuracy = 'x': must be a real number"),
         ({"max_events": 1.5}, "max_events = 1.5: must be a whole number >= 1"),
         ({"workers": "x"}, "workers = 'x': must be a real number"),
+        ({"max_events": 10**30}, "max_events = 10{30}: must be at most 10{15}"),
+        (
+            {"restitution": [0.5, [0.6]]},
+            r"restitution: must be a number or .*, not \[0.5, \[0.6\]\]",
+        ),
+        ({"observers": [None]}, "unknown observer None: must be one of accumulation, "),
+        ({"observers": [["impacts"]]}, r"unknown observer \['impacts'\]: must be one of "),
+        ({"observers": {3: {}}}, "unknown observer 3: must be one of "),
+        ({"observers": {"impacts": {3: 4}}}, "impacts = {3: 4}: settings have names"),
+        ({"observers": {"impacts": False}}, "impacts = False: must be a mapping of settings"),
     ],
 )
 def test_slips_are_named(given: dict[str, Any], message: str) -> None:

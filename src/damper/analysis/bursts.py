@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from damper.analysis.places import need_variables, places, rows_at
 from damper.analysis.stretches import BURST_VARIABLES, Burst, listed_bursts
+from damper.parameters.quantity import real
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +88,7 @@ def burst_statistics(cube: xr.Dataset, since: float = 0.0) -> pd.DataFrame:
     import pandas as pd
 
     found = list_bursts(cube)
-    found = found[found["onset"] >= since]
+    found = found[found["onset"] >= real("since", since)]
     rows = []
     for where in places(cube.burst_onset, "burst"):
         here = rows_at(found, where)

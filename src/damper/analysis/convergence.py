@@ -89,6 +89,14 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
     >>> round(order_of_convergence(stiffness, 3.0 * stiffness**-0.5), 6)
     -0.5
     """
+    parameter, distance = (np.asarray(each, dtype=float) for each in (parameter, distance))
+    if parameter.ndim != 1 or parameter.shape != distance.shape or not (parameter > 0.0).all():
+        raise ValueError(
+            f"parameter = {parameter}, distance = {distance}: must be two sequences of one length, "
+            "and the parameter positive"
+        )
+    if len(parameter) < 2:
+        return math.nan
     upper = parameter >= np.sqrt(parameter.min() * parameter.max())
     good = np.isfinite(distance) & (distance > 0.0) & upper
     if good.sum() < 2:

@@ -15,6 +15,7 @@ import numpy as np
 
 from damper.analysis.places import fixed_values, need_axes, need_variables, places
 from damper.analysis.runs import runs
+from damper.parameters.quantity import real
 from damper.sweep.record import recorded
 
 if TYPE_CHECKING:
@@ -74,6 +75,8 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
 
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
+    if not real("resolution", resolution) > 0.0:
+        raise ValueError(f"resolution = {resolution!r}: must be a number > 0")
     visible = thresholds(cube)
     run = recorded(cube, "bursts")
     fixed = fixed_values(cube)
@@ -123,6 +126,8 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
     """
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
+    if not real("low", low) <= real("high", high):
+        raise ValueError(f"low = {low!r}, high = {high!r}: low must be at most high")
     grid = cube[along].values
     chatter = cube.chatter.max([dim for dim in cube.chatter.dims if dim != along]).values > 0
     inside = (grid >= low) & (grid <= high)

@@ -31,14 +31,28 @@ def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
     return frame
 
 
+def need_cube(cube: Any) -> None:
+    """Raise TypeError for what is no cube, such as the name of its file."""
+    import xarray as xr
+
+    if not isinstance(cube, xr.Dataset):
+        raise TypeError(
+            f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
+            "from damper.simulate or a study's cube.nc"
+        )
+
+
 def need_axes(cube: xr.Dataset, *names: str) -> None:
     """Check that a cube has axes of these names.
 
     Raises
     ------
+    TypeError
+        When it is no cube.
     ValueError
         When it has not; with those that it has.
     """
+    need_cube(cube)
     for name in names:
         if name not in cube.dims:
             raise ValueError(str(unknown_name("axis", name, [str(dim) for dim in cube.dims])))
@@ -49,9 +63,12 @@ def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:
 
     Raises
     ------
+    TypeError
+        When it is no cube.
     ValueError
         When it lacks one.
     """
+    need_cube(cube)
     for name in names:
         if name not in cube:
             raise ValueError(

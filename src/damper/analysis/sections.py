@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_variables
+from damper.parameters.quantity import real, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +43,7 @@ def section_period(cube: xr.Dataset, same: float = SAME) -> xr.DataArray:
     array([1, 1])
     """
     need_variables(cube, "stroboscopic_section", "displacement", "velocity")
+    same = real("same", same)
     pairs = [cube[name].transpose(..., "sample").values for name in ("displacement", "velocity")]
     points = np.stack(pairs, axis=-1)
     periods = [period_of(run, same) for run in points.reshape(-1, *points.shape[-2:])]
@@ -125,6 +127,11 @@ def first_lasting_change(periods: Sequence[int], least: int = 10) -> int | None:
     >>> first_lasting_change([1, 1, 1, 2, 1, 1, 1, 2, 0, 2], least=3)
     7
     """
+    if np.ndim(periods) != 1:
+        raise ValueError(
+            f"periods = {periods!r}: must be a sequence, `section_period` along an axis"
+        )
+    least = whole("least", least, 1)
     for index in range(least, len(periods) - least + 1):
         before = set(periods[index - least : index])
         if len(before) == 1 and 0 not in before and before.isdisjoint(periods[index:][:least]):

@@ -69,11 +69,16 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
         )
 
 
+#: What counts of events are held in has no more.
+MOST_EVENTS = 10**15
+
+
 def check_settings(accuracy: float, max_events: int) -> None:
     """Raise ValueError or TypeError with name, value and range unless both are sensible."""
     if not 1e-15 <= real("accuracy", accuracy) <= 1e-3:
         raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
-    whole("max_events", max_events, 1)
+    if whole("max_events", max_events, 1) > MOST_EVENTS:
+        raise ValueError(f"max_events = {max_events!r}: must be at most {MOST_EVENTS}")
 
 
 def law_of(parameters: Parameters) -> Any:

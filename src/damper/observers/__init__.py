@@ -77,12 +77,14 @@ def make_observers(
         raise TypeError(
             f"observers = {requested!r}: must be names, or a mapping from names to settings"
         )
-    settings = requested if isinstance(requested, Mapping) else dict.fromkeys(requested)
+    pairs = requested.items() if isinstance(requested, Mapping) else ((n, None) for n in requested)
     made: list[Any] = []
     owner: dict[str, str] = {}
-    for name, given in settings.items():
-        if not isinstance(given or {}, Mapping):
+    for name, given in pairs:
+        if not isinstance({} if given is None else given, Mapping):
             raise TypeError(f"observers: {name} = {given!r}: must be a mapping of settings")
+        if not all(isinstance(key, str) for key in given or ()):
+            raise TypeError(f"observers: {name} = {given!r}: settings have names")
         observer = observer_class(name)(**(given or {}))
         for variable in observer.variables:
             if variable.name in owner:

@@ -105,9 +105,9 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return folded[close[0]] if close else ""
 
 
-def unknown_name(what: str, name: str, names: Iterable[str]) -> TypeError:
-    """Return the error for a name that is none of `names`, with the nearest of them."""
+def unknown_name(what: str, name: object, names: Iterable[str]) -> TypeError:
+    """Return the error for what is none of `names`, with the nearest of them."""
     names = list(names)
-    near = nearest(name, names)
+    near = nearest(name, names) if isinstance(name, str) else ""
     hint = f" (did you mean {near!r}?)" if near else ""
-    return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names)}")
+    return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")

@@ -214,6 +214,7 @@ class Engine(Strict):
         int,
         Field(
             ge=1,
+            le=10**15,
             description="Budget of a run, after which it stops and `status` in the cube says so: "
             "events, and hundreds of evaluations that find none.",
         ),

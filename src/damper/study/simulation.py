@@ -98,15 +98,16 @@ def simulate(
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
     for name, value in quantities.items():
-        if np.ndim(value) == 0:
+        wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
+        try:
+            column = np.asarray(value)
+        except ValueError:
+            raise ValueError(f"{wanted}, not {value!r}") from None
+        if column.ndim == 0:
             fixed[name] = value  # type: ignore[assignment]
             continue
-        column = np.asarray(value)
         if column.ndim != 1 or column.size == 0:
-            raise ValueError(
-                f"{name}: must be a number or a non-empty one-dimensional sequence, "
-                f"not an array of shape {column.shape}"
-            )
+            raise ValueError(f"{wanted}, not an array of shape {column.shape}")
         axes[name] = column.tolist()
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
