@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 from jinja2 import UndefinedError
 
+import damper
 from damper.report.page import SHOWN_ROWS, captions, chapter, page
+from damper.report.stopped import stopped_lines
 from damper.study.config import load_study
 from damper.study.kinds import FIGURES, TABLES
+from damper.sweep.cube import write_cube
 
 ROOT = Path(__file__).parents[2]
 CAPTIONS = ROOT / "workflow/report"
@@ -70,6 +73,19 @@ def made(tmp_path: Path, rows: int = 3) -> Page:
     text = page([chapter(about, tmp_path)], [VERDICT], how, TEMPLATE)
     assert text == page([chapter(about, tmp_path)], [VERDICT], how, TEMPLATE)
     return Page(text)
+
+
+def test_runs_that_stopped_early_are_counted(tmp_path: Path) -> None:
+    assert "stopped early" not in made(tmp_path).text
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3, "restitution": 0.4}
+    run = {"transient": 10, "periods": 5, "max_events": 100, "observers": "impacts"}
+    cube = damper.simulate(**point, clearance=[0.05, 50.0], **run)
+    assert cube.attrs["runs_stopped_early"] == 1
+    write_cube(cube, tmp_path / "restitution/cube.nc")
+    assert "1 of 2 runs stopped early" in made(tmp_path).text
+    assert stopped_lines(tmp_path, ["basins", "restitution"]) == [
+        "restitution: 1 of 2 runs stopped early (`status` in the cube)"
+    ]
 
 
 @pytest.mark.parametrize("kind", [*FIGURES, *TABLES])

@@ -173,8 +173,10 @@ def test_status_has_flags(whole: xr.Dataset) -> None:
     assert whole.status.attrs["flag_meanings"].split()[1] == "max_events_reached"
     stopped = gathered(("mass_ratio",), max_events=5)
     assert (stopped.status == 1).all()
-    assert (stopped.chatter == -1).all()
+    assert stopped.chatter.isnull().all()
     assert stopped.complete_fraction.isnull().all()
+    assert stopped.attrs["runs"] == stopped.attrs["runs_stopped_early"] == 24
+    assert (whole.attrs["runs"], whole.attrs["runs_stopped_early"]) == (24, 0)
 
 
 def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
@@ -182,7 +184,7 @@ def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
     write_cube(cube, tmp_path / "cube.nc")
     with xr.open_dataset(tmp_path / "cube.nc") as back:
         assert {name: back.attrs[name] for name in ATTRIBUTES} == ATTRIBUTES
-        assert set(back.attrs) == set(ATTRIBUTES)
+        assert set(back.attrs) == {*ATTRIBUTES, "runs", "runs_stopped_early"}
     assert whole.attrs["references"] == REFERENCES
     for doi in ("10.1177/1687814017743110", "10.1177/14613484211051849"):
         assert doi in REFERENCES
@@ -223,7 +225,12 @@ def test_round_trip_in_plain_xarray(whole: xr.Dataset, tmp_path: Path) -> None:
     xr.testing.assert_identical(back, cube)
     for name in cube.variables:
         assert back[name].dtype == cube[name].dtype, name
-    kinds = {name: back[name].dtype for name in back.data_vars if back[name].dtype.kind == "i"}
+    assert float(back.visible_impacts.min()) >= 0.0  # no average is made of what is missing
+    assert (back.chatter.isnull() == (back.status == 1)).all()
+    with netCDF4.Dataset(tmp_path / "cube.nc") as file:
+        kinds = {name: one.dtype for name, one in file.variables.items() if one.dtype.kind == "i"}
+        missing = {name for name, one in file.variables.items() if "_FillValue" in one.ncattrs()}
+        assert {file[name]._FillValue.item() for name in missing} == {-1}
     assert kinds == {
         "status": np.int8,
         "chatter": np.int8,
@@ -231,6 +238,7 @@ def test_round_trip_in_plain_xarray(whole: xr.Dataset, tmp_path: Path) -> None:
         "visible_impacts": np.int32,
         "visible_impacts_by_threshold": np.int32,
     }
+    assert missing == {*kinds} - {"status"}
 
 
 def test_same_bytes_each_time(tmp_path: Path) -> None:
@@ -241,12 +249,11 @@ def test_same_bytes_each_time(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_file_is_compressed_netcdf4_without_fill_values(tmp_path: Path) -> None:
+def test_file_is_compressed_netcdf4(tmp_path: Path) -> None:
     write_cube(gathered(("mass_ratio",)), tmp_path / "cube.nc")
     with netCDF4.Dataset(tmp_path / "cube.nc") as file:
         assert file.data_model == "NETCDF4"
         for name, variable in file.variables.items():
-            assert "_FillValue" not in variable.ncattrs()
             if name not in file.dimensions and variable.ndim:
                 assert variable.filters()["zlib"], name
 

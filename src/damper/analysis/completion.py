@@ -51,7 +51,7 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
         Four rows for each place along the axes, directions and draws: ``quantity`` (time,
         displacement) and ``order`` (1, 2). Columns are these and
 
-        - ``complete_bursts`` in the record, -1 where the run stopped early, of these ``bursts``
+        - ``complete_bursts`` in the record, missing where the run stopped; of these ``bursts``
           looked at, with ``impacts`` and ``predicted_impacts``;
         - ``slope``: exponent of the rebound speed in the error, and the number of errors that it
           rests on, ``slope_points``;
@@ -85,7 +85,9 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
                     | {
                         "quantity": quantity,
                         "order": number,
-                        "complete_bursts": int(here.complete_bursts),
+                        "complete_bursts": math.nan
+                        if np.isnan(here.complete_bursts)
+                        else int(here.complete_bursts),
                         "bursts": len(found.error),
                         "impacts": int(np.isfinite(found.left).sum()),
                         "predicted_impacts": int(np.isfinite(found.error).sum()),

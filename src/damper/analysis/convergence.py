@@ -106,6 +106,7 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
 
 def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]:
     """Values of the rigid damper that is otherwise the same, by one run of it."""
+    from damper.sweep.cube import without_missing
     from damper.sweep.slices import simulate_slice
 
     for name in variables:
@@ -124,6 +125,6 @@ def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float
     part = simulate_slice(fixed, {}, initial={"primary": run.pop("primary")}, **run)
     dims = {variable.name: variable.dims for variable in part.variables}
     return {
-        name: float(part.arrays[name][(0, *(_TAKEN[dim] for dim in dims[name]))])
+        name: float(without_missing(part.arrays[name])[(0, *(_TAKEN[dim] for dim in dims[name]))])
         for name in variables
     }

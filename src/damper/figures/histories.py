@@ -149,9 +149,9 @@ _ORDER = ("free", "walls", "complete", "incomplete", "sticking")
 
 
 def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
-    kind, visible = int(run.chatter), int(run.visible_impacts)
-    if kind < 0:
+    if np.isnan(run.chatter):
         return "run stopped"
+    kind, visible = int(run.chatter), int(run.visible_impacts)
     elsewhere = " (at other times)" if kind and not {"complete", "incomplete"} & set(shown) else ""
     return f"{_CLASSES[kind]}{elsewhere}, most visible impacts in a burst: {visible}"
 

@@ -22,7 +22,7 @@ class BurstAt(EachBurst):
     @property
     def variables(self) -> list[Variable]:
         """What it writes."""
-        none = "-1: the record has no chatter burst, or the run stopped"
+        none = "missing where the record has no chatter burst"
         return [
             Variable(
                 "burst_at_onset",

@@ -99,11 +99,11 @@ class Bursts(Observer):
         kinds = "chatter: 0 none, 1 incomplete, 2 complete"
         chatter = (
             f"2 complete: a burst with at least {CHATTER_IMPACTS} visible impacts ends in "
-            "sticking; 1 incomplete: such bursts occur, none completes; 0 none; -1 run stopped"
+            "sticking; 1 incomplete: such bursts occur, none completes; 0 none"
         )
         most = "most visible impacts in one burst"
         made = [
-            Variable("visible_impacts", most, "1", dtype="i4", comment=f"{seen}; -1 run stopped"),
+            Variable("visible_impacts", most, "1", dtype="i4", comment=seen),
             Variable("chatter", kinds, "1", dtype="i1", comment=f"{chatter}; {seen}"),
             Variable("bursts_per_period", "bursts per forcing period", "1"),
             Variable(

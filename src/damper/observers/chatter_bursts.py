@@ -43,9 +43,8 @@ class ChatterBursts(EachBurst):
             "record",
         }
         dims = ("since",)
-        stopped = "-1: the run stopped"
         return [
-            *(Variable(name, text, "1", dims, "i4", stopped) for name, text in counts.items()),
+            *(Variable(name, text, "1", dims, "i4") for name, text in counts.items()),
             *(Variable(name, text, TIME, dims) for name, text in times.items()),
         ]
 

@@ -93,8 +93,8 @@ class SampledTrajectory(Observer):
                 "1",
                 instant,
                 "i1",
-                "-1 a sample (or an unused row); 0 impact, a row just before and one just after "
-                "it; 1 start of sticking; 2 release",
+                "0 impact, a row just before and one just after it; 1 start of sticking; "
+                "2 release; missing: a sample, or an unused row",
             ),
             Variable(
                 "trajectory_mode",
@@ -102,7 +102,7 @@ class SampledTrajectory(Observer):
                 "1",
                 instant,
                 "i1",
-                "0 flight or the bounces of a closed burst; 1 sticking; -1 unused row",
+                "0 flight or the bounces of a closed burst; 1 sticking; missing: unused row",
             ),
             Variable(
                 "trajectory_events_left_out",

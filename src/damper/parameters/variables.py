@@ -8,6 +8,9 @@ from damper.parameters.units import SI_UNITS as SI_UNITS
 from damper.parameters.units import SPEED as SPEED
 from damper.parameters.units import TIME as TIME
 
+#: Stands for no value in the integers that observers write; a cube has NaN there.
+NO_VALUE = -1
+
 #: Visible impacts that make a burst chatter (both papers).
 CHATTER_IMPACTS = 5
 

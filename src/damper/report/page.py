@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from damper.report.stopped import stopped_early
+
 #: Rows of a table that the page shows; the rest is in the file.
 SHOWN_ROWS = 40
 
@@ -61,6 +63,7 @@ class Chapter:
     values: Sequence[Value] = ()
     figures: Sequence[Figure] = ()
     tables: Sequence[ShownTable] = field(default_factory=tuple)
+    stopped: str = ""
 
 
 def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
@@ -71,8 +74,9 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
     about : mapping
         `damper.study.model.Study.about`.
     results : Path
-        Folder of results, where the study's tables are read.
+        Folder of results, where the study's tables and the attributes of its cube are read.
     """
+    cube = results / about["name"] / "cube.nc"
     return Chapter(
         about["name"],
         about["title"],
@@ -81,6 +85,7 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         [Value(*value) for value in about["values"]],
         [Figure(*figure) for figure in about["figures"]],
         [_table(path, kind, results) for path, kind in about["tables"]],
+        stopped_early(cube) if cube.is_file() else "",
     )
 
 

@@ -305,7 +305,8 @@ def _cube() -> Iterable[str]:
     names = ", ".join(f"{code} `{name}`" for code, name in enumerate(STATUS_MEANINGS))
     yield (
         f"`status` is in every cube, with the codes as `flag_meanings`: {names}. Where it is not "
-        "0, averages are missing (NaN) and counts are -1."
+        "0, averages and counts are missing (NaN); "
+        "the attributes `runs` and `runs_stopped_early` count these runs."
     )
     dimensions = ((f"`{name}`", _units(u), text) for name, (text, u) in OWN_DIMENSIONS.items())
     yield _table(("dimension beside the axes", "unit", "meaning"), dimensions)

@@ -8,7 +8,14 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si
-from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
+from damper.parameters.variables import (
+    NO_VALUE,
+    OWN_DIMENSIONS,
+    SI_UNITS,
+    STATUS,
+    STATUS_MEANINGS,
+    Variable,
+)
 from damper.sweep.slices import Slice
 
 REFERENCES = (
@@ -58,7 +65,7 @@ def dataset(
     shape = tuple(len(along) for along in (*values.values(), *branches.values()))
     data = {}
     for variable in (*variables, STATUS):
-        array = arrays[variable.name]
+        array, encoding = arrays[variable.name], {}
         attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
         if variable.comment:
             attrs["comment"] = variable.comment
@@ -67,10 +74,14 @@ def dataset(
                 "flag_values": np.arange(3, dtype="i1"),
                 "flag_meanings": " ".join(STATUS_MEANINGS),
             }
+        elif array.dtype.kind == "i":
+            encoding = {"dtype": array.dtype, "_FillValue": NO_VALUE}
+            array = without_missing(array)
         data[variable.name] = (
             (*axes, *branches, *variable.dims),
             array.reshape(shape + array.shape[1:]),
             attrs,
+            encoding,
         )
     si = is_si([*axes, *fixed])
     coords: dict[str, Any] = {}
@@ -92,6 +103,15 @@ def dataset(
             if units:
                 cube[name].attrs["units"] = units
     return cube
+
+
+def without_missing(array: np.ndarray) -> np.ndarray:
+    """Return an observer's integers as xarray reads them from a file: floats, NaN for no value."""
+    if array.dtype.kind != "i":
+        return array
+    floats = array.astype("f4" if array.itemsize <= 2 else "f8")
+    floats[array == NO_VALUE] = np.nan
+    return floats
 
 
 def gather(
@@ -121,6 +141,7 @@ def gather(
     Returns
     -------
     xarray.Dataset
+        Its attributes count the ``runs``, and of these ``runs_stopped_early``.
     """
     inner = [name for name in axes if name not in fan_axes]
     arrays = {
@@ -140,6 +161,7 @@ def gather(
         first.branches,
         first.labels,
     )
+    cube.attrs |= {"runs": cube.status.size, "runs_stopped_early": int((cube.status != 0).sum())}
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
             if name in cube.coords:
@@ -151,13 +173,13 @@ def gather(
 
 def write_cube(cube: xr.Dataset, path: Path) -> None:
     """Write a compressed netCDF4 file; the same cube gives the same bytes."""
-    encoding: dict[Any, dict[str, Any]] = {
-        # A check sum, so that a flipped byte is an error and no number.
-        name: {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
+    # With a check sum, so that a flipped byte is an error and no number.
+    packed = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
+    encoding = {
+        # Beside NaN, only integers that may be missing have a fill value.
+        name: {"_FillValue": None}
+        | variable.encoding
+        | (packed if variable.ndim and variable.dtype.kind in "fiub" else {})
         for name, variable in cube.variables.items()
-        if variable.ndim and variable.dtype.kind in "fiub"
     }
-    for name in cube.variables:
-        # No fill values beside NaN: -1 is documented, and integers stay integers on reading.
-        encoding.setdefault(name, {})["_FillValue"] = None
     cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)

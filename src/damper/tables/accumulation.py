@@ -81,8 +81,8 @@ def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
                 **{name.replace("_", " "): _place(row[name]) for name in others},
                 "order": row["order"],
                 "complete bursts": "run stopped"
-                if row["complete_bursts"] < 0
-                else row["complete_bursts"],
+                if math.isnan(row["complete_bursts"])
+                else int(row["complete_bursts"]),
                 "bursts compared": row["bursts"],
                 "impacts with prediction": f"{row['predicted_impacts']} of {row['impacts']}",
                 "slope (from)": "–" if math.isnan(row["slope"]) else slope,

@@ -85,16 +85,14 @@ def select(
 def numbers(array: xr.DataArray, *dims: str | None) -> np.ndarray:
     """Return values as floats, NaN where there is none, dimensions in the given order."""
     values = array.transpose(*(dim for dim in dims if dim is not None)).values
-    if whole(array):
-        return np.where(values < 0, np.nan, values.astype(float))
     values = np.asarray(values, dtype=float)
     # Zero stands for the ratio to an infinite amplitude.
     return np.where(values == 0.0, np.nan, values) if array.name in RATIOS else values
 
 
 def whole(array: xr.DataArray) -> bool:
-    """Whether a variable consists of whole numbers, in which -1 is a missing one."""
-    return bool(np.issubdtype(array.dtype, np.integer))
+    """Whether a variable's file holds whole numbers; it has floats where some may be missing."""
+    return bool(np.issubdtype(array.encoding.get("dtype", array.dtype), np.integer))
 
 
 def place_label(place: xr.Dataset, name: str, inches: float) -> str:

@@ -13,7 +13,7 @@ from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
 from damper.parameters.quantities import unknown_name
-from damper.parameters.variables import Variable
+from damper.parameters.variables import NO_VALUE, Variable
 
 
 class Window(NamedTuple):
@@ -61,11 +61,11 @@ class Observer:
             setattr(self, name, setting.checked(f"{observer}.{name}", value))
 
     def allocate(self, runs: int, window_length: int) -> None:
-        """Make `arrays`: NaN (real) or -1 (integer) until a finished run fills them."""
+        """Make `arrays`: NaN (real) or `NO_VALUE` (integer) until a finished run fills them."""
         self.arrays: dict[str, np.ndarray] = {}
         for variable in self.variables:
             shape = (runs, *(self.size(dim, window_length) for dim in variable.dims))
-            missing = np.nan if variable.dtype.startswith("f") else -1
+            missing = np.nan if variable.dtype.startswith("f") else NO_VALUE
             self.arrays[variable.name] = np.full(shape, missing, dtype=variable.dtype)
 
     def size(self, dim: str, window_length: int) -> int:
