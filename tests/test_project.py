@@ -5,10 +5,13 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from damper.study.config import load_study
 from damper.verification.base import Verification
@@ -130,6 +133,23 @@ def test_readme_commands_and_ci_agree():
     assert commands[0].endswith("snakemake --cores 2")
     assert commands[1].endswith("pytest")
     assert "grep -m 1 'pip install.*pytest$' README.md" in (ROOT / ".ci/run").read_text()
+
+
+def test_the_lock_pins_what_the_project_asks_for():
+    text = (ROOT / "requirements.lock").read_text()
+    pins = [Requirement(line) for line in re.findall(r"^(\S+==.*?) \\$", text, re.MULTILINE)]
+    assert len(pins) == len(re.findall(r"^\S+==", text, re.MULTILINE))
+    assert text.count("--hash=sha256:") >= len(pins)
+    assert "://" not in text
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = sum(project["optional-dependencies"].values(), project["dependencies"])
+    for each in map(Requirement, asked):
+        name = canonicalize_name(each.name)
+        found = [pin for pin in pins if pin.name == name]
+        assert found, f"{name} is not in requirements.lock"
+        for pin in found:
+            (version,) = (exact.version for exact in pin.specifier)
+            assert each.specifier.contains(version), f"{each}, but the lock has {pin}"
 
 
 def test_links_in_documents_lead_somewhere():
