@@ -1,0 +1,92 @@
+"""Copies of the project in which Snakemake runs."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).parents[1]
+
+PARTS = ("Snakefile", "workflow", "config", "profiles")
+
+
+def copy_project(folder: Path) -> Path:
+    for part in PARTS:
+        source = ROOT / part
+        if source.is_dir():
+            shutil.copytree(source, folder / part)
+        else:
+            shutil.copy(source, folder / part)
+    return folder
+
+
+def snakemake(folder: Path, *arguments: str, code: int = 0, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+        cwd=folder,
+        env=os.environ | environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    assert done.returncode == code, done.stdout
+    return done.stdout
+
+
+def jobs(output: str) -> dict[str, int]:
+    """Rule -> number of jobs, from Snakemake's job table."""
+    lines = output.splitlines()
+    if "Job stats:" not in lines:
+        return {}
+    start = lines.index("Job stats:") + 3
+    table = {}
+    for line in lines[start:]:
+        if not line.strip():
+            break
+        name, count = line.split()
+        table[name] = int(count)
+    table.pop("total")
+    return table
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        # What a run cost is no result: it differs each time, and no other file holds it.
+        if path.is_file() and path.name not in (".gitkeep", "cost.txt")
+        if not {"timed", "logs"} & set(path.relative_to(folder).parts)
+    }
+
+
+def small_study(**changes) -> dict:
+    study = {
+        "title": "Small",
+        "source": "test",
+        "parameters": {"damping_ratio": 0.02, "clearance": 0.05},
+        "axes": {
+            "mass_ratio": {"values": [0.1, 0.2], "fan": True},
+            "frequency_ratio": {"values": [1.3]},
+            "restitution": {"start": 0.3, "stop": 0.9, "num": 5},
+        },
+        "transient": 10,
+        "periods": 5,
+        "observers": {"stroboscopic_section": {}, "bursts": {}},
+    }
+    return study | changes
+
+
+def write_small(folder: Path, **changes) -> None:
+    (folder / "config/studies/small.yaml").write_text(
+        yaml.safe_dump(small_study(**changes), sort_keys=False)
+    )
+    (folder / "config/config.yaml").write_text("studies: [small]\n")
+
+
+MODEL = {"kind": "schematic", "drawing": "impact_damper"}
+
+REDUCED = ("--configfile", "config/ci.yaml")

@@ -1,0 +1,221 @@
+"""The workflow, run for real by Snakemake on a reduced configuration."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from project_copy import REDUCED, ROOT, copy_project, digests, jobs, snakemake
+
+import damper
+from damper.verification.stress.laws import LAW_NAMES, broken
+
+#: Studies that check the engine; what they make is their own.
+CHECKS = ("solvers", "stress", "cost")
+
+
+@pytest.fixture(scope="module")
+def reduced(tmp_path_factory) -> Path:
+    """Return a copy of the project in which the reduced workflow has run."""
+    folder = copy_project(tmp_path_factory.mktemp("reduced"))
+    snakemake(folder, *REDUCED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory) -> Path:
+    """Return a copy of the project in which all studies have run, each of them small."""
+    folder = copy_project(tmp_path_factory.mktemp("everything"))
+    names = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
+    snakemake(folder, "all", "calibration", *REDUCED, "--config", f"studies={names}")
+    return folder
+
+
+def test_reduced_run_makes_everything(reduced):
+    made = digests(reduced / "results/ci/restitution")
+    figures = [
+        f"figures/bifurcation_mass_ratio~{m}.{e}" for m in ("0.25", "0.05") for e in ("png", "svg")
+    ]
+    tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
+    figures += ["figures/paper_b_fig_1.png", "figures/paper_b_fig_1.svg"]
+    assert set(made) == {"cube.nc", *figures, *tables, "slices/frequency_ratio~1.5.npz"}
+
+
+def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
+    with xr.open_dataset(reduced / "results/ci/restitution/cube.nc") as cube:
+        assert cube.displacement.dims == ("mass_ratio", "frequency_ratio", "restitution", "sample")
+        assert dict(cube.sizes) == {
+            "mass_ratio": 2,
+            "frequency_ratio": 1,
+            "restitution": 41,
+            "sample": 20,
+            "threshold": 3,
+        }
+        for name in ("title", "source", "references", "study", "code_digest", "accuracy"):
+            assert cube.attrs[name]
+        assert "lost in the text" in cube.clearance.attrs["assumed"]
+        for variable in cube.data_vars.values():
+            assert variable.attrs["long_name"]
+            assert variable.attrs["units"]
+        assert set(np.unique(cube.chatter)) == {0, 1, 2}
+        assert (cube.status == 0).all()
+        point = {"mass_ratio": 0.05, "frequency_ratio": 1.5, "restitution": 0.5}
+        direct = damper.simulate(
+            **point, damping_ratio=0.02, clearance=0.05, transient=60, periods=20
+        )
+        there = cube.sel(point)
+        np.testing.assert_array_equal(there.displacement, direct.displacement)
+        assert there.chatter == direct.chatter == 2
+
+
+@pytest.mark.exhaustive
+def test_every_study_of_the_default_configuration(everything):
+    studies = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
+    for name in studies:
+        made = everything / "results/ci" / name
+        assert list(made.rglob("figures/*.png")), name
+        for path in made.rglob("figures/*"):
+            assert 1000 < path.stat().st_size < 2_000_000, path
+        if name not in CHECKS:
+            with xr.open_dataset(made / "cube.nc") as cube:
+                assert (cube.status == 0).all(), name
+
+
+def test_solvers_are_compared(reduced):
+    folder = reduced / "results/ci/solvers"
+    with xr.open_dataset(folder / "cube.nc") as errors:
+        scenes, solvers = errors.scene.values.tolist(), errors.solver.values.tolist()
+        assert scenes == ["one_burst"]
+        exact = errors.sel(solver="exact", level=2)
+        assert (exact.state_error < 1e-10).all()
+        assert (exact.missed_impacts == 0).all()
+        outcome = errors.outcome.sel(scene="one_burst", solver="dop853_free", level=1)
+        meanings = errors.outcome.flag_meanings.split()
+        assert meanings[list(errors.outcome.flag_values).index(int(outcome))] == "stalled"
+    with xr.open_dataset(folder / "timed/timings.nc") as timings:
+        assert timings.scene.values.tolist() == scenes
+        assert timings.solver.values.tolist() == solvers
+        assert (timings.run_time.sel(solver="exact", level=2) > 0.0).all()
+        assert timings.attrs["processor"]
+    assert "stalled" in (folder / "tables/errors.md").read_text()
+
+
+def test_the_engine_keeps_the_laws_in_the_reduced_stress_study(reduced):
+    with xr.open_dataset(reduced / "results/ci/stress/cube.nc") as cube:
+        assert {origin.split()[0] for origin in np.unique(cube.origin)} == {
+            "corner",
+            "random",
+            "long",
+        }
+        assert cube.sizes["run"] > 200
+        ran = cube.isel(run=cube.status.values != 3)  # a refused run has no segments
+        assert not broken({name: ran[name].values for name in (*LAW_NAMES, "segments")}).any()
+        assert cube.penetration.max() < 1e-12
+        # It finished, or its event budget says so; walls that only push refuse restitution 0.
+        assert set(np.unique(cube.status)) <= {0, 1, 3}
+    with xr.open_dataset(reduced / "results/ci/stress/metamorphic.nc") as again:
+        assert again.sizes["run"] == 20
+        for name in ("mirrored", "shifted", "units", "sharper", "looser"):
+            assert (again[f"{name}_verdict"] != 2).all(), name
+
+
+def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
+    folder = shutil.copytree(reduced, tmp_path / "other")
+    config = (folder / "config/studies/solvers.yaml").read_text()
+    (folder / "config/studies/solvers.yaml").write_text(
+        config.replace("{kind: solver_summary}", "{kind: solver_summary, caption: Another}")
+    )
+    out = snakemake(folder, "-n", "--configfile", "config/ci.yaml")
+    assert set(jobs(out)) <= {"figure", "report", "all"}
+    assert jobs(out)["figure"] == 1
+
+
+@pytest.mark.exhaustive
+def test_followed_study_has_both_branches(everything):
+    with xr.open_dataset(everything / "results/ci/hysteresis/cube.nc") as cube:
+        assert cube.direction.values.tolist() == ["up", "down"]
+        assert cube.displacement.dims == ("restitution", "frequency_ratio", "direction", "sample")
+        direct = damper.simulate(
+            mass_ratio=0.1,
+            damping_ratio=0.02,
+            clearance=5.0,
+            restitution=0.6,
+            frequency_ratio=cube.frequency_ratio.values,
+            follow={"frequency_ratio": "both"},
+            transient=60,
+            periods=20,
+            observers=["stroboscopic_section"],
+        )
+        np.testing.assert_array_equal(cube.displacement.isel(restitution=0), direct.displacement)
+        up, down = (direct.displacement.sel(direction=way) for way in ("up", "down"))
+        assert (abs(up - down) > 0.1).any(), "no hysteresis in the study that is to show it"
+
+
+@pytest.mark.exhaustive
+def test_study_in_si_units_answers_in_them(everything):
+    with xr.open_dataset(everything / "results/ci/machine_frame/cube.nc") as cube:
+        assert cube.peak_displacement.attrs["units"] == "m"
+        assert cube.max_approach_speed.attrs["units"] == "m/s"
+        assert cube.energy_input.attrs["units"] == "J"
+        assert cube.gap.attrs["units"] == "m"
+        # Without a gap the free mass rides along: 200 N on 110 kg, 800 N s/m and 4e6 N/m.
+        rigid = cube.sel(gap=0.0, forcing_frequency=190.0)
+        exact = 200.0 / abs(4e6 - 110.0 * 190.0**2 + 800.0j * 190.0)
+        # Transients have not died out altogether.
+        assert float(rigid.peak_displacement) == pytest.approx(exact, rel=1e-3)
+
+
+def test_performance_table_has_its_numbers(reduced):
+    folder = reduced / "results/ci/performance/tables"
+    assert "\n| well damped points | " in (folder / "performance.md").read_text()
+    assert len((folder / "performance.csv").read_text().splitlines()) == 3
+
+
+def test_second_run_has_nothing_to_do(reduced):
+    assert "Nothing to be done" in snakemake(reduced, *REDUCED)
+
+
+def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
+    """Some studies from their first job on, and what is made of all of them."""
+    made = digests(reduced / "results")
+    # Times are not made again: they differ anyway, and take a while.
+    asked = [f"ci/{name}/cube.nc" for name in ("restitution", "solvers", "stress")]
+    asked += ["ci/restitution/figures/bifurcation_mass_ratio~0.05.svg"]
+    asked += ["ci/restitution/tables/paper_b_table.md", "ci/solvers/tables/errors.md"]
+    other = copy_project(tmp_path)
+    # The marks alone: the compiled code is elsewhere, and serves both.
+    for marks in (reduced / "results/ci").glob("compiled*"):
+        shutil.copytree(marks, other / "results/ci" / marks.name)
+    snakemake(other, *(f"results/{path}" for path in asked), "--configfile", "config/ci.yaml")
+    again = digests(other / "results")
+    assert set(asked) < set(again)
+    assert again == {path: made[path] for path in again}
+    whole = [f"results/ci/{name}" for name in ("claims.md", "claims.csv", "report.html")]
+    snakemake(reduced, *whole, "--configfile", "config/ci.yaml", "--force")
+    assert digests(reduced / "results") == made
+
+
+@pytest.mark.exhaustive
+def test_reduced_calibration(everything):
+    made = everything / "results/ci"
+    for study in (
+        "calibration_a3",
+        "calibration_a3_compliant",
+        "calibration_a1",
+        "calibration_b",
+    ):
+        for end in ("svg", "png"):
+            assert 5000 < (made / study / f"figures/profiles.{end}").stat().st_size < 2_000_000
+        with xr.open_dataset(made / study / "cube.nc") as cube:
+            assert (cube.status == 0).all()
+    text = (made / "calibration_a3/tables/ranking.md").read_text()
+    for name in ("A1", "A3", "A4", "A5"):
+        assert f"\n| {name} |" in text
+    # On this grid, thinned out about it, the preset is the best set.
+    assert "is number 1 of 180 sets" in text
+    text = (made / "calibration_a3_compliant/tables/bursts.md").read_text()
+    assert "| contact stiffness ratio |" in text
+    # Two stiffnesses, with and without tension.
+    assert "of 60 sets" in text
