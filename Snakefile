@@ -49,6 +49,7 @@ rule tidy:
 
 onsuccess:
     report_cost()
+    report_stopped()
     report_left_over()
 
 

@@ -152,6 +152,9 @@ def test_one_job_per_point_and_what_each_stage_cost(small):
         for name in ("displacement", "status", "chatter", "complete_fraction"):
             np.testing.assert_array_equal(there[name], direct[name])
         assert set(np.unique(cube.status)) == {0, 1}
+        stopped = int((cube.status != 0).sum())
+        assert cube.attrs["runs_stopped_early"] == stopped
+    assert f"small: {stopped} of 4 runs stopped early (`status` in the cube)\n" in output
 
 
 def flip_a_byte(path: Path) -> None:

@@ -11,6 +11,7 @@ from snakemake.exceptions import WorkflowError
 
 try:
     from damper.parameters.quantities import MODEL_NAMES
+    from damper.report.stopped import stopped_lines
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
     from damper.study.fingerprint import fingerprint, fingerprint_in
@@ -168,6 +169,12 @@ def report_cost():
         print(text, file=sys.stderr)
         if Path(RESULTS).is_dir():
             Path(RESULTS, "cost.txt").write_text(f"{text}\n", encoding="utf-8")
+
+
+def report_stopped():
+    """Say which studies have runs that stopped early."""
+    for line in stopped_lines(Path(RESULTS), CONFIG.studies):
+        print(line, file=sys.stderr)
 
 
 def cost_by_stage():
