@@ -77,7 +77,8 @@ def simulate(
     Raises
     ------
     ValueError, TypeError
-        Names parameter, value and range for bad input; before anything is run.
+        Names parameter, value and range for bad input, and what to change where the runs would not
+        end or not go into memory; before anything is run.
 
     Examples
     --------

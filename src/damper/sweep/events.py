@@ -22,6 +22,7 @@ from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 from damper.parameters.quantity import real
 from damper.parameters.state import need_state
+from damper.sweep.estimate import MOST_PERIODS
 
 EVENT = np.dtype(
     [
@@ -87,8 +88,8 @@ def events(
     Raises
     ------
     ValueError
-        When the state is outside the box, `until` is before it or not finite, or `accuracy` or
-        `max_events` is out of range.
+        When the state is outside the box, `until` is before it, not finite or a billion forcing
+        periods after it, or `accuracy` or `max_events` is out of range.
     TypeError
         For what is not a number, or not of these classes.
 
@@ -117,6 +118,11 @@ def events(
     if not (math.isfinite(end) and end / units.time >= start):
         raise ValueError(
             f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
+        )
+    periods = (end / units.time - start) / trajectory.period
+    if periods > MOST_PERIODS:
+        raise ValueError(
+            f"until = {until!r}: ends after {periods:.3g} forcing periods; at most {MOST_PERIODS}"
         )
     pieces = []
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):

@@ -25,6 +25,7 @@ from damper.observers.common.base import Observer, Window
 from damper.parameters import State
 from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
+from damper.sweep.estimate import Job
 from damper.sweep.points import Point, read_point
 
 #: Fewest points for which one more thread is worth its start, where their number is left open.
@@ -132,7 +133,8 @@ def run_points(
     Raises
     ------
     ValueError, TypeError
-        For values out of range, before anything is run.
+        For values out of range, and for what cannot end or does not go into memory, before
+        anything is run.
     """
     read = [read_point(values, primary) for values in points]
     chains = _chains(after, len(read))
@@ -146,6 +148,7 @@ def run_points(
     # Observers hold what they know of a run; only the arrays are shared.
     teams = [make_observers(asked) for _ in range(threads)]
     made = teams[0]
+    Job({"points": len(read)}, settings.transient, settings.periods, made).refuse_excess()
     for place, observer in enumerate(made):
         observer.allocate(len(read), settings.periods)
         for team in teams[1:]:

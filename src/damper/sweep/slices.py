@@ -5,7 +5,7 @@ descriptions that gathering needs as one JSON text.
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
@@ -14,10 +14,12 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from damper.observers import make_observers
 from damper.parameters import State
 from damper.parameters.quantities import is_si
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import Branches, branches
+from damper.sweep.estimate import Job, run_sizes
 from damper.sweep.grid import product
 
 _DESCRIPTION = "__description__"
@@ -70,10 +72,21 @@ def simulate_slice(
     -------
     Slice
         In SI units if the points are given in them.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `run_points`, and for too many runs before they are listed.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
-    from damper.sweep.runs import run_points
+    from damper.sweep.runs import RunSettings, run_points
 
+    settings = RunSettings(**run)
+    observers = list(observers) if isinstance(observers, Iterator) else observers
+    counts = {name: len(values) for name, values in axes.items()}
+    sizes = run_sizes(counts, (initial or {}).get("draws"), follow or {})
+    made = make_observers(observers)
+    Job(sizes, settings.transient, settings.periods, made).refuse_excess()
     plan = branches(product(axes, fixed), axes, initial or {}, follow or {})
     arrays, made = run_points(
         plan.points,

@@ -52,21 +52,35 @@ class Observer:
         cls.settings = {name: s for name, s in found.items() if isinstance(s, Setting)}
 
     def __init__(self, **given: Any) -> None:
-        observer = type(self).__module__.rpartition(".")[2]
         for name in given:
             if name not in self.settings:
-                raise ValueError(f"{observer}: {unknown_name('setting', name, self.settings)}")
+                raise ValueError(f"{self.name}: {unknown_name('setting', name, self.settings)}")
         for name, setting in self.settings.items():
             value = given.get(name, setting.default)
-            setattr(self, name, setting.checked(f"{observer}.{name}", value))
+            setattr(self, name, setting.checked(f"{self.name}.{name}", value))
+
+    @property
+    def name(self) -> str:
+        """The observer's name, that of its file."""
+        return type(self).__module__.rpartition(".")[2]
 
     def allocate(self, runs: int, window_length: int) -> None:
         """Make `arrays`: NaN (real) or `NO_VALUE` (integer) until a finished run fills them."""
         self.arrays: dict[str, np.ndarray] = {}
         for variable in self.variables:
-            shape = (runs, *(self.size(dim, window_length) for dim in variable.dims))
+            shape = (runs, *self._shape(variable, window_length))
             missing = np.nan if variable.dtype.startswith("f") else NO_VALUE
             self.arrays[variable.name] = np.full(shape, missing, dtype=variable.dtype)
+
+    def bytes_per_run(self, window_length: int) -> int:
+        """Bytes that `allocate` takes for each run."""
+        return sum(
+            math.prod(self._shape(variable, window_length)) * np.dtype(variable.dtype).itemsize
+            for variable in self.variables
+        )
+
+    def _shape(self, variable: Variable, window_length: int) -> tuple[int, ...]:
+        return tuple(self.size(dim, window_length) for dim in variable.dims)
 
     def size(self, dim: str, window_length: int) -> int:
         """Length of one of the observer's own dimensions."""

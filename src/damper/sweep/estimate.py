@@ -1,0 +1,196 @@
+"""What the runs of a job take, estimated from their settings before any is made.
+
+No engine here, and no numpy: studies are checked with it each time the Snakefile is read. How far
+the numbers are off: `damper.study.estimate`.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import TYPE_CHECKING, NamedTuple
+
+from damper.sweep.branches import DIRECTIONS
+
+if TYPE_CHECKING:
+    from damper.observers.common.base import Observer
+
+MOST_PERIODS = 1_000_000_000
+"""Of one run, a thousand times the longest that has been checked. No budget of events ends a run
+without impacts: of these it takes 17 minutes."""
+MOST_SECONDS = 30 * 86400.0
+"""Of a job: no queue of a cluster lets one run for longer."""
+MOST_MEMORY = 256 * 10**9
+"""Bytes of a job: a large node of a cluster."""
+
+IMPACTS_PER_PERIOD = 20.0
+"""Impacts resolved in a forcing period: the mean over the studies of the default run.
+
+In the seven cubes of these with `impacts_per_period`, which counts visible impacts alone, the means
+go from 1.2 to 12. All events, counted in up to 1000 runs of each of the 21 studies with a cube, are
+1 to 72 in a period, the median of the studies is 14 and their mean 20.
+"""
+
+# Seconds, with compiled code, on one core of the shared machine of the project's measurements.
+_PROCESS_SECONDS = 2.0  # to start, and to load compiled code
+_RUN_SECONDS = 1e-4  # of a run, and of each observer in it
+_PERIOD_SECONDS = 1e-6  # without impacts
+_BYTE_SECONDS = 4e-9
+_OBSERVED_SECONDS = 3e-7  # an impact, for each observer of it
+#: Model -> seconds for an impact.
+_IMPACT_SECONDS = {"rigid": 4e-7, "time_varying": 5e-7, "grounded": 6.5e-7, "compliant": 2.5e-6}
+
+# Bytes: jobs of one small run came to 165 to 215 MB; 400 000 runs to 0.9 kB more for each, 1.2 kB
+# in SI units.
+_PROCESS_BYTES = 250 * 10**6
+_RUN_BYTES = 1500
+
+
+class Excess(NamedTuple):
+    """Why a job cannot end.
+
+    `key` is what to change: ``transient``, ``periods``, an observer's name or a dimension.
+    """
+
+    key: str
+    message: str
+    allowed: str
+
+
+@dataclass(frozen=True)
+class Job:
+    """What one process simulates, and what that takes.
+
+    Parameters
+    ----------
+    sizes : mapping of str to int
+        Dimension of the runs -> its length, see `run_sizes`.
+    transient, periods : int
+        Forcing periods of each run, discarded and recorded.
+    observers : sequence of Observer
+        As made by `damper.observers.make_observers`.
+    model : str, default "rigid"
+        The model of the damper; of several the dearest.
+    """
+
+    sizes: Mapping[str, int]
+    transient: int
+    periods: int
+    observers: Sequence["Observer"]
+    model: str = "rigid"
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return prod(self.sizes.values())
+
+    @property
+    def impacts(self) -> float:
+        """Impacts of all runs, as a rough number."""
+        return self.runs * (self.transient + self.periods) * IMPACTS_PER_PERIOD
+
+    @property
+    def seconds(self) -> float:
+        """Time of the process on one core, if no run stops early; a rough upper figure."""
+        return _PROCESS_SECONDS + self.runs * self._run_seconds
+
+    @property
+    def array_bytes(self) -> int:
+        """Bytes of the arrays of all runs, as the observers describe them."""
+        return self.runs * self._run_bytes
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the process."""
+        return self._memory(self.runs)
+
+    def excess(self, most_memory: float = MOST_MEMORY) -> Excess | None:
+        """Return why the job cannot end, or None."""
+        periods = self.transient + self.periods
+        if periods > MOST_PERIODS:
+            return Excess(
+                "periods" if self.periods >= self.transient else "transient",
+                f"{self.transient} + {self.periods} forcing periods (transient + periods) take "
+                f"some {duration(self._run_seconds)} a run",
+                f"at most {MOST_PERIODS} in a run",
+            )
+        memory = f"at most {amount(most_memory)} in one process"
+        kept = {one.name: one.bytes_per_run(self.periods) for one in self.observers}
+        largest = max(kept, key=lambda name: kept[name], default="")
+        if self.observers and self._memory(1) > most_memory:
+            return Excess(largest, f"one run keeps {amount(kept[largest])} in memory", memory)
+        longest = max(self.sizes, key=lambda name: self.sizes[name], default="points")
+        runs = " x ".join(f"{name} ({size})" for name, size in self.sizes.items()) or longest
+        runs += f": {self.runs} runs in one process take some"
+        if self.memory > most_memory:
+            message = f"{runs} {amount(self.memory)} of memory"
+            if self._run_bytes > _RUN_BYTES:
+                message += f", {amount(kept[largest])} a run for {largest}"
+            return Excess(longest, message, memory)
+        if self.seconds > MOST_SECONDS:
+            allowed = f"at most {duration(MOST_SECONDS)} in one process"
+            return Excess(longest, f"{runs} {duration(self.seconds)}", allowed)
+        return None
+
+    def refuse_excess(self) -> None:
+        """Raise ValueError for what cannot end, or does not go into this machine's memory."""
+        excess = self.excess(_machine_memory())
+        if excess:
+            raise ValueError(f"{excess.key}: {excess.message}; {excess.allowed}")
+
+    @property
+    def _run_seconds(self) -> float:
+        observers = len(self.observers)
+        impacts = IMPACTS_PER_PERIOD * _IMPACT_SECONDS[self.model]
+        observed = IMPACTS_PER_PERIOD * _OBSERVED_SECONDS * observers
+        return (
+            _RUN_SECONDS * (1 + observers)
+            + _BYTE_SECONDS * self._run_bytes
+            + (self.transient + self.periods) * (_PERIOD_SECONDS + impacts)
+            + self.periods * observed
+        )
+
+    def _memory(self, runs: int) -> int:
+        # The run at work keeps its results twice.
+        return _PROCESS_BYTES + runs * _RUN_BYTES + (runs + 1) * self._run_bytes
+
+    @property
+    def _run_bytes(self) -> int:
+        return sum(one.bytes_per_run(self.periods) for one in self.observers) + 1  # the status
+
+
+def run_sizes(
+    axes: Mapping[str, int], draws: int | None, follow: Mapping[str, str]
+) -> dict[str, int]:
+    """Return the length of each dimension of the runs: axes, directions, random states."""
+    sizes = dict(axes)
+    for way in follow.values():
+        sizes["direction"] = len(DIRECTIONS[way])
+    if draws:
+        sizes["draws"] = draws
+    return sizes
+
+
+def amount(size: float) -> str:
+    """Return bytes in words, such as 1.6 GB."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if size < 999.5:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} PB"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words, such as 3.2 h."""
+    for unit, length in (("s", 1.0), ("min", 60.0), ("h", 3600.0)):
+        if seconds < 99.5 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{seconds / 86400.0:.3g} days"
+
+
+def _machine_memory() -> float:
+    """Bytes of this machine, or the limit of a study where Python does not know."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return MOST_MEMORY

@@ -1,0 +1,73 @@
+"""What runs take, estimated from their settings, and what is refused from Python."""
+
+import math
+from typing import Any
+
+import pytest
+
+import damper
+from damper.observers import OBSERVERS, make_observers
+from damper.sweep import estimate
+from damper.sweep.runs import run_points
+
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_observers_know_how_large_their_arrays_will_be(name: str) -> None:
+    settings: dict[str, Any] = {"records": 5, "compare_thresholds": [0.1]}
+    (observer,) = make_observers({name: settings if name == "bursts" else {}})
+    observer.allocate(3, 7)
+    made = sum(array.nbytes for array in observer.arrays.values())
+    assert 3 * observer.bytes_per_run(7) == made > 0
+
+
+def test_runs_that_do_not_go_into_this_machine_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At the limit they run, a byte beyond it they do not."""
+    needed = estimate.Job({"points": 2}, 0, 1, make_observers(["impacts"])).memory
+    run = {"transient": 0, "periods": 1}
+    monkeypatch.setattr(estimate, "_machine_memory", lambda: needed)
+    assert len(run_points([POINT] * 2, ["impacts"], **run)[0]["status"]) == 2
+    monkeypatch.setattr(estimate, "_machine_memory", lambda: needed - 1)
+    message = (
+        r"^points: points \(2\): 2 runs in one process take some 250 MB of memory; at most 250 MB"
+    )
+    with pytest.raises(ValueError, match=message):
+        run_points([POINT] * 2, ["impacts"], **run)
+
+
+def test_events_of_more_periods_than_end_are_refused() -> None:
+    """Without impacts no budget would stop them."""
+    parameters = damper.Parameters(**{**POINT, "clearance": 1e4})
+    late = damper.State(0.0, 0.0, 0.0, 0.0, time=1e15)
+    assert len(damper.events(parameters, late, until=1e15 + 10.0)) == 0
+    with pytest.raises(
+        ValueError, match=r"^until = 1000000000000.0: ends after 2.07e\+11 forcing periods"
+    ):
+        damper.events(parameters, until=1e12)
+    most = estimate.MOST_PERIODS * 2.0 * math.pi / 1.3
+    with pytest.raises(ValueError, match=r"at most 1000000000$"):
+        damper.events(parameters, until=1.000001 * most)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.25, "0.25 s"), (99.0, "99 s"), (120.0, "2 min"), (6000.0, "1.7 h"), (1e6, "11.6 days")],
+)
+def test_times_are_in_words(seconds: float, words: str) -> None:
+    assert estimate.duration(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [(5, "5 B"), (999_600, "1 MB"), (1.6e9, "1.6 GB"), (2.5e16, "25 PB")]
+)
+def test_amounts_are_in_words(size: float, words: str) -> None:
+    assert estimate.amount(size) == words
