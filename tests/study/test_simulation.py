@@ -1,10 +1,9 @@
 """`damper.simulate`: dimensions, coordinates, refusals, and the same numbers as single runs."""
 
 import inspect
+import itertools
 import math
 import sys
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -268,39 +267,15 @@ def test_one_observer_may_be_given_by_its_name() -> None:
         simulate(**POINT, observers="impact", **SHORT)
 
 
-class Bar:
-    """Stands for `tqdm.auto.tqdm`, which need not be installed."""
-
-    made: list["Bar"]
-
-    def __init__(self, **_: Any) -> None:
-        self.total, self.n, self.closed = None, 0, False
-        Bar.made.append(self)
-
-    def __enter__(self) -> "Bar":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.closed = True
-
-    def update(self, more: int) -> None:
-        self.n += more
-
-
 @pytest.mark.parametrize("watched", [True, False])
-def test_progress_bar_is_for_a_person_at_a_terminal(
-    monkeypatch: pytest.MonkeyPatch, watched: bool
+def test_progress_is_shown_to_a_person_at_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], watched: bool
 ) -> None:
-    Bar.made = []
-    package, module = ModuleType("tqdm"), ModuleType("tqdm.auto")
-    package.__spec__ = ModuleSpec("tqdm", None)
-    module.tqdm = Bar
-    monkeypatch.setitem(sys.modules, "tqdm", package)
-    monkeypatch.setitem(sys.modules, "tqdm.auto", module)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: watched, raising=False)
+    monkeypatch.setattr("damper.sweep.progress.monotonic", itertools.count().__next__)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: watched)
     axes = {"restitution": [0.2, 0.4, 0.6], "clearance": [0.1, 0.2]}
-    simulate(**{**POINT, **axes}, **SHORT, follow={"clearance": "both"})
-    assert [(bar.total, bar.n, bar.closed) for bar in Bar.made] == ([(12, 12, True)] * watched)
+    simulate(**{**POINT, **axes}, **SHORT, follow={"clearance": "both"}, workers=1)
+    assert ("12 of 12 points" in capsys.readouterr().err) == watched
 
 
 @pytest.mark.parametrize(

@@ -4,25 +4,19 @@ import sys
 from pathlib import Path
 
 from damper.study.fingerprint import stamp
+from damper.sweep.progress import progress_lines
 from damper.sweep.slices import simulate_slice, write_slice
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
-
-
-def progress(done: int, runs: int) -> None:
-    if done * 10 // runs > (done - 1) * 10 // runs:
-        print(f"{done} of {runs} points", file=sys.stderr)
-
-
 part = simulate_slice(
     job["fixed"],
     job["axes"],
     observers=job["observers"],
     initial=job["initial"],
     follow=job["follow"],
-    progress=progress,
+    progress=progress_lines(sys.stderr),
     **job["run"],
 )
 write_slice(part, Path(snakemake.output[0]))

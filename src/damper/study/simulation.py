@@ -1,10 +1,7 @@
 """`damper.simulate`: a parameter study in Python, without files."""
 
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from importlib.util import find_spec
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature, signature
 from typing import Any
 
@@ -16,6 +13,7 @@ from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_na
 from damper.parameters.quantity import filled
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
+from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
 from damper.sweep.runs import DEFAULTS, settings_text
 from damper.sweep.slices import simulate_slice
@@ -116,7 +114,7 @@ def simulate(
     observers = list(observers) if isinstance(observers, Iterator) else observers
     settings = _checked_initial(initial, quantities, state)
     follow = _checked_follow(follow, axes)
-    with _progress_bar() as progress:
+    with progress_bar() as progress:
         part = simulate_slice(
             fixed,
             axes,
@@ -144,25 +142,6 @@ def simulate(
     for name, way in follow.items():
         attributes["follow"] = f"{name}: {way}"
     return gather([part], axes, (), fixed, attributes)
-
-
-@contextmanager
-def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Bar for a person at a terminal or a notebook, where tqdm is installed; else None."""
-    watched = "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
-    if not watched or find_spec("tqdm") is None:
-        yield None
-        return
-    from tqdm.auto import tqdm
-
-    # It appears after a second, and goes when all is done.
-    with tqdm(unit="run", delay=1.0, leave=False) as bar:
-
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        yield show
 
 
 def _with_names(plain: Signature) -> Signature:

@@ -7,7 +7,7 @@ buffer a thread plus what the observers were asked to keep.
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields
 from textwrap import indent
@@ -27,6 +27,7 @@ from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
 from damper.sweep.estimate import Job
 from damper.sweep.points import Point, read_point
+from damper.sweep.progress import Progress
 
 #: Fewest points for which one more thread is worth its start, where their number is left open.
 _POINTS_A_THREAD = 4
@@ -89,7 +90,7 @@ def run_points(
     primary: str = "rest",
     state: State | None = None,
     after: Sequence[int] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     workers: int | None = 1,
     **run: Any,
 ) -> tuple[dict[str, np.ndarray], list[Observer]]:
@@ -169,7 +170,7 @@ class _Sweep:
         points: list[Point],
         state: State | None,
         settings: RunSettings,
-        progress: Callable[[int, int], None] | None,
+        progress: Progress | None,
     ) -> None:
         self.status = np.zeros(len(points), dtype="i1")
         self._points = points

@@ -5,7 +5,7 @@ descriptions that gathering needs as one JSON text.
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
@@ -21,6 +21,7 @@ from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import Branches, branches
 from damper.sweep.estimate import Job, run_sizes
 from damper.sweep.grid import product
+from damper.sweep.progress import Progress
 
 _DESCRIPTION = "__description__"
 
@@ -48,7 +49,7 @@ def simulate_slice(
     initial: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     workers: int | None = 1,
     **run: Any,
 ) -> Slice:

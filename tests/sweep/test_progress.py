@@ -1,0 +1,97 @@
+"""How far a sweep is, in a log and on a terminal, by a clock of our own."""
+
+import io
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from damper.sweep import progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def clock(monkeypatch: pytest.MonkeyPatch, step: float) -> None:
+    """Let each look at the clock take so many seconds."""
+
+    def seconds() -> Iterator[float]:
+        now = 0.0
+        while True:
+            yield now
+            now += step
+
+    monkeypatch.setattr(progress, "monotonic", seconds().__next__)
+
+
+@pytest.mark.parametrize(
+    ("step", "lines"),
+    [
+        (
+            0.5,
+            [
+                "20 of 200 points, 2 a second, 90 s left",
+                "40 of 200 points, 2 a second, 80 s left",
+            ],
+        ),
+        (45.0, ["2 of 200 points, 0.0222 a second, 2.5 h left"]),
+    ],
+    ids=["each tenth", "each minute"],
+)
+def test_lines(monkeypatch: pytest.MonkeyPatch, step: float, lines: list[str]) -> None:
+    clock(monkeypatch, step)
+    log = io.StringIO()
+    show = progress.progress_lines(log)
+    for done in range(1, 201):
+        show(done, 200)
+    found = log.getvalue().splitlines()
+    assert found[: len(lines)] == lines
+    assert found[-1].startswith("200 of 200 points")
+    assert "left" not in found[-1]
+
+
+def test_what_comes_before_the_first_point_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There the code is compiled."""
+    monkeypatch.setattr(progress, "monotonic", iter([0.0, 100.0, 101.0, 102.0]).__next__)
+    log = io.StringIO()
+    show = progress.progress_lines(log)
+    for done in (1, 2, 3):
+        show(done, 6)
+    assert log.getvalue().splitlines() == [
+        "1 of 6 points",
+        "2 of 6 points, 1 a second, 4 s left",
+        "3 of 6 points, 1 a second, 3 s left",
+    ]
+
+
+def test_bar_goes_when_all_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock(monkeypatch, 0.4)
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    monkeypatch.setenv("COLUMNS", "200")
+    with progress.progress_bar() as show:
+        assert show is not None
+        for done in range(1, 101):
+            show(done, 100)
+    first, *_, last, blank, end = terminal.getvalue().split("\r")[1:]
+    assert first.startswith("[")
+    assert "3 of 100 points, 2.5 a second, 39 s left" in first
+    assert f"[{'#' * 24}] 100 of 100 points" in last
+    assert not blank.strip()
+    assert len(blank) >= len(last.rstrip())
+    assert end == ""
+
+
+def test_bar_is_for_terminals_and_for_what_takes_longer_than_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock(monkeypatch, 0.01)
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    with progress.progress_bar() as show:
+        assert show is not None
+        show(10, 10)
+    assert terminal.getvalue() == ""
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with progress.progress_bar() as show:
+        assert show is None
