@@ -28,10 +28,10 @@ from pydantic.fields import FieldInfo
 
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
+from damper.study.estimate import MOST_SLICES
 from damper.study.fields import Strict
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
-from damper.study.rules import MOST_SLICES
 from damper.study.schema import Schema, first_line, limits_of, schema_of, sort_of
 from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial
 from damper.study.study_file import StudyFile

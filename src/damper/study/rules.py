@@ -21,6 +21,7 @@ from damper.parameters.quantities import (
     nearest,
 )
 from damper.study.axes import axis_values
+from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Offer
@@ -30,9 +31,6 @@ from damper.sweep.branches import DIRECTIONS
 
 if TYPE_CHECKING:
     from damper.study.model import Study
-
-MOST_SLICES = 1000
-"""One slice is one job; beyond this the workflow spends its time on bookkeeping."""
 
 
 def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
@@ -65,6 +63,8 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
     _follow_one(sound, faults)
     values = {name: axis_values(axis) if axis else None for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
+    if study is not None and not faults.lines:
+        refuse_excess(study, faults)
     if not isinstance(observers, dict):
         return
     offer = Offer(values, observers, _branch_values(sound, raw["initial"]))

@@ -13,6 +13,7 @@ from damper.study.fields import Distinct, Entries, Strict, Unit
 from damper.study.kinds import Kinds
 from damper.study.messages import Faults
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
+from damper.sweep.estimate import MOST_PERIODS
 from damper.verification.base import (
     DRAWN,
     TABULATED,
@@ -26,7 +27,9 @@ from damper.verification.labels import label_of
 _NONE: dict[str, Any] = {}
 #: Growing runs are repeated less often than cases: each size is a process of its own.
 MOST_GROWTH_REPEATS = 5
-_Counts = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=2), Distinct()]
+_Counts = Annotated[
+    tuple[Annotated[int, Field(ge=1, le=MOST_PERIODS)], ...], Field(min_length=2), Distinct()
+]
 
 
 class Case(Strict):
@@ -107,7 +110,9 @@ class Cost(Verification):
         int, Field(ge=1, description="Runs of each case, a little different in clearance.")
     ] = 10
     periods: Annotated[
-        int, Unit("forcing periods"), Field(ge=1, description="Length of each of these runs.")
+        int,
+        Unit("forcing periods"),
+        Field(ge=1, le=MOST_PERIODS, description="Length of each of these runs."),
     ] = 200
     repeats: Annotated[
         int,

@@ -16,6 +16,7 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Faults
 from damper.study.settings import Fixed
 from damper.study.yaml_file import as_part
+from damper.sweep.estimate import MOST_PERIODS
 from damper.verification.base import (
     DIMENSIONLESS,
     DRAWN,
@@ -163,7 +164,9 @@ class Random(Strict):
 class Long(Strict):
     """A run over many periods."""
 
-    periods: Annotated[int, Unit("forcing periods"), Field(ge=1, description="How many.")]
+    periods: Annotated[
+        int, Unit("forcing periods"), Field(ge=1, le=MOST_PERIODS, description="How many.")
+    ]
     parameters: Annotated[
         dict[str, Fixed],
         Entries("parameter", DIMENSIONLESS),
@@ -200,7 +203,7 @@ class Stress(Verification):
     periods: Annotated[
         int,
         Unit("forcing periods"),
-        Field(ge=1, description="Length of the runs of corners and at random."),
+        Field(ge=1, le=MOST_PERIODS, description="Length of the runs of corners and at random."),
     ]
     accuracy: Annotated[
         float,

@@ -1,0 +1,160 @@
+"""What a study takes: estimated as it is made, refused where it cannot end, printed by `check`."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from damper.study.config import ConfigError, Study, load_study
+from damper.study.estimate import estimate
+from damper.sweep.branches import branches
+from damper.sweep.grid import product
+from damper.sweep.slices import simulate_slice, write_slice
+
+STUDIES = Path(__file__).parents[2] / "config/studies"
+NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
+LARGE: dict[str, Any] = {
+    "title": "large",
+    "source": "our own",
+    "parameters": {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3},
+    "axes": {
+        "clearance": {"start": 0.1, "stop": 1, "num": 100},
+        "restitution": {"start": 0, "stop": 0.9, "num": 100},
+    },
+    "transient": 150,
+    "periods": 50,
+    "observers": {"bursts": {}},
+}
+
+
+def loaded(folder: Path, data: dict[str, Any]) -> Study:
+    path = folder / "large.yaml"
+    path.write_text(yaml.safe_dump(data, sort_keys=False))
+    return load_study(path)
+
+
+@st.composite
+def studies(draw: st.DrawFn) -> Study:
+    """Studies with some axes, fanned or not, one perhaps followed, and perhaps random states."""
+    axes: dict[str, Any] = {}
+    for name in draw(st.lists(st.sampled_from(NAMES), unique=True)):
+        size = draw(st.integers(1, 4))
+        axes[name] = {"values": [0.1 + 0.1 * i for i in range(size)], "fan": draw(st.booleans())}
+    inner = [name for name, axis in axes.items() if not axis["fan"]]
+    if inner and draw(st.booleans()):
+        axes[inner[0]]["follow"] = draw(st.sampled_from(["up", "down", "both"]))
+    initial: dict[str, Any] = {}
+    if draws := draw(st.integers(0, 3)):
+        initial = {"draws": draws, "seed": 1, "initial_position": [-1, 1]}
+    fixed = {name: 0.1 for name in NAMES if name not in axes}
+    return Study.model_validate(LARGE | {"parameters": fixed, "axes": axes, "initial": initial})
+
+
+@given(studies())
+def test_slices_points_and_runs_are_those_that_are_made(study: Study) -> None:
+    found = estimate(study)
+    axes = {name: study.axis_values[name] for name in study.inner_axes}
+    grid = product(axes, {})
+    runs = branches(grid, axes, study.initial.settings(), study.follow).points
+    assert found.slices == len(study.slices())
+    assert found.points == found.slices * len(grid)
+    assert found.job.runs == len(runs)
+    assert found.runs == found.slices * len(runs)
+
+
+def test_arrays_and_disk_are_those_of_a_slice(tmp_path: Path) -> None:
+    axes = {"clearance": {"values": [0.2, 0.3]}, "restitution": {"values": [0.5, 0.6, 0.7]}}
+    observers = {"bursts": {"records": 500}, "stroboscopic_section": {}, "trajectory": {}}
+    study = loaded(tmp_path, LARGE | {"axes": axes, "observers": observers} | BRIEF)
+    found = estimate(study)
+    part = simulate_slice(
+        study.fixed, study.axis_values, observers=study.observer_settings(), **study.run
+    )
+    assert found.job.array_bytes == sum(array.nbytes for array in part.arrays.values())
+    write_slice(part, tmp_path / "all.npz")
+    assert found.job.array_bytes < (tmp_path / "all.npz").stat().st_size < found.disk
+
+
+GRID = {"start": 0.1, "stop": 0.9, "num": 1_000_000}
+BRIEF = {"transient": 0, "periods": 2}
+FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"axes": {"clearance": GRID, "restitution": GRID}},
+            "large.yaml:8  axes.clearance\n"
+            "    clearance (1000000) x restitution (1000000): 1000000000000 runs in one process "
+            "take some 1.53 PB of memory\n"
+            "    allowed: at most 256 GB in one process: fewer values",
+        ),
+        (
+            {"periods": 10**12},
+            "large.yaml:17  periods\n"
+            "    150 + 1000000000000 forcing periods (transient + periods) take some 174 days a "
+            "run\n"
+            "    allowed: at most 1000000000 in a run",
+        ),
+        ({"transient": 10**12}, "large.yaml:16  transient\n    1000000000000 + 50 forcing"),
+        (
+            {"periods": 10**8},
+            "large.yaml:8  axes.clearance\n"
+            "    clearance (100) x restitution (100): 10000 runs in one process take some "
+            "174 days\n"
+            "    allowed: at most 30 days in one process: fewer values, or 'fan: true' at "
+            "clearance, to make each of its values a job",
+        ),
+        (
+            {"periods": 10**6, "observers": {"trajectory": {"samples_per_period": 10**6}}},
+            "large.yaml:19  observers.trajectory\n    one run keeps 42 TB in memory\n"
+            "    allowed: at most 256 GB in one process: fewer periods, samples or records",
+        ),
+        (
+            {
+                "observers": {"bursts": {"records": 10**6}},
+                "axes": {"clearance": FANNED, "restitution": {"values": [0.6]}},
+            },
+            "large.yaml:7  axes\n    to gather 1000 runs takes some 264 GB of memory\n"
+            "    allowed: at most 256 GB: fewer values or observers, or several studies",
+        ),
+        (
+            {"initial": {"draws": 100_000, "seed": 1, "initial_position": [-1, 1]}},
+            "initial.draws\n"
+            "    clearance (100) x restitution (100) x draws (100000): 1000000000 runs",
+        ),
+    ],
+)
+def test_what_cannot_end_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        loaded(tmp_path, LARGE | change)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("1 error ")
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("stress", {"periods": 10**12}),
+        ("stress", {"long_runs": {"generic": {"periods": 10**12}}}),
+        ("cost", {"periods": 10**12}),
+        ("cost", {"growth": {"periods": [1, 10**12]}}),
+    ],
+)
+def test_checks_of_the_engine_end_as_well(name: str, change: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError, match="value: 1000000000000") as caught:
+        load_study(STUDIES / f"{name}.yaml", change)
+    assert "integer >= 1 and <= 1000000000" in str(caught.value)
+
+
+def test_large_study_that_is_fanned_passes(tmp_path: Path) -> None:
+    """1e8 points, as on a cluster; a million of them is the study `atlas`."""
+    axes = {"clearance": FANNED, "restitution": {"start": 0, "stop": 0.9, "num": 100_000}}
+    found = estimate(loaded(tmp_path, LARGE | {"axes": axes}))
+    assert found.runs == 10**8
+    assert found.simulate_resources["mem_mb"] < 1000
+    assert found.simulate_resources["runtime"] < 60
