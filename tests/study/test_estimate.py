@@ -1,5 +1,7 @@
 """What a study takes: estimated as it is made, refused where it cannot end, printed by `check`."""
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -158,3 +160,19 @@ def test_large_study_that_is_fanned_passes(tmp_path: Path) -> None:
     assert found.runs == 10**8
     assert found.simulate_resources["mem_mb"] < 1000
     assert found.simulate_resources["runtime"] < 60
+
+
+def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(yaml.safe_dump(LARGE | {"periods": 10**12}, sort_keys=False))
+    files = [STUDIES / "restitution.yaml", wrong, STUDIES / "stress.yaml"]
+    done = subprocess.run(
+        [sys.executable, "-m", "damper.study.check", *files], capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    _, good, bad, other, *_ = [line.split() for line in done.stdout.splitlines()]
+    assert good[:6] == ["restitution", "yes", "16", "8016", "8016", "6.41e+07"]
+    assert bad == ["wrong", "no", *"-" * 9]
+    assert other == ["stress", "yes", *"-" * 9]
+    assert "wrong.yaml:17  periods\n" in done.stderr
+    assert "Traceback" not in done.stderr

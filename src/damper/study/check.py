@@ -1,0 +1,68 @@
+"""Print of study files whether they are valid and what they take, before anything is made.
+
+python -m damper.study.check config/studies/restitution.yaml ...
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from damper.study.config import ConfigError, Study, load_study
+from damper.study.estimate import estimate
+from damper.sweep.estimate import amount, duration
+
+_COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
+
+_LEGEND = (
+    "Rough upper figures. time: of all simulation jobs on one core; job, memory: of one of them; "
+    "gather: memory to gather the cube; disk: slices and cube."
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a table of the studies and what is wrong; return 1 if one is not valid, else 0."""
+    parser = argparse.ArgumentParser(
+        prog="python -m damper.study.check",
+        description="Say of studies whether they are valid and what they take.",
+    )
+    parser.add_argument("files", nargs="+", type=Path, help="study files: config/studies/*.yaml")
+    rows, errors = [("study", "valid", *_COLUMNS)], []
+    for path in parser.parse_args(arguments).files:
+        try:
+            rows.append((path.stem, "yes", *_cells(load_study(path))))
+        except ConfigError as error:
+            rows.append((path.stem, "no", *"-" * len(_COLUMNS)))
+            errors.append(str(error))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for name, *cells in rows:
+        padded = [cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True)]
+        print("  ".join([name.ljust(widths[0]), *padded]))
+    print(_LEGEND, flush=True)
+    for text in errors:
+        print(text, file=sys.stderr)
+    return 1 if errors else 0
+
+
+def _cells(study: Any) -> Sequence[str]:
+    """Return what a study takes; nothing is known of those that check the engine."""
+    if not isinstance(study, Study):
+        return "-" * len(_COLUMNS)
+    found = estimate(study)
+    return (
+        *(_count(n) for n in (found.slices, found.points, found.runs, found.impacts)),
+        duration(found.seconds),
+        duration(found.job.seconds),
+        amount(found.job.memory),
+        amount(found.gather_memory),
+        amount(found.disk),
+    )
+
+
+def _count(number: float) -> str:
+    return f"{number:.0f}" if number < 1e7 else f"{number:.3g}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
