@@ -135,5 +135,9 @@ def _fan(study: Study, found: Estimate) -> str:
 
 
 def _resources(memory: int, seconds: float) -> dict[str, int]:
-    # Twice the time, and minutes to compile where the cache is empty: a job that is cut is lost.
-    return {"mem_mb": ceil(memory / 1e6), "runtime": ceil(2.0 * seconds / 60.0) + 5}
+    # A job that is cut is lost: twice the time, and what it takes to compile where the cache is
+    # empty, minutes and up to 450 MB in all.
+    return {
+        "mem_mb": ceil(memory / 1e6) + 250,
+        "runtime": ceil(2.0 * seconds / 60.0) + 5,
+    }
