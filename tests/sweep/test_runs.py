@@ -284,6 +284,44 @@ def test_interrupt_stops_all_threads() -> None:
     assert "concurrent" not in done.stderr
 
 
+LONG_RUN = """
+import signal, sys, threading
+import damper
+from damper.engine import compiled
+signal.signal(signal.SIGINT, signal.default_int_handler)
+compiled.PATIENCE = 0.0
+point = dict({point})
+def call(length, workers=1):
+    if {what!r} == "events":
+        p = damper.Parameters(**point)
+        return damper.events(p, until=4.0 * length, max_events=10**14)
+    run = dict(transient=1, periods=1, observers={observers!r}, max_events=10**14)
+    point["phase"] = [0.0, 1.0][:workers]
+    return damper.simulate(**point, **(run | {{{what!r}: length}}), workers=workers)
+call(2)  # compiled now
+threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
+call(10**10, {workers})
+"""
+
+
+@pytest.mark.skipif(not COMPILED, reason="plain Python notices interrupts anyway")
+@pytest.mark.parametrize(
+    ("what", "observers", "workers"),
+    [
+        ("events", [], 1),
+        ("transient", ["impacts"], 1),
+        ("transient", ["impacts"], 2),
+        ("periods", ["impacts"], 2),
+        ("periods", [], 2),
+    ],
+)
+def test_interrupt_within_a_run_of_hours(what: str, observers: list[str], workers: int) -> None:
+    code = LONG_RUN.format(point=POINT, what=what, observers=observers, workers=workers)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stderr.count("Traceback") == 1, done.stderr
+    assert done.stderr.endswith("KeyboardInterrupt\n")
+
+
 # --- refusals come before anything is run
 
 

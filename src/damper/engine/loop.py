@@ -19,6 +19,10 @@ from damper.engine.segment import segment_at, write_segment
 #: Why the loop returned: FINISHED, or what `damper.parameters.variables.STATUS` explains.
 FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
 
+#: Segments without a log after which the loop returns, some 10 ms: compiled code notices no
+#: interrupt.
+UNKEPT = 1 << 15
+
 #: Evaluations from which on a search is long; so many of them count as an event of the budget.
 LONG_SEARCH = 100
 #: Length of a segment without an event below which it gets nowhere, in units of the faster of 1
@@ -38,6 +42,8 @@ def run(
 ) -> tuple[int, int]:
     """Advance from event to event until a time, or until the log is full.
 
+    Without a log it returns after `UNKEPT` segments, as if they filled one.
+
     Parameters
     ----------
     model : NamedTuple
@@ -56,9 +62,10 @@ def run(
     Returns
     -------
     code, rows : int
-        FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the rows written.
+        FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the number of segments.
     """
     keep = len(log) > 0
+    most = len(log) if keep else UNKEPT
     segment = segment_at(state)
     start = begin(model, segment)
     events = int(counts[0])
@@ -69,7 +76,7 @@ def run(
     rows = 0
     code = FINISHED
     while True:
-        if keep and rows == len(log):
+        if rows == most:
             code = LOG_FULL
             break
         remaining = (until_periods - segment.periods) * model.period + (until_time - segment.time)
@@ -80,7 +87,7 @@ def run(
         over = step.duration > remaining
         if keep:
             write_segment(log[rows], segment, remaining if over else step.duration)
-            rows += 1
+        rows += 1
         if over:
             break
         if step.lost:

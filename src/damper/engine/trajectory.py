@@ -20,7 +20,8 @@ DEFAULT_MAX_EVENTS = 1_000_000
 _PIECE = 500
 
 _REST = State(0.0, 0.0, 0.0, 0.0)
-_NO_LOG = np.empty((0, COLUMNS))
+#: A buffer that keeps nothing.
+NO_LOG = np.empty((0, COLUMNS))
 
 
 class Trajectory:
@@ -88,7 +89,7 @@ class Trajectory:
         The last segment before that time is computed again by what follows, so a run is
         bit-identical however it is split.
         """
-        while self._run(periods, time, _NO_LOG)[0]:
+        for _ in self.segments(periods, time, NO_LOG):
             pass
 
     def state_at(self, periods: float, time: float = 0.0) -> State:

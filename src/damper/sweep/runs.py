@@ -18,7 +18,13 @@ import numpy as np
 from damper.engine.compiled import COMPILED
 from damper.engine.loop import FINISHED
 from damper.engine.segment import COLUMNS
-from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, LOG_ROWS, Trajectory
+from damper.engine.trajectory import (
+    DEFAULT_ACCURACY,
+    DEFAULT_MAX_EVENTS,
+    LOG_ROWS,
+    NO_LOG,
+    Trajectory,
+)
 from damper.models import check_settings, check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
@@ -184,7 +190,7 @@ class _Sweep:
     def run(self, chains: list[list[int]], teams: list[list[Observer]]) -> None:
         """Run all chains, in one thread for each team of observers; one is the calling thread.
 
-        Where one fails or the user interrupts, the others stop after their present run.
+        Where one fails or the user interrupts, the others stop soon after.
         """
         waiting = iter(chains)
         if len(teams) == 1:
@@ -213,6 +219,8 @@ class _Sweep:
                 if chain is None:
                     return
                 self._run_chain(chain, observers, buffer)
+        except _StoppedError:
+            return
         except BaseException:
             self._stopped = True
             raise
@@ -221,8 +229,6 @@ class _Sweep:
         settings = self._settings
         before: tuple[Point, State] | None = None
         for number in chain:
-            if self._stopped:
-                return
             point = self._points[number]
             start = self._state.over(point.units) if self._state else point.start()
             if before is not None:
@@ -231,7 +237,7 @@ class _Sweep:
             trajectory.units = point.units
             periods, time = trajectory.start
             window = Window(periods + settings.transient, time, settings.periods)
-            _observe(number, trajectory, window, observers, buffer)
+            self._observe(number, trajectory, window, observers, buffer)
             self.status[number] = trajectory.status
             before = None
             if len(chain) > 1 and trajectory.status == FINISHED:
@@ -241,28 +247,37 @@ class _Sweep:
                 if self._progress:
                     self._progress(self._done, len(self._points))
 
-
-def _observe(
-    number: int,
-    trajectory: Trajectory,
-    window: Window,
-    observers: list[Observer],
-    buffer: np.ndarray,
-) -> None:
-    """Run to the end of the window; observers read the log from its start."""
-    end = window.periods + window.length, window.time
-    if window.periods > trajectory.start[0]:
-        trajectory.skip(window.periods, window.time)
-    for observer in observers:
-        observer.begin(number, trajectory, window)
-    if observers:
-        for log in trajectory.segments(*end, buffer):
+    def _observe(
+        self,
+        number: int,
+        trajectory: Trajectory,
+        window: Window,
+        observers: list[Observer],
+        buffer: np.ndarray,
+    ) -> None:
+        """Run to the end of the window; observers read the log from its start."""
+        if window.periods > trajectory.start[0]:
+            for _ in self._watched(trajectory.segments(window.periods, window.time, NO_LOG)):
+                pass
+        for observer in observers:
+            observer.begin(number, trajectory, window)
+        end = window.periods + window.length, window.time
+        for log in self._watched(trajectory.segments(*end, buffer if observers else NO_LOG)):
             for observer in observers:
                 observer.observe(log)
-    else:
-        trajectory.skip(*end)
-    for observer in observers:
-        observer.finish(trajectory.status == FINISHED)
+        for observer in observers:
+            observer.finish(trajectory.status == FINISHED)
+
+    def _watched(self, pieces: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+        """Yield the pieces of a run, which ends where the sweep was stopped meanwhile."""
+        for piece in pieces:
+            yield piece
+            if self._stopped:
+                raise _StoppedError
+
+
+class _StoppedError(Exception):
+    """The sweep was stopped during a run."""
 
 
 def _chains(after: Sequence[int] | None, count: int) -> list[list[int]]:
