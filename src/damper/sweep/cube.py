@@ -63,9 +63,9 @@ def dataset(
     values = {name: np.asarray(along, dtype=float) for name, along in axes.items()}
     branches = dict(branches or {})
     shape = tuple(len(along) for along in (*values.values(), *branches.values()))
-    data = {}
+    data: dict[str, Any] = {}
     for variable in (*variables, STATUS):
-        array, encoding = arrays[variable.name], {}
+        array = arrays[variable.name]
         attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
         if variable.comment:
             attrs["comment"] = variable.comment
@@ -74,15 +74,9 @@ def dataset(
                 "flag_values": np.arange(3, dtype="i1"),
                 "flag_meanings": " ".join(STATUS_MEANINGS),
             }
-        elif array.dtype.kind == "i":
-            encoding = {"dtype": array.dtype, "_FillValue": NO_VALUE}
-            array = without_missing(array)
-        data[variable.name] = (
-            (*axes, *branches, *variable.dims),
-            array.reshape(shape + array.shape[1:]),
-            attrs,
-            encoding,
-        )
+        made = (*axes, *branches, *variable.dims), array.reshape(shape + array.shape[1:]), attrs
+        counts = array.dtype.kind == "i" and variable is not STATUS
+        data[variable.name] = integers(*made) if counts else made
     si = is_si([*axes, *fixed])
     coords: dict[str, Any] = {}
     for name, quantity in ALL.items():
@@ -103,6 +97,11 @@ def dataset(
             if units:
                 cube[name].attrs["units"] = units
     return cube
+
+
+def integers(dims: Any, array: np.ndarray, attrs: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return a variable of which `NO_VALUE` stands for no value, as xarray.Dataset takes it."""
+    return dims, without_missing(array), attrs, {"dtype": array.dtype, "_FillValue": NO_VALUE}
 
 
 def without_missing(array: np.ndarray) -> np.ndarray:

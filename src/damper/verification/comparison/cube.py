@@ -12,7 +12,7 @@ import numpy as np
 
 from damper.parameters.variables import TIME
 from damper.verification.comparison.errors import MEASURES, VERDICTS
-from damper.verification.comparison.runs import NOT_APPLICABLE, solver_names
+from damper.verification.comparison.runs import solver_names
 from damper.verification.comparison.solution import OUTCOMES
 from damper.verification.comparison.solvers import load
 from damper.verification.labels import label_of
@@ -117,7 +117,7 @@ def gather_errors(
         ("verdict", "what became of the run", VERDICTS),
     ):
         values = np.stack([part[name] for part in parts.values()])
-        data[name] = (dims, values, _flags(long_name, meanings))
+        data[name] = _flags(dims, values, long_name, meanings)
     cube = xr.Dataset(data, _coordinates(list(parts), settings, titles), dict(attributes))
     for name in ERRORS:
         orders = [
@@ -127,7 +127,9 @@ def gather_errors(
         attrs = {"long_name": f"observed order: {MEASURES[name][0]}", "units": "1"}
         cube[f"order_{name}"] = (dims[:2], np.array(orders, dtype=float), attrs)
     for name, text in _COMMENTS.items():
-        cube[name].attrs["comment"] = text
+        cube[name].attrs["comment"] = "; ".join(
+            filter(None, [text, cube[name].attrs.get("comment", "")])
+        )
     return cube
 
 
@@ -172,7 +174,7 @@ def gather_timings(
             data[name] = (over, arrays[name], {"long_name": long_name, "units": units})
     long_name, units = _SCENE["periods"]
     data["periods"] = ("scene", arrays["periods"], {"long_name": long_name, "units": units})
-    data["outcome"] = (dims, arrays["outcome"], _flags("how the solver ended", OUTCOMES))
+    data["outcome"] = _flags(dims, arrays["outcome"], "how the solver ended", OUTCOMES)
     return xr.Dataset(data, _coordinates(scenes, settings, titles), dict(attributes))
 
 
@@ -236,10 +238,16 @@ def _coordinates(
     }
 
 
-def _flags(long_name: str, meanings: Sequence[str]) -> dict[str, Any]:
-    return {
+def _flags(
+    dims: tuple[str, ...], values: np.ndarray, long_name: str, meanings: Sequence[str]
+) -> tuple[Any, ...]:
+    from damper.sweep.cube import integers
+
+    attrs = {
         "long_name": long_name,
         "units": "1",
-        "flag_values": np.arange(NOT_APPLICABLE, len(meanings), dtype="i1"),
-        "flag_meanings": " ".join(("not_applicable", *meanings)),
+        "flag_values": np.arange(len(meanings), dtype="i1"),
+        "flag_meanings": " ".join(meanings),
+        "comment": "missing where the solver cannot take the scene",
     }
+    return integers(dims, values, attrs)

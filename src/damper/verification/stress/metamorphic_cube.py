@@ -8,11 +8,13 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters.variables import Variable
+from damper.sweep.cube import integers
 from damper.verification.stress.parts import attributes_of
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
     CHECKS,
     CONDITIONS,
+    NOT_APPLICABLE,
     RELATION_VERDICTS,
     RELATIONS,
 )
@@ -104,15 +106,16 @@ def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> 
     for path in paths:
         with np.load(path) as file:
             parts.append({name: file[name] for name in file.files})
-    data = {
-        name: ("run", np.concatenate([part[name] for part in parts]), _attributes(name))
-        for name in (parts[0] if parts else ())
-    }
+    data = {}
+    for name in parts[0] if parts else ():
+        made = "run", np.concatenate([part[name] for part in parts]), _attributes(name)
+        data[name] = integers(*made) if name.endswith("_verdict") else made
     count = sum(len(part["condition"]) for part in parts)
     coords = {"run": ("run", np.arange(count), {"long_name": "run", "units": "1"})}
     return xr.Dataset(data, coords, dict(attributes))
 
 
 def _attributes(name: str) -> dict[str, Any]:
-    flags = RELATION_VERDICTS if name.endswith("_verdict") else {}
+    verdicts = {code: text for code, text in RELATION_VERDICTS.items() if code != NOT_APPLICABLE}
+    flags = verdicts if name.endswith("_verdict") else {}
     return attributes_of(name, METAMORPHIC_VARIABLES, CONDITIONS if name == "condition" else flags)

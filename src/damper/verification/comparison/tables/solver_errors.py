@@ -99,7 +99,7 @@ def outcomes_text(place: xr.Dataset) -> str:
     stated: list[tuple[str, list[str]]] = []
     for level in range(place.sizes["level"]):
         one = place.isel(level=level)
-        if int(one.verdict) < 0:
+        if np.isnan(one.verdict):
             continue
         text = _outcome_text(one)
         if stated and stated[-1][0] == text:

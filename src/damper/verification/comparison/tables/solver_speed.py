@@ -137,7 +137,7 @@ def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
     rows = []
     for scene in errors.scene.values.tolist():
         here = errors.sel(scene=scene)
-        if (here.verdict.sel(solver=peer) < 0).all():
+        if here.verdict.sel(solver=peer).isnull().all():
             continue
         row = {
             "scene": capital(str(here.title.item())),

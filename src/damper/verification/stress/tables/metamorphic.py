@@ -120,7 +120,7 @@ def parameters_of(cube: xr.Dataset, run: int) -> str:
 
 
 def _verdicts(cube: xr.Dataset, name: str) -> np.ndarray:
-    return cube[f"{name}_verdict"].values
+    return cube[f"{name}_verdict"].fillna(NOT_APPLICABLE).values
 
 
 def _outcome(cube: xr.Dataset, failed: np.ndarray) -> str:
