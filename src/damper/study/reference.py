@@ -8,8 +8,7 @@ name, type, bounds and choices. An override is a part of a study, so inside a st
 for, and an entry may be null. All else is left to the loader: what must be given, and what only
 together or apart; the range of a quantity inside a mapping; that numbers rise, divide a range and
 are finite; what figures and tables need of a study; file names that differ by case, and keys that
-stand twice. A schema takes 100.0 for an integer. Text that looks like a number, which the loader
-takes for one in the configuration because Snakemake's reader makes text of 1e-12, is refused.
+stand twice. A schema takes 100.0 for an integer.
 """
 
 from __future__ import annotations
