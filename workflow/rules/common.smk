@@ -27,7 +27,7 @@ STARTED = time.time()
 HOME = Path(workflow.basedir)
 SCRIPTS = HOME / "workflow/scripts"
 
-# Read here, not by `configfile:`, which names no line, and no file that is not YAML.
+# Not by `configfile:`: it names no line, and lets a later key silently replace an earlier one.
 CONFIG_FILES = list(workflow.overwrite_configfiles)
 if not workflow.config_settings.replace_workflow_config:
     CONFIG_FILES.insert(0, Path("config/config.yaml"))
