@@ -1,7 +1,10 @@
 """The project itself: format, lint, types, and documents that say what is true."""
 
 import inspect
+import json
+import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -152,8 +155,30 @@ def test_the_lock_pins_what_the_project_asks_for():
             assert each.specifier.contains(version), f"{each}, but the lock has {pin}"
 
 
+@pytest.mark.exhaustive
+def test_the_steps_of_the_dockerfile_work(tmp_path):
+    """Without docker: what is copied and run there is copied to, and run in, an empty folder."""
+    lines = (ROOT / "Dockerfile").read_text().splitlines()
+    environment = os.environ | {"PATH": f"{tmp_path}/.venv/bin:{os.environ['PATH']}"}
+    environment.pop("PYTHONPATH", None)
+    for word, rest in (line.split(maxsplit=1) for line in lines if line):
+        if word == "COPY":
+            *sources, target = rest.split()
+            for source in sources:
+                copy = shutil.copytree if (ROOT / source).is_dir() else shutil.copy
+                copy(ROOT / source, tmp_path / target)
+        elif word in ("RUN", "CMD"):
+            command = rest if word == "RUN" else shlex.join([*json.loads(rest), "--dry-run"])
+            done = subprocess.run(
+                command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True
+            )
+            assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    assert "Job stats" in done.stdout
+
+
 def test_links_in_documents_lead_somewhere():
-    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+    documents = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    for document in documents:
         for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
             assert (document.parent / target).exists(), f"{document.name}: {target}"
 
