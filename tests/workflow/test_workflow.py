@@ -1,6 +1,7 @@
 """What the workflow does, on a small study, without compiled code: that is not the point here."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -310,3 +311,13 @@ def test_commands_that_start_no_job_need_no_cores(tmp_path: Path, command: str) 
         [sys.executable, "-m", "snakemake", command], cwd=folder, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_lint_finds_nothing_but_what_is_argued(tmp_path):
+    """Each of these is argued in docs/design.md."""
+    output = snakemake(copy_project(tmp_path), "--lint", code=1)
+    assert set(re.findall(r"^    \* (.*)", output, re.MULTILINE)) == {
+        "Specify a conda environment or container for each rule.:",
+        "Mixed rules and functions in same snakefile.:",
+    }
+

@@ -46,6 +46,9 @@ rule gather:
     wildcard_constraints:
         study=one_of(STUDIES),
     priority: of_papers
+    resources:
+        mem_mb=lambda wildcards: ESTIMATES[wildcards.study].gather_resources["mem_mb"],
+        runtime=lambda wildcards: ESTIMATES[wildcards.study].gather_resources["runtime"],
     params:
         job=job(gather_settings),
     message:

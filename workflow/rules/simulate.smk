@@ -1,5 +1,9 @@
 """Slices of studies: one job simulates all points of one place along the fanned axes."""
 
+from damper.study.estimate import estimate
+
+# Name of a study -> what its jobs take.
+ESTIMATES = {name: estimate(study) for name, study in STUDIES.items()}
 # (study, part of the file name) -> coordinates of the slice
 PLACES = {
     (study.name, study.slice_path(place)): place
@@ -36,6 +40,9 @@ rule simulate:
         study=one_of(STUDIES),
         place=one_of({place for _, place in PLACES}),
     priority: of_papers
+    resources:
+        mem_mb=lambda wildcards: ESTIMATES[wildcards.study].simulate_resources["mem_mb"],
+        runtime=lambda wildcards: ESTIMATES[wildcards.study].simulate_resources["runtime"],
     params:
         job=job(simulate_settings),
     message:
