@@ -40,11 +40,15 @@ for target, names in CONFIG.targets.items():
 
 # Not by itself: a file that no entry makes any more may still be wanted.
 rule tidy:
+    log:
+        f"{LOGS}/tidy.log",
     message:
         "Remove figures and tables that no entry of their study makes any more"
     run:
-        for path in left_over():
+        removed = left_over()
+        for path in removed:
             path.unlink()
+        Path(log[0]).write_text("".join(f"{path}\n" for path in removed))
 
 
 onsuccess:
