@@ -45,10 +45,7 @@ rule tidy:
     message:
         "Remove figures and tables that no entry of their study makes any more"
     run:
-        removed = left_over()
-        for path in removed:
-            path.unlink()
-        Path(log[0]).write_text("".join(f"{path}\n" for path in removed))
+        remove_left_over(log[0])
 
 
 onsuccess:

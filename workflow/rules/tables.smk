@@ -40,6 +40,14 @@ def left_over():
     ]
 
 
+def remove_left_over(log):
+    """Remove these files, and write their names into a log."""
+    found = left_over()
+    for path in found:
+        path.unlink()
+    Path(log).write_text("".join(f"{path}\n" for path in found))
+
+
 def report_left_over():
     """Say which files these are, and how to remove them."""
     if found := left_over():
