@@ -81,6 +81,16 @@ def test_no_date_and_no_version_in_files(tmp_path: Path) -> None:
     assert b"tIME" not in png
 
 
+def test_all_files_of_a_figure_have_one_layout(tmp_path: Path) -> None:
+    with style():
+        drawn = figure()
+        before = drawn.axes[0].get_position().bounds
+        save(drawn, tmp_path / "a.svg")
+        fitted = drawn.axes[0].get_position().bounds
+        save(drawn, tmp_path / "a.png")
+    assert before != fitted == drawn.axes[0].get_position().bounds
+
+
 def test_resolution_of_png(tmp_path: Path) -> None:
     with style():
         save(figure(), tmp_path / "a.png")

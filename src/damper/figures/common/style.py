@@ -102,9 +102,21 @@ def style() -> Iterator[None]:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Save without a date, so the same figure gives the same bytes."""
-    metadata = {"svg": {"Date": None}, "png": {"Software": None}}
-    figure.savefig(path, metadata=metadata.get(Path(path).suffix[1:]))
+    """Save as SVG or PNG, without a date, so the same figure gives the same bytes.
+
+    Every file has the layout of the one saved first: fitting panels and labels takes as long as
+    drawing them. `Figure.savefig` would draw each twice, to know the layout beforehand.
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    figure.dpi = mpl.rcParams["savefig.dpi"]
+    if path.suffix == ".svg":
+        FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None})
+    else:
+        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
+    figure.set_layout_engine("none")
 
 
 def units_text(units: str) -> str:
