@@ -111,12 +111,27 @@ def save(figure: Figure, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+    _write_numbers_plainly(figure)
     figure.dpi = mpl.rcParams["savefig.dpi"]
     if path.suffix == ".svg":
         FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None})
     else:
         FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
     figure.set_layout_engine("none")
+
+
+def _write_numbers_plainly(figure: Figure) -> None:
+    """Keep mathematics to the power of ten at an axis' end: it takes ten times as long as text."""
+    from matplotlib.ticker import ScalarFormatter
+
+    class Plain(ScalarFormatter):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            if type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(Plain())
 
 
 def units_text(units: str) -> str:
