@@ -14,6 +14,17 @@ from damper.verification.stress.laws import LAW_NAMES, broken
 
 #: Studies that check the engine; what they make is their own.
 CHECKS = ("solvers", "stress", "cost")
+#: Studies of which the reduced workflow makes what the verdicts need, and no figure.
+UNDRAWN = (
+    "restitution_below_resonance",
+    "paper_b_portraits",
+    "paper_b_histories",
+    "paper_a_clearance",
+    "paper_a_frequency",
+    "paper_a_histories",
+    "accumulation",
+    "burst_duration",
+)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +86,7 @@ def test_every_study_of_the_default_configuration(everything):
     studies = yaml.safe_load((ROOT / "config/config.yaml").read_text())["studies"]
     for name in studies:
         made = everything / "results/ci" / name
-        assert list(made.rglob("figures/*.png")), name
+        assert bool(list(made.rglob("figures/*.png"))) == (name not in UNDRAWN), name
         for path in made.rglob("figures/*"):
             assert 1000 < path.stat().st_size < 2_000_000, path
         if name not in CHECKS:
