@@ -1,6 +1,7 @@
 """Cubes: descriptions, plain types, equal bytes, and slices put together in any order."""
 
 import itertools
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from new_process import in_new_process
 
 from damper import simulate
 from damper.parameters.quantities import PARAMETER_NAMES, QUANTITIES
@@ -284,3 +286,23 @@ def test_lanes_become_axes_with_the_last_one_fastest() -> None:
     assert cube.clearance.dtype == np.float64
     assert float(cube.mass_ratio) == 1.0
     assert "phase" not in cube.coords
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
+def test_a_cube_that_cannot_be_written_names_its_file_and_the_room_left(tmp_path):
+    """netCDF only says that something went wrong in HDF."""
+    path = tmp_path / "cube.nc"
+    code = f"""
+import json, pathlib, resource, signal, numpy, xarray
+from damper.sweep.cube import write_cube
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+noise = numpy.random.default_rng(1).random(100000)
+try:
+    write_cube(xarray.Dataset({{"a": ("x", noise)}}), pathlib.Path({str(path)!r}))
+except OSError as error:
+    print(json.dumps(str(error)))
+"""
+    message = in_new_process(code)
+    assert message.startswith(f"{path}: ")
+    assert message.endswith(" MB are free on its disk")

@@ -1,5 +1,6 @@
 """Cubes: arrays over runs -> an xarray Dataset over named axes, and its netCDF file."""
 
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -171,7 +172,13 @@ def gather(
 
 
 def write_cube(cube: xr.Dataset, path: Path) -> None:
-    """Write a compressed netCDF4 file; the same cube gives the same bytes."""
+    """Write a compressed netCDF4 file; the same cube gives the same bytes.
+
+    Raises
+    ------
+    OSError
+        With the path and the room on its disk, where it cannot be written.
+    """
     # With a check sum, so that a flipped byte is an error and no number.
     packed = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
     encoding = {
@@ -181,4 +188,9 @@ def write_cube(cube: xr.Dataset, path: Path) -> None:
         | (packed if variable.ndim and variable.dtype.kind in "fiub" else {})
         for name, variable in cube.variables.items()
     }
-    cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)
+    try:
+        cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)
+    except (OSError, RuntimeError) as error:
+        # netCDF calls a full disk an HDF error.
+        room = shutil.disk_usage(path.parent).free / 1e6
+        raise OSError(f"{path}: {error}; {room:.1f} MB are free on its disk") from error
