@@ -18,6 +18,13 @@ include: "workflow/rules/verify.smk"
 include: "workflow/rules/report.smk"
 
 
+# They take seconds: a cluster's queue is not asked.
+localrules:
+    claims,
+    report,
+    tidy,
+
+
 rule all:
     default_target: True
     input:

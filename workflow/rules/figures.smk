@@ -23,7 +23,12 @@ rule figure:
         unpack(lambda wildcards: shown(*FIGURES[wildcards.figure][:2])),
         newer=changed(figure_settings, f"{RESULTS}/{{figure}}.svg"),
     output:
-        svg=f"{RESULTS}/{{figure}}.svg",
+        svg=report(
+            f"{RESULTS}/{{figure}}.svg",
+            category=lambda wildcards: FIGURES[wildcards.figure][0].name,
+            subcategory="figures",
+            labels=lambda wildcards: {"figure": wildcards.figure.rpartition("/")[2]},
+        ),
         png=f"{RESULTS}/{{figure}}.png",
     log:
         f"{LOGS}/{{figure}}.log",

@@ -18,7 +18,7 @@ def _page_inputs():
     """Figures and tables of the page. What shows times is linked to: no reason to write it again."""
     made = [path for study in DEFAULT.values() for path in everything_of(study)]
     shown = (path for path in made if "timed" not in path.split("/"))
-    return [path for path in shown if path.endswith((".svg", ".png", ".csv", ".md"))]
+    return [path for path in shown if path.endswith((".nc", ".svg", ".png", ".csv", ".md"))]
 
 
 @cache

@@ -64,7 +64,12 @@ rule table:
         compiled=ancient(_compiled),
         newer=changed(table_settings, f"{RESULTS}/{{table}}.md"),
     output:
-        csv=f"{RESULTS}/{{table}}.csv",
+        csv=report(
+            f"{RESULTS}/{{table}}.csv",
+            category=lambda wildcards: TABLES[wildcards.table][0].name,
+            subcategory="tables",
+            labels=lambda wildcards: {"table": wildcards.table.rpartition("/")[2]},
+        ),
         md=f"{RESULTS}/{{table}}.md",
     log:
         f"{LOGS}/{{table}}.log",

@@ -31,7 +31,7 @@ rule claims:
         **{name: f"{RESULTS}/{name}/cube.nc" for name in claims_settings()["cubes"]},
         newer=changed(claims_settings, f"{RESULTS}/claims.md"),
     output:
-        csv=f"{RESULTS}/claims.csv",
+        csv=report(f"{RESULTS}/claims.csv", category="papers", labels={"table": "claims"}),
         md=f"{RESULTS}/claims.md",
     log:
         f"{LOGS}/claims.log",
