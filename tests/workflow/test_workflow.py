@@ -65,7 +65,7 @@ def made(small_run, tmp_path) -> Path:
 def test_each_target_makes_just_what_it_needs(small):
     write_small(small, **PRODUCTS)
     figure = "results/small/figures/section.png"
-    before = {"compile": 3, "simulate": 2, "gather": 1}
+    before = {"compile": 1, "simulate": 2, "gather": 1}
     assert jobs(snakemake(small, "-n", figure)) == before | {"figure": 1}
     # A schematic waits for no simulation.
     assert jobs(snakemake(small, "-n", "results/small/figures/model.svg")) == {"figure": 1}
@@ -293,7 +293,7 @@ def test_targets_are_made_when_asked_for(small):
     assert "results/other" not in everything
     asked = snakemake(small, "-n", "more")
     assert "results/other/cube.nc" in asked
-    assert jobs(asked) == {"compile": 3, "simulate": 4, "gather": 2, "more": 1}
+    assert jobs(asked) == {"compile": 1, "simulate": 4, "gather": 2, "more": 1}
 
 
 def test_target_with_the_name_of_a_rule(small):
@@ -320,4 +320,3 @@ def test_lint_finds_nothing_but_what_is_argued(tmp_path):
         "Specify a conda environment or container for each rule.:",
         "Mixed rules and functions in same snakefile.:",
     }
-

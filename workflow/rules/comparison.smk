@@ -19,7 +19,7 @@ def _code(script, study):
 
 def _compiled_solvers(wildcards):
     study = COMPARISONS[wildcards.study]
-    return compiled(study.models, ["+".join([SOLVERS, *sorted(study.solvers)])])
+    return compiled(study.models, [SOLVERS, *sorted(study.solvers)])
 
 
 @cache

@@ -1,54 +1,60 @@
 """Compiled code, made once, so that parallel jobs find it in the cache."""
 
-from damper.observers import OBSERVERS, observer_class
-
 CHECKS, SOLVERS = "checks", "solvers"
 
 
 def compiled(models, parts):
     """Return the marks that these parts are compiled for these models."""
-    return [f"{RESULTS}/compiled/{model}/{part}.txt" for model in models for part in parts]
+    return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models]
+
+
+def models_of(study):
+    """Return the models of a study. Points that do not ask for its model are rigid."""
+    return sorted({"rigid", study.model})
+
+
+# Studies of the default run that simulate.
+SIMULATED = [study for study in STUDIES.values() if study.name in DEFAULT]
+
+
+def engine_of(model, studies):
+    """Return the mark of a model's event loop with all observers that studies ask for.
+
+    One process compiles what these share only once.
+    """
+    using = [study.observers for study in studies if model in models_of(study)]
+    return compiled([model], ["engine", *sorted(set().union(*using))])
 
 
 def compiled_for(study):
-    """Return the marks that the code a study needs is compiled.
-
-    Points of any model that do not ask for it, such as those without modulation, are rigid.
-    """
-    return compiled(sorted({"rigid", study.model}), ["engine", *sorted(study.observers)])
+    """Return the marks that the code of a study is compiled, with that of all the default run."""
+    together = SIMULATED if study.name in DEFAULT else [study]
+    return [mark for model in models_of(study) for mark in engine_of(model, together)]
 
 
 def compiled_before(wildcards):
-    """Return the marks of what the code of a part builds on: the engine, and other observers."""
-    part, built_on = wildcards.part, ["engine"]
-    if part == "engine":
-        return []
-    if part in OBSERVERS:
-        bases = [base.__module__.rpartition(".")[2] for base in observer_class(part).__mro__[1:]]
-        built_on += sorted(set(bases).intersection(OBSERVERS))
-    return compiled([wildcards.model], built_on)
+    """Return the marks of what checks and solvers build on."""
+    model, parts = wildcards.model, wildcards.parts
+    return [] if parts.startswith("engine") else engine_of(model, SIMULATED)
 
 
 # No settings, on purpose: Snakemake 9 checks no further reason to run a job whose (even ancient)
 # input is about to be made again, so a compile job that reran after an edit would hide, for that
 # run, that the simulations must rerun too. After an edit the simulation jobs compile for themselves.
-#
-# One job for the event loop of a model and one for each part that is built on it, so that no two
-# jobs compile the same code.
 rule compile:
     input:
         ancient(compiled_before),
     output:
-        f"{RESULTS}/compiled/{{model}}/{{part}}.txt",
+        f"{RESULTS}/compiled/{{model}}/{{parts}}.txt",
     log:
-        f"{LOGS}/compile/{{model}}/{{part}}.log",
+        f"{LOGS}/compile/{{model}}/{{parts}}.log",
     benchmark:
-        f"{TIMES}/compile/{{model}}/{{part}}.tsv"
+        f"{TIMES}/compile/{{model}}/{{parts}}.tsv"
     wildcard_constraints:
         model=one_of(("rigid", *MODEL_NAMES)),
-        part=rf"{one_of((*OBSERVERS, 'engine', CHECKS))}|{SOLVERS}\+[a-z0-9_+]+",
+        parts=r"[a-z0-9_+]+",
     priority: lambda wildcards: int(wildcards.model == "rigid")
     message:
-        "Compile {wildcards.part} of the {wildcards.model} model"
+        "Compile for the {wildcards.model} model: {wildcards.parts}"
     script:
         "../scripts/compile.py"

@@ -1,5 +1,7 @@
 """What the parts of a run cost: all of it times, so none of it in files of the same bytes."""
 
+from damper.observers import OBSERVERS
+
 COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "cost"}
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
 

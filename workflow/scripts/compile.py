@@ -1,7 +1,7 @@
-"""Compile one part of a model into numba's cache by running short scenes.
+"""Compile parts of a model into numba's cache by running short scenes.
 
-Parts are the event loop ("engine"), each of the observers, the checks of stress studies, and the
-solvers of a comparison ("solvers+dop853+exact").
+Parts are the event loop with observers ("engine+bursts+impacts"), the checks of stress studies
+("checks"), or solvers of a comparison ("solvers+dop853+exact").
 """
 
 import sys
@@ -12,7 +12,7 @@ from damper.models import MODELS
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-MODEL, PART = snakemake.wildcards.model, snakemake.wildcards.part
+MODEL, (PART, *NAMES) = snakemake.wildcards.model, snakemake.wildcards.parts.split("+")
 POINT = {
     "mass_ratio": 0.1,
     "damping_ratio": 0.05,
@@ -22,19 +22,20 @@ POINT = {
 } | MODELS[MODEL]
 
 
-def run() -> None:
+def run_observers() -> None:
     from damper.sweep.slices import simulate_slice
 
-    observers = {} if PART == "engine" else {PART: None}
-    simulate_slice(
-        POINT,
-        {},
-        transient=1,
-        periods=1,
-        observers=observers,
-        accuracy=1e-12,
-        max_events=1000,
-    )
+    # Not all at once: two sections exclude each other.
+    for observers in ({}, *({name: None} for name in NAMES)):
+        simulate_slice(
+            POINT,
+            {},
+            transient=1,
+            periods=1,
+            observers=observers,
+            accuracy=1e-12,
+            max_events=1000,
+        )
 
 
 def run_checks() -> None:
@@ -45,7 +46,7 @@ def run_checks() -> None:
     run_metamorphic([POINT], periods=1)
 
 
-def run_solvers(names: list[str]) -> None:
+def run_solvers() -> None:
     from damper.verification.comparison.scene import read_scene
     from damper.verification.comparison.solvers import load
 
@@ -56,18 +57,13 @@ def run_solvers(names: list[str]) -> None:
         "tolerance": 1e-3,
         "contact_stiffness": 1e4,
     }
-    for solver in map(load, names):
+    for solver in map(load, NAMES):
         if MODEL in solver.models:
             for more in ({}, {"times": [scene.until], "balance": True}):
                 solver.solve(scene, coarse[solver.setting], max_evaluations=10_000, **more)
 
 
 compile_at_once()
-if PART == "checks":
-    run_checks()
-elif PART.startswith("solvers+"):
-    run_solvers(PART.split("+")[1:])
-else:
-    run()
+{"engine": run_observers, "checks": run_checks, "solvers": run_solvers}[PART]()
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")
