@@ -16,6 +16,14 @@ def restitution_at(law: Any, approach_speed: float) -> float:
     """Coefficient of restitution of an impact; at speed 0 its limit for small speeds."""
 
 
+@by_model
+def rebound_slope(law: Any, approach_speed: float) -> float:
+    """Derivative of the rebound speed by the approach speed: by a difference, unless a law says."""
+    step = 1e-6 * approach_speed
+    high, low = approach_speed + step, approach_speed - step
+    return (restitution_at(law, high) * high - restitution_at(law, low) * low) / (high - low)
+
+
 class ConstantRestitution(NamedTuple):
     """Newton's law: the same coefficient at each speed."""
 
@@ -24,6 +32,11 @@ class ConstantRestitution(NamedTuple):
 
 @restitution_at.of(ConstantRestitution)
 def _constant(law, approach_speed):
+    return law.restitution
+
+
+@rebound_slope.of(ConstantRestitution)
+def _constant_slope(law, approach_speed):
     return law.restitution
 
 

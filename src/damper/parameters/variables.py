@@ -48,5 +48,6 @@ OWN_DIMENSIONS = {
     "draw": ("random initial state", "1"),
     "complete_burst": ("complete burst in the record, from 1", "1"),
     "burst_impact": ("impact of the burst, from 1", "1"),
+    "exponent": ("Lyapunov exponent, the largest first", "1"),
     "instant": ("sample or event of the trajectory", "1"),
 }

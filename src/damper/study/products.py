@@ -45,6 +45,7 @@ VARIABLES = {
         "energy_residual",
     ),
     "accumulation": ("complete_bursts",),
+    "lyapunov": ("largest_lyapunov_exponent", "lyapunov_residual", "slowest_impact"),
     "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
 

@@ -40,8 +40,9 @@ from damper.engine.search import (
     rates_of,
 )
 from damper.engine.segment import FLIGHT, RELEASE
-from damper.models import walls
+from damper.models import tangent, walls
 from damper.models.rigid import FlightGap, Primary, bounce_in
+from damper.models.tangent import oscillator_flow
 from damper.models.walls import End
 from damper.parameters import Parameters
 
@@ -395,3 +396,18 @@ def rest_shift(model: Grounded, side: float) -> float:
     That one moves about the masses' place of rest.
     """
     return model.stiffness / (1.0 + model.stiffness) * side * model.clearance
+
+
+@tangent.free_mass_flow.of(Grounded)
+def _free_mass_flow(model, tau):
+    return oscillator_flow(model.support, tau)
+
+
+@tangent.free_mass_acceleration.of(Grounded)
+def _free_mass_acceleration(model, y, u):
+    return -2.0 * model.support.damping * u - model.support.stiffness * y
+
+
+@tangent.flight_damping.of(Grounded)
+def _flight_damping(model):
+    return 2.0 * (model.free.damping + model.support.damping)

@@ -13,7 +13,7 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
 from damper.engine.segment import FLIGHT
-from damper.models import rigid, walls
+from damper.models import rigid, tangent, walls
 from damper.models.rigid import Rigid, bounce_in, flight_at, rigid_completion
 from damper.models.time_varying.motion import (
     MassLaw,
@@ -123,3 +123,19 @@ def _contact(model, s, phase, tau):
     mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
     common = s.v - s.side * mass_ratio / (1.0 + mass_ratio) * s.rate
     return advance_together(model.free, model.mass, s.periods, s.time, s.x, common, phase, tau)
+
+
+@tangent.mass_ratio_rate.of(TimeVarying)
+def _mass_ratio_rate(model, periods, time):
+    _, sin, _ = modulation(model.mass, periods, time)
+    return -model.mass.mean * model.mass.depth * model.mass.frequency * sin
+
+
+@tangent.contact_flow.of(TimeVarying)
+def _contact_flow(model, periods, time, tau):
+    phase = phase_at(model.free.forcing, periods, time)
+    # It is linear in the state: differences are exact but for roundoff.
+    x0, v0 = advance_together(model.free, model.mass, periods, time, 0.0, 0.0, phase, tau)
+    x1, v1 = advance_together(model.free, model.mass, periods, time, 1.0, 0.0, phase, tau)
+    x2, v2 = advance_together(model.free, model.mass, periods, time, 0.0, 1.0, phase, tau)
+    return tangent.Flow(1.0 + (x1 - x0), x2 - x0, v1 - v0, v2 - v0)

@@ -1,0 +1,178 @@
+"""Tangent dynamics of rigid walls: what small deviations become along the segment log.
+
+A deviation is one of (x, v, y, u), both masses' displacements and velocities at one time. Between
+events it follows the linear flow. At an impact the deviated motion hits earlier or later, so
+
+    S = G + (f+ - G f- - dg/dt) n^T / (n^T f-)
+
+takes it from the flow before to the flow after (Leine and Nijmeijer, Dynamics and Bifurcations of
+Non-Smooth Mechanical Systems, Springer 2004): g is the jump and G its derivative, f the
+time derivative of the state before and after, n the gradient of the gap. Where the engine closes a
+complete chatter sequence, g also lets the masses join: their centre follows the flow of sticking
+from there on, so two directions vanish at once, and the completion time does not matter. A release
+changes no time derivative: nothing happens to a deviation. Derivations: docs/orbits.md.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_model
+from damper.engine.forcing import force_rates, phase_at
+from damper.engine.impact import rebound_slope, restitution_at
+from damper.engine.model import mass_ratio_at
+from damper.engine.oscillator import Oscillator, free_flow
+from damper.engine.segment import TAIL, Segment
+
+
+class Flow(NamedTuple):
+    """Linear flow of displacement and velocity of one mass, or of both together."""
+
+    xx: float
+    xv: float
+    vx: float
+    vv: float
+
+
+@by_model
+def free_mass_flow(model: Any, tau: float) -> Flow:
+    """Linear flow of the free mass over a time `tau` of flight: by itself it just moves on."""
+    return Flow(1.0, tau, 0.0, 1.0)
+
+
+@by_model
+def free_mass_acceleration(model: Any, y: float, u: float) -> float:
+    """Acceleration of the free mass in flight."""
+    return 0.0
+
+
+@by_model
+def contact_flow(model: Any, periods: float, time: float, tau: float) -> Flow:
+    """Linear flow of both masses' centre in contact, from a moment over a time `tau`."""
+    return oscillator_flow(model.stuck, tau)
+
+
+@by_model
+def mass_ratio_rate(model: Any, periods: float, time: float) -> float:
+    """Time derivative of the mass ratio."""
+    return 0.0
+
+
+@by_model
+def flight_damping(model: Any) -> float:
+    """Rate at which volumes of (x, v, y, u) shrink in flight."""
+    return 2.0 * model.free.damping
+
+
+@compiled
+def oscillator_flow(osc: Oscillator, tau: float) -> Flow:
+    """Linear flow of an oscillator."""
+    flow = free_flow(osc, tau)
+    return Flow(1.0 + flow.c_less_1, flow.s, -osc.stiffness * flow.s, 1.0 + flow.s_dot_less_1)
+
+
+@compiled
+def fly_on(model: Any, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations, the columns of a (4, n) array, over a time of flight."""
+    primary = oscillator_flow(model.free, tau)
+    free_mass = free_mass_flow(model, tau)
+    for k in range(deviations.shape[1]):
+        x, v, y, u = deviations[0, k], deviations[1, k], deviations[2, k], deviations[3, k]
+        deviations[0, k] = primary.xx * x + primary.xv * v
+        deviations[1, k] = primary.vx * x + primary.vv * v
+        deviations[2, k] = free_mass.xx * y + free_mass.xv * u
+        deviations[3, k] = free_mass.vx * y + free_mass.vv * u
+
+
+@compiled
+def stay_on(model: Any, periods: float, time: float, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations of masses that have joined over a time of contact."""
+    flow = contact_flow(model, periods, time, tau)
+    for k in range(deviations.shape[1]):
+        x, v = deviations[0, k], deviations[1, k]
+        deviations[0, k] = deviations[2, k] = flow.xx * x + flow.xv * v
+        deviations[1, k] = deviations[3, k] = flow.vx * x + flow.vv * v
+
+
+@compiled
+def join(mass_ratio: float, deviations: np.ndarray) -> None:
+    """Let the masses of deviated motions join: their centre goes on."""
+    heavier = 1.0 + mass_ratio
+    for k in range(deviations.shape[1]):
+        x, v, y, u = deviations[0, k], deviations[1, k], deviations[2, k], deviations[3, k]
+        deviations[0, k] = deviations[2, k] = (x + mass_ratio * y) / heavier
+        deviations[1, k] = deviations[3, k] = (v + mass_ratio * u) / heavier
+
+
+class Jump(NamedTuple):
+    """What an impact does to deviations: G, and f+ - G f- - dg/dt of the four components."""
+
+    to_primary: float
+    to_free: float
+    x: float
+    v: float
+    y: float
+    u: float
+
+
+@compiled
+def strike(model: Any, s: Segment, deviations: np.ndarray) -> None:
+    """Take deviations over the impact that begins a segment, and into contact if it closes one."""
+    mu = mass_ratio_at(model, s.periods, s.time)
+    jump = _jump(model, mu, s)
+    closing = _closing(model, mu, s) if s.mode == TAIL else 0.0
+    for k in range(deviations.shape[1]):
+        x, v, y, u = deviations[0, k], deviations[1, k], deviations[2, k], deviations[3, k]
+        # By how much later the deviated motion hits.
+        late = s.side * (x - y) / s.speed
+        deviations[0, k] = x - jump.x * late
+        deviations[1, k] = v + jump.to_primary * (u - v) - (jump.v + closing) * late
+        deviations[2, k] = y - jump.y * late
+        deviations[3, k] = u + jump.to_free * (u - v) - (jump.u + closing) * late
+    if s.mode == TAIL:
+        join(mu, deviations)
+
+
+@compiled
+def _jump(model, mu, s):
+    slope = (1.0 + rebound_slope(model.law, s.speed)) / (1.0 + mu)
+    to_primary, to_free = slope * mu, -slope
+    before = s.v_before + s.side * s.speed
+    after = s.v - s.side * s.rate
+    a, b = _accelerations(model, s, s.v_before, before)
+    a_after, b_after = _accelerations(model, s, s.v, after)
+    # The mass ratio's own change gives both velocities the same.
+    turned = 1.0 + restitution_at(model.law, s.speed)
+    change = mass_ratio_rate(model, s.periods, s.time) * turned * s.side * s.speed
+    change /= (1.0 + mu) * (1.0 + mu)
+    return Jump(
+        to_primary,
+        to_free,
+        s.v - s.v_before,
+        a_after - a - to_primary * (b - a) - change,
+        after - before,
+        b_after - b - to_free * (b - a) - change,
+    )
+
+
+@compiled
+def _closing(model, mu, s):
+    """Acceleration of the joined masses, less that of their centre in the flight after."""
+    after = s.v - s.side * s.rate
+    common = (s.v + mu * after) / (1.0 + mu)
+    a, b = _accelerations(model, s, s.v, after)
+    a_joined, b_joined = _accelerations(model, s, common, common)
+    change = mass_ratio_rate(model, s.periods, s.time) * (after - s.v) / (1.0 + mu)
+    return (a_joined - a + mu * (b_joined - b) - change) / (1.0 + mu)
+
+
+@compiled
+def _accelerations(model, s, v, u):
+    """Of both masses in flight, at a segment's wall."""
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    force, _, _, _, _ = force_rates(model.free.forcing, phase)
+    return (
+        model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x,
+        free_mass_acceleration(model, s.x + s.side * model.clearance, u),
+    )

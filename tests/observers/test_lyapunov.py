@@ -1,0 +1,80 @@
+"""Lyapunov exponents against sums and motions that are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+import damper
+from damper.models import start_run
+from damper.parameters import Parameters, State
+from damper.theory.two_impacts import orbits
+
+
+@pytest.mark.parametrize("runs", [40, pytest.param(1000, marks=pytest.mark.exhaustive)])
+def test_volumes_shrink_as_dashpots_and_impacts_say(runs: int) -> None:
+    """Their sum is -2 zeta plus 2 ln r for each impact, wherever no burst completes."""
+    rng = np.random.default_rng(3)
+    compared = 0
+    while compared < runs:
+        p = {
+            "mass_ratio": 10 ** rng.uniform(-3, 0),
+            "damping_ratio": 10 ** rng.uniform(-3, 0),
+            "frequency_ratio": rng.uniform(0.3, 3.0),
+            "clearance": 10 ** rng.uniform(-1, 1),
+            "restitution": rng.uniform(0.5, 0.95),
+        }
+        cube = damper.simulate(**p, transient=20, periods=20, observers=["lyapunov", "impacts"])
+        if not np.isfinite(cube.lyapunov_residual) or np.isnan(cube.slowest_impact):
+            assert np.isnan(cube.slowest_impact) or (cube.lyapunov_exponents[2:] == -np.inf).all()
+            continue
+        compared += 1
+        period = math.tau / p["frequency_ratio"]
+        events = damper.events(Parameters(**p), until=40.0 * period)
+        impacts = ((events["kind"] == 0) & (events["time"] >= 20.0 * period)).sum() / 20.0
+        known = -2.0 * p["damping_ratio"] * period + 2.0 * math.log(p["restitution"]) * impacts
+        # An impact that grazes stretches deviations by far, and roundoff with them.
+        allowed = 1e-10 * abs(known) + 1e-15 / float(cube.slowest_impact) ** 2
+        assert float(cube.lyapunov_exponents.sum()) == pytest.approx(known, abs=allowed)
+        assert abs(float(cube.lyapunov_residual)) < allowed
+        assert float(cube.largest_lyapunov_exponent) == float(cube.lyapunov_exponents[0])
+
+
+def test_on_a_periodic_motion_they_are_its_multipliers() -> None:
+    values = {"mass_ratio": 0.1, "damping_ratio": 0.1, "clearance": 5.5, "restitution": 0.5}
+    orbit = next(o for o in orbits(Parameters(frequency_ratio=1.0, **values)) if o.stable)
+    cube = damper.simulate(
+        frequency_ratio=1.0,
+        **values,
+        state=orbit.start,
+        transient=0,
+        periods=400,
+        observers=["lyapunov"],
+    )
+    # Multipliers of half a period.
+    known = 2.0 * np.log(abs(orbit.multipliers))
+    np.testing.assert_allclose(cube.lyapunov_exponents, known, atol=0.02)
+    assert (abs(cube.lyapunov_drift) < 0.02).all()
+
+
+def test_chaos_is_the_growth_of_a_small_distance() -> None:
+    """A second run, set back to a distance of 1e-9 after each period."""
+    values = {"mass_ratio": 0.3, "damping_ratio": 0.02, "frequency_ratio": 0.4, "clearance": 0.5}
+    p, periods, distance = Parameters(**values, restitution=0.7), 30, 1e-9
+    cube = damper.simulate(
+        **values, restitution=0.7, transient=0, periods=periods, observers=["lyapunov"]
+    )
+    state, direction, growth = np.zeros(4), np.array([0.5, 0.5, -0.5, 0.5]), 0.0
+    for _ in range(periods):
+        ends = []
+        for start in (state, state + distance * direction):
+            run = start_run(p, State(*start))
+            run.skip(1.0)
+            end = run.state_at(1.0)
+            ends.append(np.array([end.x, end.v, end.y, end.u]))
+        apart = ends[1] - ends[0]
+        size = float(np.linalg.norm(apart))
+        growth += math.log(size / distance)
+        state, direction = ends[0], apart / size
+    assert growth / periods > 0.3
+    assert float(cube.largest_lyapunov_exponent) == pytest.approx(growth / periods, abs=0.05)
