@@ -78,3 +78,16 @@ def test_chaos_is_the_growth_of_a_small_distance() -> None:
         state, direction = ends[0], apart / size
     assert growth / periods > 0.3
     assert float(cube.largest_lyapunov_exponent) == pytest.approx(growth / periods, abs=0.05)
+
+
+def test_compliant_contact_is_refused() -> None:
+    with pytest.raises(ValueError, match="lyapunov: deviations are not followed through compliant"):
+        damper.simulate(
+            mass_ratio=0.1,
+            damping_ratio=0.1,
+            frequency_ratio=1.0,
+            clearance=1.0,
+            restitution=0.5,
+            contact_stiffness_ratio=1e4,
+            observers=["lyapunov"],
+        )

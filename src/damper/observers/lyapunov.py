@@ -65,7 +65,7 @@ class Lyapunov(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         if type(self._model).__name__ == "Compliant":
-            raise ValueError("lyapunov: is not for compliant contact; choose another observer")
+            raise ValueError("lyapunov: deviations are not followed through compliant contact")
         self._totals = np.zeros(1, _TOTALS)
         self._totals["slowest"] = math.inf
         self._frame = np.eye(4)

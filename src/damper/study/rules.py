@@ -151,6 +151,9 @@ def _check_dampers(study: Study, faults: Faults) -> None:
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
+    if study.model == "compliant" and "lyapunov" in study.observers:
+        message = "deviations are not followed through compliant contact"
+        faults.add(("observers", "lyapunov"), message, "a study of rigid walls")
     if study.model != "rigid":
         message = f"its formulas are those of the rigid damper, this is the {study.model} one"
     elif laws := {point.law for point in points} - {"constant"}:
