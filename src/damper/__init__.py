@@ -10,7 +10,7 @@ Layers, each importing only those above it:
    `models`: one package for each model of the damper, what the event loop asks of it.
 3. `observers`: one file each, each a pass over the segment log; a model's `response` is beside it.
    `theory`: closed forms to compare with.
-4. `sweep`: many points through engine and observers: runs, slices, cubes, `events`, `simulate`.
+4. `sweep`: points through engine and observers: runs, slices, cubes, `events`, `periodic_orbit`.
    xarray is imported by its cubes.
 5. `comparison`: other solvers on the same scenes, and how far off each one is. `stress`: the
    engine on extreme parameters. `cost`: what each part costs. Only their studies load them.
@@ -30,11 +30,22 @@ HOME = {
     "Parameters": "damper.parameters",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
+    "PeriodicOrbit": "damper.sweep.orbits",
     "events": "damper.sweep.events",
+    "periodic_orbit": "damper.sweep.orbits",
     "simulate": "damper.study.simulation",
 }
 
-__all__ = ["Parameters", "SIParameters", "State", "__version__", "events", "simulate"]
+__all__ = [
+    "Parameters",
+    "PeriodicOrbit",
+    "SIParameters",
+    "State",
+    "__version__",
+    "events",
+    "periodic_orbit",
+    "simulate",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -23,7 +23,7 @@ from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Oscillator, free_flow
-from damper.engine.segment import TAIL, Segment
+from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
 
 
 class Flow(NamedTuple):
@@ -176,3 +176,45 @@ def _accelerations(model, s, v, u):
         model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x,
         free_mass_acceleration(model, s.x + s.side * model.clearance, u),
     )
+
+
+@compiled
+def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> None:
+    """Take deviations, the columns of a (4, n) array, along a piece of the log.
+
+    What began the very first segment happened before, so it is left out unless `begun`.
+    """
+    for index in range(len(log)):
+        s = segment_at(log[index])
+        if begun or index > 0:
+            if s.cause == IMPACT:
+                strike(model, s, deviations)
+        elif s.mode != FLIGHT:
+            join(mass_ratio_at(model, s.periods, s.time), deviations)
+        if s.mode == FLIGHT:
+            fly_on(model, s.duration, deviations)
+        else:
+            stay_on(model, s.periods, s.time, s.duration, deviations)
+
+
+def derivative(trajectory: Any, periods: float, time: float = 0.0) -> np.ndarray:
+    """Derivative of the state at a moment by the state at the start of a run.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        At its start. It is run to the moment.
+    periods, time : float
+        Whole forcing periods, plus a time in [0, period).
+
+    Returns
+    -------
+    ndarray (4, 4)
+        Of (x, v, y, u). Where the run starts in contact, deviations are those of both masses
+        together.
+    """
+    deviations, begun = np.eye(4), False
+    for log in trajectory.segments(periods, time):
+        follow(trajectory.model, log, deviations, begun)
+        begun = True
+    return deviations

@@ -1,0 +1,80 @@
+"""Periodic motions against closed forms, and against the runs that they are."""
+
+import numpy as np
+import pytest
+
+import damper
+from damper.models import start_run
+from damper.parameters import Parameters, State
+from damper.theory.two_impacts import orbits
+
+TWO_IMPACTS = Parameters(
+    mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0, clearance=5.5, restitution=0.5
+)
+CHATTER = {"mass_ratio": 0.1, "damping_ratio": 0.02, "clearance": 0.05, "restitution": 0.3}
+
+
+@pytest.mark.parametrize("stable", [True, False])
+def test_two_impacts_a_period(stable: bool) -> None:
+    """The unstable one has a multiplier of 2123."""
+    known = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable == stable)
+    start = known.start
+    guess = State(start.x * (1 + 1e-5), start.v, start.y - 1e-3, start.u, start.time)
+    found = damper.periodic_orbit(TWO_IMPACTS, guess=guess)
+    np.testing.assert_allclose([found.state.x, found.state.v], known.stroboscopic(), rtol=1e-12)
+    assert found.stable == stable
+    multipliers = known.multipliers**2  # those of half a period
+    order = np.lexsort((-multipliers.imag, -abs(multipliers)))
+    error = abs(found.multipliers - multipliers[order]).max()
+    assert error < 1e-9 * abs(multipliers).max()
+    assert found.events["side"].tolist() in ([1, -1], [-1, 1])
+
+
+@pytest.mark.parametrize(
+    "more",
+    [{}, {"support_stiffness_ratio": 0.01}, {"modulation_depth": 0.2}, {"yield_speed": 0.01}],
+    ids=["rigid", "grounded", "time-varying", "yielding"],
+)
+def test_completed_chatter_leaves_two_directions(more: dict[str, float]) -> None:
+    p = Parameters(frequency_ratio=1.3, **CHATTER, **more)
+    orbit = damper.periodic_orbit(p)
+    assert set(orbit.events["kind"]) == {0, 1, 2}
+    assert orbit.stable
+    assert (abs(orbit.multipliers[2:]) < 1e-12).all()
+    run = start_run(p, orbit.state)
+    run.skip(10.0)
+    end = run.state_at(10.0)
+    for name in ("x", "v", "y", "u"):
+        assert getattr(end, name) == pytest.approx(getattr(orbit.state, name), abs=1e-10)
+
+
+def test_a_motion_that_begins_in_contact() -> None:
+    """The phase of the forcing is that of a moment of sticking."""
+    base = damper.periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER))
+    kinds, times = base.events["kind"], base.events["time"]
+    stick = np.flatnonzero(kinds == 1)[0]
+    middle = 0.5 * (times[stick] + times[stick + 1])
+    p = Parameters(frequency_ratio=1.3, phase=1.3 * middle, **CHATTER)
+    orbit = damper.periodic_orbit(p)
+    assert orbit.state.v == orbit.state.u
+    np.testing.assert_allclose(orbit.multipliers[:2], base.multipliers[:2], rtol=1e-9)
+
+
+def test_what_is_not_found_is_said() -> None:
+    resonant = Parameters(
+        mass_ratio=0.1, damping_ratio=0.0, frequency_ratio=1.0, clearance=1e9, restitution=0.5
+    )
+    with pytest.raises(ValueError, match="no motion of period 1 found: the search stopped at"):
+        damper.periodic_orbit(resonant, settle=1)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"contact_stiffness_ratio": 1e4}, "not followed through compliant contact"),
+        ({"modulation_depth": 0.2, "modulation_order": 2}, "a multiple of modulation_order = 2"),
+    ],
+)
+def test_what_is_not_followed_is_refused(more: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        damper.periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER, **more))
