@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, NOTHING, SIDE, TAIL, segment_at
 from damper.models import start_run
 from damper.models.tangent import derivative
@@ -73,6 +74,7 @@ def differences(p: Parameters, start: np.ndarray, until: float, events: list) ->
 
 
 @pytest.mark.parametrize(("kind", "block"), CASES)
+@plain
 def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
     rng = np.random.default_rng([block, KINDS.index(kind)])
     compared = joined = 0

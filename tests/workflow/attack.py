@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import test_workflow as workflow
+import project_copy as project
 
 RECOVERY = "snakemake --unlock; snakemake --cores 2"
 FIGURE = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
@@ -46,7 +46,7 @@ def recover(folder: Path) -> str:
     output, _ = (process := start(folder)).communicate()
     if process.returncode:
         return f"the recovery failed:\n{output}"
-    made = workflow.digests(folder / "results")
+    made = project.digests(folder / "results")
     wrong = {path for path in EXPECTED.keys() | made if EXPECTED.get(path) != made.get(path)}
     return f"other bytes: {sorted(wrong)}" if wrong else ""
 
@@ -138,13 +138,13 @@ ATTACKS = {
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        folder = workflow.copy_project(Path(name))
-        workflow.write_small(folder, figures={"section": FIGURE}, tables={"edges": TABLE})
-        workflow.snakemake(folder)
-        EXPECTED = workflow.digests(folder / "results")
+        folder = project.copy_project(Path(name))
+        project.write_small(folder, figures={"section": FIGURE}, tables={"edges": TABLE})
+        project.snakemake(folder)
+        EXPECTED = project.digests(folder / "results")
         shutil.rmtree(folder / "results/small")
         began = time.monotonic()
-        workflow.snakemake(folder)
+        project.snakemake(folder)
         TIME = time.monotonic() - began
         print(f"an undisturbed run takes {TIME:.0f} s", flush=True)
         failed = 0

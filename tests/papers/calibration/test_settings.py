@@ -211,8 +211,4 @@ def test_rules_are_those_of_the_workflow() -> None:
         path.read_text() for path in [ROOT / "Snakefile", *(ROOT / "workflow/rules").glob("*.smk")]
     )
     named = [line.split()[1].rstrip(":") for line in text.splitlines() if line.startswith("rule ")]
-    # Four are made by a loop, with and without times in them.
-    named += [
-        f"{kind}_{what}" for kind in ("verification", "timed") for what in ("figure", "table")
-    ]
     assert sorted(named) == sorted(RULES)
