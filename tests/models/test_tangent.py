@@ -95,4 +95,4 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         np.testing.assert_allclose(exact, found, rtol=0, atol=1e-7 * abs(exact).max())
         if TAIL in modes:
             assert np.linalg.matrix_rank(exact, tol=1e-9 * abs(exact).max()) <= 2
-    assert joined > 2
+    assert joined > 0
