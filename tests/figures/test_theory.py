@@ -18,6 +18,7 @@ import damper
 from damper.analysis.amplitudes import amplitudes
 from damper.figures import THEORY, modules
 from damper.figures.common.style import BLUE, GREEN, VERMILION
+from damper.study.kinds import FIGURES
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
@@ -324,8 +325,8 @@ def test_manifold_without_impacts() -> None:
 
 
 def test_only_what_is_asked_for_counts_and_loads() -> None:
-    assert modules({"kind": "bifurcation"}) == ["damper.figures.bifurcation"]
-    both = modules({"kind": "map", "theory": "small_mass_limit"})
+    assert modules(FIGURES.modules["bifurcation"], {}) == ["damper.figures.bifurcation"]
+    both = modules(FIGURES.modules["map"], {"theory": "small_mass_limit"})
     assert both == ["damper.figures.map", THEORY["small_mass_limit"]]
     code = (
         "import json, sys, damper.figures.map, damper.figures.bifurcation\n"

@@ -1,6 +1,6 @@
 """Figures, as SVG and PNG."""
 
-from damper.figures import THEORY
+from damper.figures import modules
 
 FIGURES = products("figures")
 
@@ -8,11 +8,11 @@ FIGURES = products("figures")
 @cache
 def figure_settings(figure):
     study, product, settings = FIGURES[figure]
-    drawn_by, theory = type(product).__module__, settings.get("theory")
+    drawn_by = type(product).__module__
     return {
         "settings": settings,
         "module": drawn_by,
-        "code": digest("figure.py", drawn_by, *([THEORY[theory]] if theory else [])),
+        "code": digest("figure.py", *modules(drawn_by, settings)),
         "shown": [made_of(path) for paths in shown(study, product).values() for path in paths],
     }
 

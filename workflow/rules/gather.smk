@@ -47,8 +47,8 @@ rule gather:
         study=one_of(STUDIES),
     priority: of_papers
     resources:
-        mem_mb=lambda wildcards: ESTIMATES[wildcards.study].gather_resources["mem_mb"],
-        runtime=lambda wildcards: ESTIMATES[wildcards.study].gather_resources["runtime"],
+        mem_mb=lambda wildcards: taken_by(wildcards.study).gather_resources["mem_mb"],
+        runtime=lambda wildcards: taken_by(wildcards.study).gather_resources["runtime"],
     params:
         job=job(gather_settings),
     message:

@@ -14,7 +14,7 @@ def _page_kinds():
     )
 
 
-def _page_inputs():
+def _page_inputs(wildcards):
     """Figures and tables of the page. What shows times is linked to: no reason to write it again."""
     made = [path for study in DEFAULT.values() for path in everything_of(study)]
     shown = (path for path in made if "timed" not in path.split("/"))
@@ -39,7 +39,7 @@ def report_settings():
 
 rule report:
     input:
-        _page_inputs(),
+        _page_inputs,
         claims=claims_if_complete(),
         captions=[CAPTIONS / f"{kind}.rst" for kind in _page_kinds()],
         template=CAPTIONS / "page.html",

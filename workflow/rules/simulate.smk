@@ -2,14 +2,18 @@
 
 from damper.study.estimate import estimate
 
-# Name of a study -> what its jobs take.
-ESTIMATES = {name: estimate(study) for name, study in STUDIES.items()}
 # (study, part of the file name) -> coordinates of the slice
 PLACES = {
     (study.name, study.slice_path(place)): place
     for study in STUDIES.values()
     for place in study.slices()
 }
+
+
+@cache
+def taken_by(study):
+    """Return what the jobs of a study take."""
+    return estimate(STUDIES[study])
 
 
 @cache
@@ -41,8 +45,8 @@ rule simulate:
         place=one_of({place for _, place in PLACES}),
     priority: of_papers
     resources:
-        mem_mb=lambda wildcards: ESTIMATES[wildcards.study].simulate_resources["mem_mb"],
-        runtime=lambda wildcards: ESTIMATES[wildcards.study].simulate_resources["runtime"],
+        mem_mb=lambda wildcards: taken_by(wildcards.study).simulate_resources["mem_mb"],
+        runtime=lambda wildcards: taken_by(wildcards.study).simulate_resources["runtime"],
     params:
         job=job(simulate_settings),
     message:

@@ -15,20 +15,23 @@ def claims_if_complete():
     return [f"{RESULTS}/claims.csv", f"{RESULTS}/claims.md"] if COMPLETE else []
 
 
+# Cubes that are made by default and that a verdict needs.
+JUDGED = {name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in DEFAULT}
+
+
 @cache
 def claims_settings():
-    judged = [name for name in JUDGED_BY if name in DEFAULT]
     return {
         # Links to figures that are not made would lead nowhere.
         "figures": [name for name, (study, *_) in FIGURES.items() if study.name in DEFAULT],
         "code": digest("claims.py"),
-        "cubes": {name: made_of(f"{RESULTS}/{name}/cube.nc") for name in judged},
+        "cubes": {name: made_of(path) for name, path in JUDGED.items()},
     }
 
 
 rule claims:
     input:
-        **{name: f"{RESULTS}/{name}/cube.nc" for name in claims_settings()["cubes"]},
+        **JUDGED,
         newer=changed(claims_settings, f"{RESULTS}/claims.md"),
     output:
         csv=report(f"{RESULTS}/claims.csv", category="papers", labels={"table": "claims"}),
@@ -48,7 +51,7 @@ rule claims:
 
 rule papers:
     input:
-        [everything_of(DEFAULT[name]) for name in JUDGED_BY if name in DEFAULT],
+        [everything_of(DEFAULT[name]) for name in JUDGED],
         claims_if_complete(),
     message:
         "The papers' figures, tables and verdicts are made"

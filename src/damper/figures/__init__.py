@@ -36,7 +36,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     return FIGURES.module(kind).draw(cube, **settings)
 
 
-def modules(settings: Mapping[str, Any]) -> list[str]:
-    """Modules that draw a figure of these settings: kind, and theory if any."""
+def modules(kind: str, settings: Mapping[str, Any]) -> list[str]:
+    """Modules that draw a figure of these settings: that of its kind, and of its theory if any."""
     theory = settings.get("theory")
-    return [FIGURES.modules[settings["kind"]], *([THEORY[theory]] if theory else [])]
+    return [kind, *([THEORY[theory]] if theory else [])]

@@ -10,7 +10,7 @@ from damper.engine.model import mass_ratio_at
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import flight_damping, fly_on, join, stay_on, strike
-from damper.observers.common.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; whether masses
@@ -104,11 +104,7 @@ def _follow(model, log, window, frame, growth, volume, totals):
     total = totals[0]
     for index in range(len(log)):
         s = segment_at(log[index])
-        start = since(s, model.period, window.periods, window.time)
-        end = since(s, model.period, window.periods + window.length, window.time)
-        # The part of the segment in the window, from the segment's start.
-        low = max(-start, 0.0)
-        high = min(s.duration, -end)
+        start, low, high = part_within(s, model.period, window)
         if high < low:
             continue
         if total.halved == 0.0 and 2.0 * start >= window.length * model.period:

@@ -15,7 +15,7 @@ from damper.engine.segment import IMPACT, segment_at
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, part_of, stored_energy
-from damper.observers.common.base import Observer, Window, read_record, record_type, since
+from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, LENGTH, Variable
 
@@ -147,11 +147,7 @@ def _follow(model, tables, log, window, totals):
     first_tau = last_tau = 0.0
     for index in range(len(log)):
         s = segment_at(log[index])
-        start = since(s, model.period, window.periods, window.time)
-        end = since(s, model.period, window.periods + window.length, window.time)
-        # The part of the segment in the window, from the segment's start.
-        low = max(-start, 0.0)
-        high = min(s.duration, -end)
+        start, low, high = part_within(s, model.period, window)
         if high < low:
             continue
         last = index

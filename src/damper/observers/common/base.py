@@ -144,6 +144,21 @@ def since(segment: Segment, period: float, periods: float, time: float) -> float
 
 
 @compiled
+def part_within(segment: Segment, period: float, window: Window) -> tuple[float, float, float]:
+    """Part of a segment in the window.
+
+    Returns
+    -------
+    start, low, high : float
+        Time from the window's start to the segment's, negative if before; the ends of the part,
+        from the segment's start. There is none where `high` is below `low`.
+    """
+    start = since(segment, period, window.periods, window.time)
+    end = since(segment, period, window.periods + window.length, window.time)
+    return start, max(-start, 0.0), min(segment.duration, -end)
+
+
+@compiled
 def visible_in_tail(law: Any, tail: Segment, limit: float) -> int:
     """Impacts at or above the speed `limit` that a closed tail still holds.
 
