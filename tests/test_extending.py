@@ -45,8 +45,8 @@ def copy(tmp_path_factory):
     return folder
 
 
-def run(copy: Path, code: str, compiled: bool = False) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(copy), "DAMPER_COMPILE": str(int(compiled))}
+def run(copy: Path, code: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(copy)}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment, cwd=copy
     )
@@ -58,8 +58,6 @@ def test_observer_is_one_short_file(copy):
     assert len(OBSERVER.splitlines()) < 50
     more = """
 import json
-from damper.engine.compiled import compile_at_once
-compile_at_once()
 single = damper.simulate(
     mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8, clearance=0.25, restitution=0.6,
     halving_speed=0.5, observers={"wall_share": None}, transient=0, periods=20,
@@ -69,9 +67,7 @@ found = damper.events(parameters, until=20 * parameters.period)
 sides = found["side"][found["kind"] == 0]
 print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.item()]))
 """
-    observed, counted, status = json.loads(
-        run(copy, OBSERVED + more, compiled=True).splitlines()[-1]
-    )
+    observed, counted, status = json.loads(run(copy, OBSERVED + more).splitlines()[-1])
     assert status == 0
     assert observed == pytest.approx(counted, abs=1e-15)
     assert 0.0 < observed < 1.0

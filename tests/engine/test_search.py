@@ -137,7 +137,7 @@ def find(
 sine = st.tuples(st.floats(-1, 1), st.floats(-1, 1.5).map(lambda k: 10.0**k), st.floats(-3.2, 3.2))
 
 
-@settings(max_examples=300)
+@settings(max_examples=80)
 @given(
     depth=st.floats(-9, 0).map(lambda k: 10.0**k),
     dips=st.booleans(),

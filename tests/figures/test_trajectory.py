@@ -150,6 +150,7 @@ def test_lines_are_vectors_unless_there_are_very_many(
     assert "<image" in assert_files("trajectory", cube, tmp_path)
 
 
+@pytest.mark.exhaustive
 def test_very_long_trajectory_is_a_small_file(tmp_path: Path) -> None:
     long = simulated(
         frequency_ratio=1.1,

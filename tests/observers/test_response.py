@@ -437,7 +437,7 @@ def test_some_peak_lies_on_a_bounce_of_a_tail() -> None:
 # --- the peak
 
 
-@settings(max_examples=150)
+@settings(max_examples=40)
 @given(values=st.fixed_dictionaries(RANDOM), transient=st.integers(0, 2))
 def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int) -> None:
     trajectory = start_run(Parameters(**values))

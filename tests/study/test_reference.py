@@ -486,7 +486,7 @@ def test_schema_accepts_whatever_the_loader_accepts(tmp_path):
     rng = random.Random(1)
     accepted = refused = 0
     starts = itertools.cycle(GOOD.values())
-    for _ in range(600):
+    for _ in range(200):
         data = next(starts)
         for _ in range(rng.randrange(1, 4)):
             data = mutated(rng, data)
@@ -495,8 +495,8 @@ def test_schema_accepts_whatever_the_loader_accepts(tmp_path):
             assert list(STUDY.iter_errors(data)) == []
         else:
             refused += not STUDY.is_valid(data)
-    assert accepted > 30
-    assert refused > 400
+    assert accepted > 10
+    assert refused > 130
 
 
 # The template.

@@ -290,7 +290,7 @@ import signal, sys, threading
 import damper
 from damper.engine import compiled
 signal.signal(signal.SIGINT, signal.default_int_handler)
-compiled.PATIENCE = 0.0
+compiled.compile_at_once()
 point = dict({point})
 def call(length, workers=1):
     if {what!r} == "events":

@@ -166,7 +166,7 @@ def random_impact(rng: random.Random) -> tuple[Parameters, int, float, float, fl
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.exhaustive) for k in range(2, 6))]
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.exhaustive) for k in range(1, 6))]
 )
 def test_slopes_are_two_and_three(seed: int) -> None:
     """For random complete bursts; single ones may be near a zero of the error's leading term."""

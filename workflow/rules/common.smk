@@ -1,10 +1,11 @@
 """Read and check the configuration; the functions that rules ask for inputs and parameters."""
 
+import functools
 import os
 import re
 import sys
 import time
-from functools import cache
+from inspect import signature
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -71,7 +72,13 @@ def products(section):
     }
 
 
-@cache
+def once(function):
+    """Work out a function's value once, whether its arguments come by place or by name."""
+    names, kept = signature(function).parameters, functools.cache(function)
+    return lambda *values, **named: kept(*values, *(named[name] for name in names if name in named))
+
+
+@once
 def digest(script, *modules):
     """Digest of the code behind a script, and behind the modules that it loads by name."""
     return code_digest(SCRIPTS / script, modules)
@@ -135,7 +142,7 @@ def shown(study, product):
 SETTINGS = {}
 
 
-@cache
+@once
 def made_of(path):
     """Return the fingerprint that a file of results is to have."""
     name, _, file = path.removeprefix(f"{RESULTS}/").partition("/")

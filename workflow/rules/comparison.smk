@@ -22,7 +22,7 @@ def _compiled_solvers(wildcards):
     return compiled(study.models, [SOLVERS, *sorted(study.solvers)])
 
 
-@cache
+@once
 def reference_settings(study, scene):
     return {
         "scene": _scene(study, scene),
@@ -51,7 +51,7 @@ rule reference:
         "../scripts/reference.py"
 
 
-@cache
+@once
 def errors_settings(study, scene):
     return {
         "scene": _scene(study, scene),
@@ -84,7 +84,7 @@ rule errors:
         "../scripts/errors.py"
 
 
-@cache
+@once
 def comparison_settings(study):
     scenes = COMPARISONS[study].scenes
     return {
@@ -122,7 +122,7 @@ rule comparison:
         "../scripts/comparison.py"
 
 
-@cache
+@once
 def timings_settings(study):
     asked = COMPARISONS[study]
     return {

@@ -8,9 +8,10 @@ def compiled(models, parts):
     return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models]
 
 
-def models_of(study):
+@once
+def models_of(name):
     """Return the models of a study. Points that do not ask for its model are rigid."""
-    return sorted({"rigid", study.model})
+    return sorted({"rigid", STUDIES[name].model})
 
 
 # Studies of the default run that simulate.
@@ -22,14 +23,14 @@ def engine_of(model, studies):
 
     One process compiles what these share only once.
     """
-    using = [study.observers for study in studies if model in models_of(study)]
+    using = [study.observers for study in studies if model in models_of(study.name)]
     return compiled([model], ["engine", *sorted(set().union(*using))])
 
 
 def compiled_for(study):
     """Return the marks that the code of a study is compiled, with that of all the default run."""
     together = SIMULATED if study.name in DEFAULT else [study]
-    return [mark for model in models_of(study) for mark in engine_of(model, together)]
+    return [mark for model in models_of(study.name) for mark in engine_of(model, together)]
 
 
 def compiled_before(wildcards):

@@ -6,7 +6,7 @@ COSTS = {name: study for name, study in VERIFICATIONS.items() if study.kind == "
 EVERY_OBSERVER = [f"damper.observers.{name}" for name in OBSERVERS]
 
 
-@cache
+@once
 def cost_settings(study):
     return {
         "settings": COSTS[study].settings(),

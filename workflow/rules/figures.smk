@@ -5,7 +5,7 @@ from damper.figures import modules
 FIGURES = products("figures")
 
 
-@cache
+@once
 def figure_settings(figure):
     study, product, settings = FIGURES[figure]
     drawn_by = type(product).__module__

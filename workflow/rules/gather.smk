@@ -8,7 +8,7 @@ def slices_of(wildcards):
     return [f"{RESULTS}/{study.name}/slices/{path}.npz" for path in paths]
 
 
-@cache
+@once
 def gather_settings(study):
     study = STUDIES[study]
     # Figures and tables do not change a cube.

@@ -21,7 +21,7 @@ def _page_inputs(wildcards):
     return [path for path in shown if path.endswith((".nc", ".svg", ".png", ".csv", ".md"))]
 
 
-@cache
+@once
 def report_settings():
     return {
         "studies": [study.about() for study in DEFAULT.values()],

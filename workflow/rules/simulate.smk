@@ -10,13 +10,13 @@ PLACES = {
 }
 
 
-@cache
+@once
 def taken_by(study):
     """Return what the jobs of a study take."""
     return estimate(STUDIES[study])
 
 
-@cache
+@once
 def simulate_settings(study, place):
     place, study = PLACES[study, place], STUDIES[study]
     return {

@@ -19,7 +19,7 @@ def _compiled_checks(wildcards):
     return compiled(STRESSES[wildcards.study].models, [CHECKS])
 
 
-@cache
+@once
 def checks_settings(study, part):
     return {
         "run": PARTS[study, part],
@@ -50,7 +50,7 @@ rule checks:
         "../scripts/checks.py"
 
 
-@cache
+@once
 def metamorphic_settings(study, part):
     return {
         "run": METAMORPHIC[study, part],
@@ -79,7 +79,7 @@ rule metamorphic:
         "../scripts/metamorphic.py"
 
 
-@cache
+@once
 def stress_settings(study):
     groups, metamorphic = STRESSES[study].groups(), STRESSES[study].metamorphic()
     return {

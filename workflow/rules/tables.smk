@@ -8,7 +8,7 @@ def _runs_more(study):
     return study.name in STUDIES
 
 
-@cache
+@once
 def table_settings(table):
     study, product, settings = TABLES[table]
     made_by = type(product).__module__

@@ -19,7 +19,7 @@ def claims_if_complete():
 JUDGED = {name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in DEFAULT}
 
 
-@cache
+@once
 def claims_settings():
     return {
         # Links to figures that are not made would lead nowhere.

@@ -3,9 +3,9 @@
 One source serves both: functions under `compiled` use floats and `math` only. Set the
 environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there.
 
-Both give the same bytes, so a process begins with the plain version: to load numba takes longer
-than a few hundred events, and to compile longer than 100 000. After `PATIENCE` seconds of plain
-running, what is called next is compiled.
+Both give the same bytes, so each function begins plain, and is compiled once it has run for as long
+as its compiled code takes to get: seconds to compile it, less to load it from the cache. A run thus
+takes at most twice what it would if it had been known beforehand how long it is.
 
 numba's disk cache does not notice an edit in a *called* module: a cached caller keeps the old
 result. The cache therefore lives in a folder named by the digest of all of damper's source.
@@ -21,7 +21,7 @@ import time
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from functools import update_wrapper, wraps
+from functools import cache, update_wrapper, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -66,6 +66,12 @@ def _cache_root() -> Path:
     else:
         base = os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")
     return Path(base) / "damper"
+
+
+@cache
+def _cache() -> Path:
+    """Folder of the compiled code of the source that this process has loaded."""
+    return cache_folder()
 
 
 def _warn(trouble: str) -> None:
@@ -128,14 +134,17 @@ COMPILED = (
     os.environ.get("DAMPER_COMPILE", "1") != "0" and importlib.util.find_spec("numba") is not None
 )
 
-#: Seconds that a process runs plain Python before it compiles.
-PATIENCE = 0.3
+#: Seconds that a process runs plain before it loads compiled code.
+LOADING = 0.3
+#: Seconds that a function runs plain before it is compiled, where the cache does not hold it.
+COMPILING = 5.0
 
 _lock = threading.RLock()
 _NUMBERS = frozenset((float, int))
 #: Flags of an array: in the order of C, of Fortran, writeable.
 _LAYOUT = 0x403
 _plain = threading.local()
+_at_once = False
 _spent = 0.0
 _warned = False
 _numba: Any = None
@@ -186,6 +195,7 @@ class Compiled:
         self._inner: Any = None
         self._outer: Any = None
         self._entries: dict[tuple, Callable] = {}
+        self._spent: dict[tuple, float] = {}
 
     @property
     def inner(self) -> Any:
@@ -210,19 +220,30 @@ class Compiled:
                     numba.config.CACHE_DIR = before
         return self._outer
 
-    @property
-    def waits(self) -> bool:
-        """Whether the next call from Python runs plain, for the process is still young."""
-        return self._outer is None and _spent < PATIENCE
-
     def __call__(self, *arguments: Any) -> Any:
         if getattr(_plain, "running", False):
             return self.py_func(*arguments)
-        if self.waits:
-            return self._run_plain(*arguments)
         kinds = tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
         entry = self._entries.get(kinds)
-        return entry(*arguments) if entry else self._first_call(kinds, arguments)
+        if entry:
+            return entry(*arguments)
+        if self._waits(kinds):
+            return self._run_plain(kinds, arguments)
+        return self._first_call(kinds, arguments)
+
+    def _waits(self, kinds: tuple) -> bool:
+        """Whether this call had better run plain."""
+        if _at_once:
+            return False
+        if _numba is None and _spent < LOADING:
+            return True
+        return self._spent.get(kinds, 0.0) < COMPILING and not self._note(kinds).exists()
+
+    def _note(self, kinds: tuple) -> Path:
+        """File that is there once the cache has this function for arguments of these kinds."""
+        code = self.py_func.__code__
+        text = f"{code.co_filename} {code.co_qualname} {kinds}"
+        return _cache() / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.txt"
 
     def _first_call(self, kinds: tuple, arguments: tuple) -> Any:
         """Call, and keep the machine code for arguments of these kinds.
@@ -238,6 +259,9 @@ class Compiled:
         types = tuple(self.outer.typeof_pyval(argument) for argument in arguments)
         if types in self.outer.overloads:
             self._entries[kinds] = self.outer.overloads[types].entry_point
+        if _folder is not None:
+            with suppress(OSError):
+                self._note(kinds).touch()
         return result
 
     def _forget_cache(self, error: Exception) -> None:
@@ -253,13 +277,15 @@ class Compiled:
             _warn(f"a file in {folder} cannot be used ({error or type(error).__name__})")
             self._outer = _load_numba().njit(**OPTIONS)(self.py_func)
 
-    def _run_plain(self, *arguments: Any) -> Any:
+    def _run_plain(self, kinds: tuple, arguments: tuple) -> Any:
         global _spent
         started = time.perf_counter()
         try:
             return _plainly(self.py_func, *arguments)
         finally:
-            _spent += time.perf_counter() - started
+            passed = time.perf_counter() - started
+            _spent += passed
+            self._spent[kinds] = self._spent.get(kinds, 0.0) + passed
 
 
 def _kind(argument: Any) -> Any:
@@ -279,8 +305,8 @@ def _kind(argument: Any) -> Any:
 
 def compile_at_once() -> None:
     """Let this process compile what it calls without running it plain first."""
-    global _spent
-    _spent = PATIENCE
+    global _at_once
+    _at_once = True
 
 
 def plain(function: Callable[P, Made]) -> Callable[P, Made]:

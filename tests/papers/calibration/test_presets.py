@@ -152,6 +152,7 @@ def test_clearance_diagram_of_paper_a_holds(path: Path) -> None:
     assert float(SCORES["A1"].measure(cube, Tolerances()).score.max()) >= 0.5
 
 
+@pytest.mark.exhaustive
 def test_preset_of_paper_b_is_among_the_best() -> None:
     axes = {
         "mass_ratio": {"values": [0.25, 0.05, 0.001]},
