@@ -1,21 +1,16 @@
 """Exact event-driven dynamics of impact dampers, and the studies built on it.
 
-Layers, each importing only those above it:
+Rooms, each importing only those above it:
 
-1. `parameters`: `Parameters`, `State`, SI units; names, ranges, meanings. No numerics.
-2. `engine`: one run. `oscillator`: exact linear flow of a forced oscillator, its derivatives and
-   their bounds. `steady`: the primary's steady response without the damper. `search`: restitution
-   law, certified search for impacts, burst tail, sticking, release. `trajectory`: the event loop;
-   its product is the segment log. `compiled`: numba where it is installed.
-   `models`: one package for each model of the damper, what the event loop asks of it.
-3. `observers`: one file each, each a pass over the segment log; a model's `response` is beside it.
-   `theory`: closed forms to compare with.
-4. `sweep`: points through engine and observers: runs, slices, cubes, `events`, `periodic_orbit`.
-   xarray is imported by its cubes.
-5. `comparison`: other solvers on the same scenes, and how far off each one is. `stress`: the
-   engine on extreme parameters. `cost`: what each part costs. Only their studies load them.
-6. `study`: YAML -> slices -> cubes -> tables.
-7. `figures`: cubes -> plots; matplotlib is imported here only.
+- `parameters`: `Parameters`, `State`, SI units; names, ranges, meanings.
+- `engine`: one run, whatever the model: exact flow, certified search, event loop, segment log.
+- `models`: one file or folder for each damper. `theory`: closed forms to compare with.
+- `observers`: one file each, a pass over the segment log.
+- `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`.
+- `study`: YAML -> slices -> cubes, `simulate`.
+- `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
+- `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
+- `notebook`, `shell`: `run`, the accessor of cubes, the command `damper`.
 
 Importing damper loads none of these: a name loads what it needs when it is first used.
 """
@@ -33,6 +28,7 @@ HOME = {
     "PeriodicOrbit": "damper.sweep.orbits",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits",
+    "run": "damper.notebook.run",
     "simulate": "damper.study.simulation",
 }
 
@@ -44,6 +40,7 @@ __all__ = [
     "__version__",
     "events",
     "periodic_orbit",
+    "run",
     "simulate",
 ]
 

@@ -157,7 +157,7 @@ class Declared:
     _checks: ClassVar[tuple[tuple[str, object, Callable[[float], float], bool], ...]]
 
     def __init_subclass__(cls, shares: "type[Declared] | None" = None) -> None:
-        dataclass(frozen=True)(cls)
+        dataclass(frozen=True, repr=False)(cls)
         known = {q.name: q for q in shares.quantities} if shares else {}
         made = {f.name: _quantity_of(f, known) for f in fields(cls)}  # type: ignore[arg-type]
         cls.quantities = tuple(made.values())
@@ -166,6 +166,16 @@ class Declared:
             for f in fields(cls)  # type: ignore[arg-type]
         )
         cls.__doc__ = filled(cls.__doc__, cls.quantities)
+
+    def __repr__(self) -> str:
+        text = ", ".join(f"{name}={value!r}" for name, value in self.given.items())
+        return f"{type(self).__name__}({text})"
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The values that are not those of the defaults, by name."""
+        kept = fields(self)  # type: ignore[arg-type]
+        return {f.name: v for f in kept if (v := getattr(self, f.name)) != f.default}
 
     def check_each(self) -> bool:
         """Check every value in place; return whether an option is given."""

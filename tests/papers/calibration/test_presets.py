@@ -73,6 +73,7 @@ def test_a_cosine_puts_the_burst_elsewhere(paper_a: Ranking) -> None:
     assert float(sine.sel(there)) > 0.4 > 0.01 > float(cosine.sel(there))
 
 
+@pytest.mark.exhaustive
 def test_stiff_walls_have_the_bursts_of_rigid_ones() -> None:
     """A contact that lasts counts as sticking: as many bursts complete, at the same times.
 

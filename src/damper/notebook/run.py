@@ -1,0 +1,174 @@
+"""`damper.run`: one run with its events, its motion, its bursts and their figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from damper.analysis.bursts import list_bursts
+from damper.figures import draw
+from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.quantity import real
+from damper.study.simulation import simulate
+from damper.sweep.events import events
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+#: Most bursts and events that a run lists beside its motion.
+MOST = 10_000
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run:
+    """One run, from time 0 on. Made by `run`, and by ``cube.damper.run``.
+
+    Attributes
+    ----------
+    parameters : Parameters or SIParameters
+    cube : xarray.Dataset
+        Its record, with the variables of the observers ``trajectory``, ``bursts`` and
+        ``stroboscopic_section``.
+    """
+
+    parameters: Parameters | SIParameters
+    cube: xr.Dataset
+    state: State | None = None
+
+    def __repr__(self) -> str:
+        found, stretch = self.events, self.motion.time.values
+        impacts, sticks = ((found["kind"] == kind).sum() for kind in (0, 1))
+        return (
+            f"<Run of {self.parameters}\n from time {stretch[0]:.6g} to {stretch[-1]:.6g}: "
+            f"{impacts} impacts, {sticks} start{'' if sticks == 1 else 's'} of sticking>"
+        )
+
+    @cached_property
+    def events(self) -> np.ndarray:
+        """Events within the record, as `damper.events` gives them."""
+        stretch = self.motion.time.values
+        found = events(self.parameters, self.state, until=stretch[-1])
+        return found[found["time"] >= stretch[0]]
+
+    @cached_property
+    def motion(self) -> xr.Dataset:
+        """Both masses' motion along ``instant``: equal steps, and two rows at each impact.
+
+        Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``;
+        the coordinate ``time`` counts from the start of the run.
+        """
+        prefix = "trajectory_"
+        rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
+        rows = rows.rename({name: str(name).removeprefix(prefix) for name in rows.data_vars})
+        rows = rows.isel(instant=np.isfinite(rows.time.values)).set_coords("time")
+        begun = self.cube.attrs["transient_periods"] * _period(self.parameters)
+        attributes = rows.time.attrs | {"long_name": "time"}
+        moved = rows.time + float(self.cube.trajectory_start) + begun
+        return rows.assign_coords(time=moved.assign_attrs(attributes))
+
+    @property
+    def bursts(self) -> pd.DataFrame:
+        """Bursts that begin within its motion; see `damper.analysis.list_bursts`."""
+        found = list_bursts(self.cube)
+        return found[found["onset"] <= float(self.cube.trajectory_time.max())]
+
+    def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
+        """Draw both masses over time, from and to so many forcing periods of the record."""
+        return drawn("trajectory", self.cube, start=start, stop=stop)
+
+    def portrait(self) -> Figure:
+        """Draw its phase portraits and its stroboscopic section."""
+        return drawn("phase_portrait", self.cube)
+
+
+def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
+    """Draw a figure of a kind as the workflow does."""
+    from damper.figures.common.style import style
+
+    with style():
+        return draw(kind, cube, **settings)
+
+
+def run(
+    parameters: Parameters | SIParameters,
+    until: float,
+    state: State | None = None,
+    *,
+    samples_per_period: int = 200,
+) -> Run:
+    """Run one damper from time 0, and keep its motion.
+
+    Parameters
+    ----------
+    parameters : Parameters or SIParameters
+    until : float
+        Time to which it runs, in sqrt(M/K) or s; the last step of the motion is the one before it.
+    state : State, optional
+        Where it starts; at rest, with the free mass in the middle, when not given.
+    samples_per_period : int, default 200
+        Steps of the motion in a forcing period. They move no event.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `damper.events` and `damper.simulate`.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2,
+    ...                       clearance=0.25, restitution=0.6)
+    >>> damper.run(p, until=100.0)
+    <Run of Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25, \
+restitution=0.6)
+     from time 0 to 99.9026: 40 impacts, 1 start of sticking>
+    """
+    if not isinstance(parameters, Parameters | SIParameters):
+        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
+    length = real("until", until) / _period(parameters)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"until = {until!r}: must be a number > 0")
+    steps = math.floor(length * samples_per_period)
+    return recorded(
+        parameters,
+        parameters.given,
+        state=state,
+        transient=0,
+        periods=math.ceil(length),
+        trajectory={"samples_per_period": samples_per_period, "length": steps / samples_per_period},
+    )
+
+
+def recorded(
+    parameters: Parameters | SIParameters,
+    values: Mapping[str, Any],
+    *,
+    trajectory: Mapping[str, Any],
+    state: State | None = None,
+    **given: Any,
+) -> Run:
+    """Return the run of a point with what `Run` needs."""
+    observers = {
+        "trajectory": {"events": MOST, **trajectory},
+        "bursts": {"records": MOST},
+        "stroboscopic_section": {},
+    }
+    return Run(parameters, simulate(**values, state=state, observers=observers, **given), state)
+
+
+def _period(parameters: Parameters | SIParameters) -> float:
+    """Forcing period, in the unit of the parameters."""
+    if isinstance(parameters, SIParameters):
+        return 2.0 * math.pi / parameters.forcing_frequency
+    return parameters.period

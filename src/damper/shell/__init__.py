@@ -1,0 +1,116 @@
+"""The command `damper`: events of one damper, studies checked and begun, results opened."""
+
+import shutil
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+import damper
+from damper.parameters import Parameters, SIParameters
+from damper.parameters.quantity import Declared
+
+TEMPLATE = Path("config/studies/template.yaml")
+_KINDS = ("impact", "stick", "release", "stopped")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(damper.__version__)
+def main() -> None:
+    """Exact event-driven dynamics of impact dampers, and studies of them.
+
+    \b
+    damper events --mass-ratio 0.1 --damping-ratio 0.05 --frequency-ratio 0.2 \\
+                  --clearance 0.25 --restitution 0.6 --until 60
+    damper new my_study
+    damper check config/studies/my_study.yaml
+    """
+
+
+def _quantities(kind: type[Declared]) -> Callable[[Any], Any]:
+    """Give a command an option for each quantity (a decorator)."""
+
+    def decorate(command: Any) -> Any:
+        for quantity in reversed(kind.quantities):
+            text = quantity.long_name + (f", in {quantity.units}" if quantity.units != "1" else "")
+            given: dict[str, Any] = {"required": True}
+            if quantity.default is not None:
+                given = {"default": quantity.default}
+            option = click.option(
+                "--" + quantity.name.replace("_", "-"),
+                quantity.name,
+                type=float,
+                **given,
+                help=f"{text[0].upper()}{text[1:]}.",
+            )
+            command = option(command)
+        return command
+
+    return decorate
+
+
+def _events_command(name: str, kind: Any, unit: str) -> None:
+    """Add a command that prints the events of a damper."""
+
+    @main.command(name, help=f"Events of one damper in {unit}, from rest: a table, a file, a plot.")
+    @_quantities(kind)
+    @click.option("--until", type=float, required=True, help="Time to which it runs.")
+    @click.option("--csv", type=click.Path(dir_okay=False), help="Write all events here.")
+    @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
+    def command(until: float, csv: str | None, plot: str | None, **values: float) -> None:
+        try:
+            parameters = kind(**values)
+            _show(parameters, until, csv, plot)
+        except (ValueError, TypeError, OSError) as error:
+            raise click.ClickException(str(error)) from None
+
+
+_events_command("events", Parameters, "dimensionless numbers")
+_events_command("events-si", SIParameters, "SI units")
+
+
+def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> None:
+    import pandas as pd
+
+    table = pd.DataFrame(damper.events(parameters, until=until))
+    table["kind"] = [_KINDS[kind] for kind in table["kind"]]
+    if csv:
+        table.to_csv(csv, index=False)
+    if plot:
+        damper.run(parameters, until).plot().savefig(plot, dpi=150)
+    if not (csv or plot):
+        click.echo(table.drop(columns=["period", "time_in_period"]).to_string(index=False))
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+def check(files: tuple[str, ...]) -> None:
+    """Say of study FILES whether they are valid, and what time, memory and disk they take."""
+    from damper.study.check import main as check_files
+
+    raise SystemExit(check_files(files))
+
+
+@main.command()
+@click.argument("name")
+def new(name: str) -> None:
+    """Begin a study NAME: a copy of the template, in which every key is explained."""
+    path = TEMPLATE.with_name(f"{name}.yaml")
+    if not TEMPLATE.exists():
+        raise click.ClickException(f"no {TEMPLATE} here: this is not the project's folder")
+    if path.exists():
+        raise click.ClickException(f"{path} exists: choose another name")
+    shutil.copy(TEMPLATE, path)
+    click.echo(f"Edit {path}, and add {name} to the studies in config/config.yaml.")
+
+
+@main.command()
+@click.argument("results", default="results", type=click.Path(path_type=Path))
+def view(results: Path) -> None:
+    """Open the page of RESULTS, the folder `results` unless told."""
+    page = results / "report.html"
+    if not page.exists():
+        raise click.ClickException(f"no {page}: `snakemake --cores 2` makes it")
+    webbrowser.open(page.resolve().as_uri())

@@ -1,0 +1,63 @@
+"""The command `damper`."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+import damper
+from damper.shell import TEMPLATE, main
+
+POINT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.2,
+    "clearance": 0.25,
+    "restitution": 0.6,
+}
+EVENTS = ["events", *(f"--{name.replace('_', '-')}={value}" for name, value in POINT.items())]
+ROOT = Path(__file__).parents[2]
+
+
+def called(*arguments: str, code: int = 0) -> str:
+    result = CliRunner().invoke(main, arguments, prog_name="damper")
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+def test_events_are_those_of_python(tmp_path: Path) -> None:
+    files = tmp_path / "events.csv", tmp_path / "motion.png"
+    called(*EVENTS, "--until=60", f"--csv={files[0]}", f"--plot={files[1]}")
+    found = damper.events(damper.Parameters(**POINT), until=60.0)
+    table = pd.read_csv(files[0])
+    assert table["time"].tolist() == found["time"].tolist()
+    assert table["kind"].value_counts()["stick"] == (found["kind"] == 1).sum()
+    assert files[1].stat().st_size > 10_000
+    printed = called(*EVENTS, "--until=60").splitlines()
+    assert len(printed) == len(found) + 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        ([*EVENTS[:-1], "--restitution=2", "--until=1"], 1, "restitution = 2.0: must be"),
+        ([*EVENTS, "--until=1", "--mas-ratio=1"], 2, "'--mass-ratio'"),
+        (["evnts"], 2, "Did you mean"),
+        (["view", "nowhere"], 1, "no nowhere/report.html"),
+    ],
+)
+def test_a_mistake_is_told_in_one_message(arguments: list, code: int, message: str) -> None:
+    output = called(*arguments, code=code)
+    assert message in output
+    assert "Traceback" not in output
+
+
+def test_a_new_study_is_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "not the project's folder" in called("new", "mine", code=1)
+    (tmp_path / TEMPLATE).parent.mkdir(parents=True)
+    (tmp_path / TEMPLATE).write_bytes((ROOT / TEMPLATE).read_bytes())
+    called("new", "mine")
+    assert "exists" in called("new", "mine", code=1)
+    assert "yes" in called("check", "config/studies/mine.yaml")
