@@ -223,7 +223,7 @@ class Compiled:
     def __call__(self, *arguments: Any) -> Any:
         if getattr(_plain, "running", False):
             return self.py_func(*arguments)
-        kinds = tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
+        kinds = _kinds(arguments)
         entry = self._entries.get(kinds)
         if entry:
             return entry(*arguments)
@@ -231,8 +231,14 @@ class Compiled:
             return self._run_plain(kinds, arguments)
         return self._first_call(kinds, arguments)
 
+    def waits(self, *arguments: Any) -> bool:
+        """Whether a call with these arguments runs plain, for it may not last."""
+        if _at_once:
+            return False
+        kinds = _kinds(arguments)
+        return kinds not in self._entries and self._waits(kinds)
+
     def _waits(self, kinds: tuple) -> bool:
-        """Whether this call had better run plain."""
         if _at_once:
             return False
         if _numba is None and _spent < LOADING:
@@ -286,6 +292,10 @@ class Compiled:
             passed = time.perf_counter() - started
             _spent += passed
             self._spent[kinds] = self._spent.get(kinds, 0.0) + passed
+
+
+def _kinds(arguments: tuple) -> tuple:
+    return tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
 
 
 def _kind(argument: Any) -> Any:

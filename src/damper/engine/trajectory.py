@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import Compiled, compiled
 from damper.engine.loop import FINISHED, LOG_FULL, run
 from damper.engine.model import initial_segment, motion
 from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
@@ -137,11 +137,12 @@ class Trajectory:
         """Run on; whether there is more to come, and the rows written."""
         if self.status != FINISHED:
             return False, 0
-        if getattr(run, "waits", False):
+        end = float(periods), float(time)  # an int would be compiled for itself
+        given = self.model, self._state, *end, self._max_events
+        if isinstance(run, Compiled) and run.waits(*given, log, self._counts):
             # Plain Python: go in short pieces, for the rest of a long run is compiled.
             log = (log if len(log) else np.empty((_PIECE, COLUMNS)))[:_PIECE]
-        end = float(periods), float(time)  # an int would be compiled for itself
-        code, rows = run(self.model, self._state, *end, self._max_events, log, self._counts)
+        code, rows = run(*given, log, self._counts)
         if code == LOG_FULL:
             return True, rows
         self.status = code
