@@ -22,6 +22,7 @@ VERDICT = {
     "statement": "1 < 2",
     "stated": "no number",
     "found": "one & two",
+    "numbers": "r | d\n0.5 | 1 < 2",
     "verdict": "holds under a named reading",
     "why": "if it rains",
     "assumptions": "d 0.05",
@@ -114,6 +115,7 @@ def test_page_shows_everything(tmp_path: Path) -> None:
     for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):
         assert text in found.text
     assert "holds under a named reading: if it rains" in found.text
+    assert "rd\n0.51 < 2" in found.text
     for reason in study.assumed.values():
         assert reason in found.text
     assert "0.03 of the burst's first approach speed" in found.text

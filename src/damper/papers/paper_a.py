@@ -54,7 +54,12 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     cube = cubes["paper_a_clearance"].sortby("clearance")
     others = [dim for dim in cube.chatter.dims if dim != "clearance"]
     stacked = cube.stack(place=others) if others else cube.expand_dims("place", -1)
-    listed = []
+    rows: list[tuple[str, ...]] = [
+        (
+            *("where", "chatter at d", f"part up to {CHATTER_UP_TO:g} that chatters"),
+            *(f"above {CHATTER_UP_TO:g}: {what}" for what in ("with impacts", "short period")),
+        )
+    ]
     held = []
     for k in range(stacked.sizes["place"]):
         line = stacked.isel(place=k)
@@ -66,21 +71,18 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         several = section_points(line).values[d > CHATTER_UP_TO]
         regular = float((several <= max(1.0, _MANY * line.sizes["sample"])).mean())
         contact = line.impacts_per_period.values[d > CHATTER_UP_TO] > 0.0
-        listed.append(
-            (f"where {label}: " if label else "")
-            + f"chatter at clearances {found.low:.3g} to {found.high:.3g}, at {share:.0%} of those "
-            f"up to {CHATTER_UP_TO:g}; above that {contact.mean():.0%} have impacts and "
-            f"{regular:.0%} a short period"
-        )
+        span = f"{found.low:.3g} to {found.high:.3g}"
+        parts = (f"{part:.0%}" for part in (share, contact.mean(), regular))
+        rows.append((label or "everywhere", span, *parts))
         if abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO and share >= 0.9:
             held.append(label or "all")
-    measured = "; ".join(listed)
+    measured = "where there is chatter, and what motions are above that"
     near = f"chatter ends near {CHATTER_UP_TO:g} and leaves hardly a gap below it"
     if not held:
-        return Verdict(measured, FAILS, f"nowhere {near}")
-    if len(held) == len(listed):
-        return Verdict(measured, HOLDS, near)
-    return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise")
+        return Verdict(measured, FAILS, f"nowhere {near}", rows)
+    if len(held) == len(rows) - 1:
+        return Verdict(measured, HOLDS, near, rows)
+    return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise", rows)
 
 
 def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
@@ -240,7 +242,13 @@ def _judge_a6(cubes: Cubes) -> Verdict:
     from damper.analysis.completion import PREDICTED, completion_errors
 
     found = completion_errors(cubes["accumulation"], _ABOUT)
-    listed = []
+    rows: list[tuple[str, ...]] = [
+        (
+            *("order", "points", "every time good at the first impact"),
+            *("every completion point so", "worst error of a time", "of a completion point"),
+            "all good from impact",
+        )
+    ]
     good = {}
     for number, order in enumerate(("first", "second"), start=1):
         here = found[found["order"] == number]
@@ -253,35 +261,33 @@ def _judge_a6(cubes: Cubes) -> Verdict:
             return Verdict("", FAILS, "no burst has a prediction at its first impact")
         shares = {quantity: (parts <= _ABOUT).mean() for quantity, parts in worst.items()}
         later = here["within_from_worst"].max()
-        listed.append(
-            f"{order} order: at {shares['time']:.0%} of {len(worst['time'])} places every "
-            f"completion time, at {shares['displacement']:.0%} every completion point is predicted "
-            f"within {_ABOUT:.0%} from the burst's first impact (worst {worst['time'].max():.0%} "
-            f"and {worst['displacement'].max():.0%}); "
-            + (
-                f"from impact {later:.0f} on all are"
-                if later < math.inf
-                else "no impact is listed from which all are"
+        rows.append(
+            (
+                *(order, str(len(worst["time"]))),
+                *(f"{shares[quantity]:.0%}" for quantity in PREDICTED),
+                *(f"{worst[quantity].max():.0%}" for quantity in PREDICTED),
+                f"{later:.0f}" if later < math.inf else "none listed",
             )
         )
         left = here["within_left_percent"].min() / 100.0
         good[order] = min(shares.values()) == 1.0, later, left
-    measured = "; ".join(listed)
+    measured = f"predictions of complete bursts; good is an error of at most {_ABOUT:.0%}"
     if all(first for first, *_ in good.values()):
-        return Verdict(measured, HOLDS, f"it is good to {_ABOUT:.0%} from the first impact on")
+        why = f"it is good to {_ABOUT:.0%} from the first impact on"
+        return Verdict(measured, HOLDS, why, rows)
     if good["second"][0]:
-        return Verdict(measured, READING, "the second-order formula is used")
+        return Verdict(measured, READING, "the second-order formula is used", rows)
     _, later, left = good["second"]
     if later == math.inf:
         why = f"no impact is listed from which it is good to {_ABOUT:.0%}"
-        return Verdict(measured, FAILS, why)
+        return Verdict(measured, FAILS, why, rows)
     if left < _TO_COME:
         why = (
             f"good to {_ABOUT:.0%} only with {left:.0%} of a burst to come (the median at the "
-            f"worst place), or from impact {later:.0f} on (in the worst burst)"
+            f"worst point), or from impact {later:.0f} on (in the worst burst)"
         )
-        return Verdict(measured, FAILS, why)
-    return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on")
+        return Verdict(measured, FAILS, why, rows)
+    return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on", rows)
 
 
 def _judge_a7(cubes: Cubes) -> Verdict:
@@ -289,26 +295,28 @@ def _judge_a7(cubes: Cubes) -> Verdict:
     from damper.analysis.bursts import burst_statistics
 
     found = burst_statistics(cubes["paper_a_histories"]).set_index("frequency_ratio")
-    listed = []
-    first, complete = [], []
+    rows = [["frequency ratio", "first chatter", "first complete chatter"]]
+    first: list[float] = []
+    complete: list[float] = []
     for frequency in (LOW, MIDDLE, HIGH):
         here = found.iloc[abs(found.index - frequency).argmin()]
-        if not here["chatter_bursts"]:
-            listed.append(f"none at {frequency:g}")
-            continue
-        period = 2.0 * math.pi / frequency
-        first.append(here["first_chatter"] / period)
-        listed.append(f"at frequency ratio {frequency:g} after {first[-1]:.3g} forcing periods")
-        if here["complete_bursts"]:
-            complete.append(here["first_complete"] / period)
-            listed[-1] += f", the first that completes after {complete[-1]:.3g}"
-    measured = "first chatter burst from rest " + "; ".join(listed)
+        row = [f"{frequency:g}"]
+        for times, count, onset in (
+            (first, "chatter_bursts", "first_chatter"),
+            (complete, "complete_bursts", "first_complete"),
+        ):
+            if here[count]:
+                times.append(here[onset] * frequency / (2.0 * math.pi))
+            row.append(f"{times[-1]:.3g}" if here[count] else "none")
+        rows.append(row)
+    measured = "onsets from rest, in forcing periods"
     # Less than a period from rest is no transient worth the name.
     if first and min(first) > 1.0:
-        return Verdict(measured, HOLDS, "no chatter in the first forcing period")
+        return Verdict(measured, HOLDS, "no chatter in the first forcing period", rows)
     if complete and min(complete) > 1.0:
-        return Verdict(measured, READING, "chatter that completes is meant; other comes at once")
-    return Verdict(measured, FAILS, "chatter comes within a forcing period from rest")
+        why = "chatter that completes is meant; other comes at once"
+        return Verdict(measured, READING, why, rows)
+    return Verdict(measured, FAILS, "chatter comes within a forcing period from rest", rows)
 
 
 def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -99,8 +98,8 @@ def _judge_b1(cubes: Cubes) -> Verdict:
         why = "chatter reaches beyond, whatever counts as visible"
         return Verdict(found, FAILS, why, rows)
     why = (
-        f"complete chatter alone, at a visibility threshold of {' or '.join(fitting)}; the lower "
-        "end comes of that definition"
+        f"complete chatter alone, at a visibility threshold c of {' or '.join(fitting)}; the lower "
+        "end, near c^(1/4), comes of counting five visible impacts"
     )
     return Verdict(found, READING, why, rows)
 
@@ -129,22 +128,18 @@ def _judge_b3(cubes: Cubes) -> Verdict:
 
 def _judge_b4(cubes: Cubes) -> Verdict:
     """How much of the large restitutions chatters, over the mass ratio."""
-    listed = []
+    masses = sorted(cubes[ABOVE].mass_ratio.values)
+    rows = [("reading", *(f"mass ratio {mass:g}" for mass in masses))]
     held = []
     for reading in _readings(cubes):
         chatter = reading.cube.chatter >= reading.least
         large = chatter.sel(restitution=chatter.restitution >= _LARGE)
         share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
         shares = share.values.tolist()
-        listed.append(f"{', '.join(f'{value:.0%}' for value in shares)} for {reading.words}")
+        rows.append((reading.words, *(f"{value:.0%}" for value in shares)))
         if _falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
-    masses = ", ".join(f"{mass:g}" for mass in sorted(cubes[ABOVE].mass_ratio.values))
-    measured = (
-        f"part of the restitutions from {_LARGE:g} on that chatter, at mass ratios {masses}: "
-        + "; ".join(listed)
-    )
-    return _summed(measured, held, len(listed))
+    return _summed(f"part of the restitutions from {_LARGE:g} on that chatter", held, rows)
 
 
 def _falling(
@@ -157,8 +152,7 @@ def _falling(
     head = f"length (span) from the smallest {other} to the largest"
     rows = [("reading", name, head, "falls")]
     held = []
-    readings = list(_readings(cubes))
-    for reading in readings:
+    for reading in _readings(cubes):
         step = float(abs(reading.cube.restitution.diff("restitution")).min())
         fall = []
         for label, places in groups(reading.cube):
@@ -168,16 +162,16 @@ def _falling(
             rows.append((reading.words, label, sizes, "yes" if fall[-1] else "no"))
         if all(fall):
             held.append(reading.words)
-    measured = "lengths without the gaps, from end to end in brackets"
-    return replace(_summed(measured, held, len(readings)), numbers=rows)
+    return _summed("lengths without the gaps, from end to end in brackets", held, rows)
 
 
-def _summed(measured: str, held: Sequence[str], count: int) -> Verdict:
-    if len(held) == count:
-        return Verdict(measured, HOLDS, "under each reading")
+def _summed(measured: str, held: Sequence[str], rows: Sequence[Sequence[str]]) -> Verdict:
+    """Judge by how many of the readings, the first cells of the rows, hold."""
     if not held:
-        return Verdict(measured, FAILS, "under none of the readings")
-    return Verdict(measured, READING, f"{' or '.join(held)}; not under the others")
+        return Verdict(measured, FAILS, "under none of the readings", rows)
+    if set(held) == {reading for reading, *_ in rows[1:]}:
+        return Verdict(measured, HOLDS, "under each reading", rows)
+    return Verdict(measured, READING, f"{' or '.join(held)}; not under the others", rows)
 
 
 def _judge_b5(cubes: Cubes) -> Verdict:
@@ -208,8 +202,9 @@ def _judge_b6(cubes: Cubes) -> Verdict:
     """Where motions have more than one point on the section, over the restitution."""
     from damper.analysis.sections import section_points
 
-    edges = [CHATTER_FROM + tenths / 10.0 for tenths in range(6)]
-    listed = []
+    edges = [CHATTER_FROM + k / 10.0 for k in range(6)]
+    tenths = (f"{low:g} to {high:g}" for low, high in pairwise(edges))
+    rows = [("reading", "first at restitution", f"up to {CHATTER_FROM:g}", *tenths)]
     held = []
     for name, side in ((ABOVE, "above"), (BELOW, "below")):
         several = section_points(cubes[name]) > 1
@@ -221,14 +216,11 @@ def _judge_b6(cubes: Cubes) -> Verdict:
         ]
         first = several.any([dim for dim in several.dims if dim != "restitution"])
         lowest = float(r.where(first).min())
-        listed.append(
-            f"{side} resonance the first motion with more than one point on the section is at "
-            f"restitution {lowest:.3g}; part of such motions {beneath:.0%} up to "
-            f"{CHATTER_FROM:g}, then by tenths {', '.join(f'{share:.0%}' for share in shares)}"
-        )
+        parts = (f"{share:.0%}" for share in (beneath, *shares))
+        rows.append((f"{side} resonance", f"{lowest:.3g}", *parts))
         if beneath < shares[0] and shares == sorted(shares):
             held.append(f"{side} resonance")
-    return _summed("; ".join(listed), held, len(listed))
+    return _summed("part of the motions with more than one point on the section", held, rows)
 
 
 def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:

@@ -91,14 +91,15 @@ def table(found: Sequence[Judged], made: Collection[str] = ()) -> Table:
 
 
 def _row(item: Judged) -> dict[str, str]:
-    """One line of the CSV; figures are below the folder of results, without suffix."""
+    """One row of the CSV; figures are below the folder of results, without suffix."""
     statement, verdict = item.statement, item.verdict
     return {
         "claim": statement.name,
         "statement": statement.text,
         "where": statement.where,
         "stated": statement.stated,
-        "found": "; ".join([verdict.found, *(", ".join(row) for row in verdict.numbers)]),
+        "found": verdict.found,
+        "numbers": "\n".join(" | ".join(row) for row in verdict.numbers),
         "verdict": verdict.verdict,
         "why": verdict.why,
         "assumptions": item.assumptions,
