@@ -1,4 +1,4 @@
-"""What docs/papers.md says of the papers' figures is what its own examples give."""
+"""What the documents say of papers and theory is what their own examples give."""
 
 import doctest
 from pathlib import Path
@@ -13,11 +13,12 @@ ROOT = Path(__file__).parents[1]
 STUDIES = sorted((ROOT / "config/studies").glob("paper_a_*.yaml"))
 
 
-def test_numbers_in_the_document_are_found():
+@pytest.mark.parametrize(("name", "least"), [("papers", 10), ("theory", 4)])
+def test_numbers_in_the_documents_are_found(name: str, least: int):
     failed, tried = doctest.testfile(
-        str(ROOT / "docs/papers.md"), module_relative=False, encoding="utf-8"
+        str(ROOT / f"docs/{name}.md"), module_relative=False, encoding="utf-8"
     )
-    assert tried >= 10
+    assert tried >= least
     assert failed == 0
 
 

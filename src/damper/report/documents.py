@@ -5,7 +5,8 @@
     <!-- table: stress/tables/summary.md -->
     <!-- /table -->
 
-by the table in that file of the folder of results.
+by the first table in that file of the folder of results, or by the first one below a heading:
+``claims.md#B1``.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ def tables_of(document: str) -> dict[str, str]:
     return dict(_BLOCK.findall(document))
 
 
-def table_in(text: str) -> str:
-    """Return the lines of the first Markdown table in a text.
+def table_in(text: str, heading: str = "") -> str:
+    """Return the lines of the first Markdown table in a text, below the heading that begins so.
 
     Raises
     ------
@@ -39,9 +40,11 @@ def table_in(text: str) -> str:
 
     Examples
     --------
-    >>> table_in("# Title\\n\\n| x |\\n|---|\\n| 1 |\\n\\nRemark.\\n")
+    >>> table_in("# Title\\n\\n| x |\\n|---|\\n| 1 |\\n\\nRemark.\\n", "Title")
     '| x |\\n|---|\\n| 1 |\\n'
     """
+    if heading:
+        text = re.split(rf"^#+ {re.escape(heading)}\b", text, maxsplit=1, flags=re.MULTILINE)[-1]
     found = re.search(r"^\|.*(?:\n\|.*)*", text, re.MULTILINE)
     if found is None:
         raise ValueError("no table")
@@ -60,7 +63,8 @@ def renewed(document: str, results: Path) -> str:
     """
 
     def renew(block: re.Match[str]) -> str:
-        table = table_in((results / block[1]).read_text(encoding="utf-8"))
+        path, _, heading = block[1].partition("#")
+        table = table_in((results / path).read_text(encoding="utf-8"), heading)
         return f"<!-- table: {block[1]} -->\n{table}<!-- /table -->"
 
     return _BLOCK.sub(renew, document)

@@ -58,12 +58,34 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         "not positive. The last columns say from which impact on all errors are within "
         f"{within:.2g} of what is left of the burst (median, worst), and how much of its size is "
         "left then.",
+        "## In all",
+        _summary(data),
     ]
     for quantity, title in zip(PREDICTED, ("time", "point"), strict=True):
         units = cube[f"remaining_{quantity}"].attrs["units"]
         some = data[data["quantity"] == quantity]
         body += [f"## Completion {title}", _cells(some, units, within)]
     return Table("predicted and simulated completion of bursts", data, body)
+
+
+def _summary(found: pd.DataFrame) -> pd.DataFrame:
+    """Slopes over all points, and how many bursts have a prediction at their first impact."""
+    import pandas as pd
+
+    orders = sorted(found["order"].unique())
+    rows: dict[str, list[str]] = {"": [], "law of the error": []}
+    for order in orders:
+        here = found[found["order"] == order]
+        rows[""].append(f"order {order}")
+        rows["law of the error"].append(f"w^{order + 1}")
+        for quantity, name in zip(PREDICTED, ("time", "point"), strict=True):
+            slopes = here.loc[here["quantity"] == quantity, "slope"]
+            text = f"{slopes.min():.3f} to {slopes.max():.3f}" if slopes.notna().any() else "–"
+            rows.setdefault(f"slope of the {name}'s error", []).append(text)
+        times = here[here["quantity"] == PREDICTED[0]]
+        first = f"{times['first_impact_predicted'].sum()} of {times['bursts'].sum()}"
+        rows.setdefault("bursts predicted at their first impact", []).append(first)
+    return pd.DataFrame(rows, dtype=object)
 
 
 def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
