@@ -405,6 +405,62 @@ def test_cube_is_left_as_it_was() -> None:
     xr.testing.assert_identical(cube, before)
 
 
+# --- relative motion, approach speeds, amplitudes
+
+
+def simulated(**settings: Any) -> xr.Dataset:
+    return simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=[0.8, 0.9, 1.0],
+        clearance=2.0,
+        restitution=0.5,
+        transient=20,
+        periods=5,
+        observers={
+            "stroboscopic_section": {"free_mass": True},
+            "impacts": {"speeds": 12},
+            "response": {},
+        },
+        **settings,
+    )
+
+
+def test_free_mass_between_the_walls_and_approach_speeds() -> None:
+    cube = simulated()
+    figure = drawn(
+        cube,
+        along="frequency_ratio",
+        variables=["relative_displacement", "relative_velocity", "approach_speed"],
+    )
+    place, velocity, speeds = (points(ax).get_ydata() for ax in figure.axes)
+    between = (cube.free_displacement - cube.displacement).values.ravel() / 2.0
+    np.testing.assert_allclose(place, between)
+    assert np.abs(place).max() <= 1.0 + 1e-12
+    np.testing.assert_allclose(velocity, (cube.free_velocity - cube.velocity).values.ravel())
+    np.testing.assert_array_equal(speeds, cube.approach_speed.values.ravel())
+    assert [ax.get_yscale() for ax in figure.axes] == ["linear", "linear", "log"]
+    with pytest.raises(ValueError, match="free_mass: true"):
+        drawn(
+            cube.drop_vars("free_displacement"),
+            along="frequency_ratio",
+            variables=["relative_velocity"],
+        )
+
+
+def test_amplitudes_are_lines_with_marks_of_each_direction() -> None:
+    cube = simulated(follow={"frequency_ratio": "both"})
+    figure = drawn(cube, along="frequency_ratio", variables=["peak_displacement"])
+    (ax,) = figure.axes
+    assert ax.get_yscale() == "log"
+    lines = {line.get_marker(): line for line in ax.lines}
+    assert set(lines) == {"^", "v"}
+    for mark, direction in (("^", "up"), ("v", "down")):
+        expected = cube.peak_displacement.sel(direction=direction).values.ravel()
+        np.testing.assert_array_equal(lines[mark].get_ydata(), expected)
+    assert_nothing_overlaps(figure)
+
+
 # --- files
 
 

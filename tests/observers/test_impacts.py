@@ -146,3 +146,17 @@ def test_stopped_lane_is_nan_and_leaves_the_others_alone() -> None:
         assert math.isnan(found[name][1])
         assert not math.isnan(whole[name][1])
         np.testing.assert_array_equal(found[name][[0, 2]], whole[name][[0, 2]])
+
+
+def test_speeds_are_listed_in_order() -> None:
+    run = Scene(STUDY, 3, 4)
+    whole = observed(run, threshold=0.03, speeds=200)["approach_speed"]
+    seen = whole[np.isfinite(whole)]
+    summary = observed(run, threshold=0.03)
+    assert seen.mean() == pytest.approx(summary["mean_approach_speed"], rel=1e-12)
+    # A burst's speeds fall, and those below 3 % of its first one are not listed.
+    assert seen.size > 20
+    assert seen.min() >= 0.03 * seen.max()
+    np.testing.assert_array_equal(
+        observed(run, threshold=0.03, speeds=5)["approach_speed"], whole[:5]
+    )

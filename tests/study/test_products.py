@@ -461,13 +461,13 @@ def test_known_values_of_branches(
     branches: dict[str, tuple[Any, ...]], at: dict[str, Any], words: str | None
 ) -> None:
     axes = {"frequency_ratio": (1.0, 2.0), "clearance": (1.0, 2.0)}
-    found = told(MAP | {"at": at}, Offer(axes, ["bursts"], branches))
+    found = told(MAP | {"at": at}, Offer(axes, {"bursts": {}}, branches))
     messages = [fault["message"] for _, fault in found]
     assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
 
 
 def test_an_axis_in_error_is_told_once() -> None:
-    offer = Offer({"frequency_ratio": None, "clearance": (1.0, 2.0)}, ["bursts"])
+    offer = Offer({"frequency_ratio": None, "clearance": (1.0, 2.0)}, {"bursts": {}})
     assert told(MAP | {"best": "min"}, offer) == []
     assert told(MAP | {"panels": "mass_ratio"}, offer)[0][1]["message"].startswith("unknown axis")
 

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: displacement and velocity on the section over one parameter."""
+"""Bifurcation diagrams: the section, approach speeds or amplitudes over one parameter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,15 @@ from pydantic import Field
 from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
 from damper.figures import THEORY
-from damper.figures.common.layout import head, legend, place_label, place_text, say, select
+from damper.figures.common.layout import (
+    few_decades,
+    head,
+    legend,
+    place_label,
+    place_text,
+    say,
+    select,
+)
 from damper.figures.common.style import (
     BLACK,
     BLUE,
@@ -36,9 +44,11 @@ from damper.study.products import (
     FigureSettings,
     Offer,
     Role,
+    need,
     need_section,
 )
 from damper.study.settings import SECTIONS
+from damper.study.yaml_file import words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +57,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.transforms import ScaledTranslation
 
+#: Of the free mass between the walls, on the section.
+_RELATIVE = ("relative_displacement", "relative_velocity")
+#: With one value at each point, drawn as lines.
+_AMPLITUDES = ("peak_displacement", "rms_displacement")
+#: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
+_LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
+_MEANINGS = {
+    "relative_displacement": "relative\ndisplacement",
+    "relative_velocity": "relative\nvelocity",
+    "approach_speed": "approach speed\n",
+    "peak_displacement": "largest\ndisplacement",
+    "rms_displacement": "rms\ndisplacement",
+}
+_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *_LOGARITHMIC)
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
@@ -55,6 +79,12 @@ _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
     "down": (VERMILION, 1.9, 2.0),
 }
 _SINGLE = (BLACK, 0.9, 2.0)
+_LINE: dict[str, Any] = {"lw": 0.9, "ms": 3.5}
+#: Direction -> mark and dashes of an amplitude's line.
+_LINES: dict[str | None, dict[str, Any]] = {
+    "up": {"marker": "^", "ls": "-", "mfc": BLACK},
+    "down": {"marker": "v", "ls": (0, (2.0, 1.0)), "mfc": "white"},
+}
 _LABELS: dict[str | None, str] = {"up": "continued upwards", "down": "continued downwards"}
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
@@ -81,8 +111,13 @@ class Bifurcation(FigureSettings):
     ] = None
     at: At = None
     variables: Annotated[
-        Some[Annotated[str, one_of(SECTION_VARIABLES)]],
-        Field(description="What is drawn, a panel each; one alone fits a printed column."),
+        Some[Annotated[str, one_of(_DRAWN)]],
+        Field(
+            description="What is drawn, a panel each; one alone fits a printed column. The "
+            "relative displacement is over the clearance, so that the walls are at -1 and 1. "
+            "Chatter shows in relative motion and approach speeds rather than in the primary's "
+            "motion."
+        ),
     ] = SECTION_VARIABLES
     mark: Annotated[
         Pair[float] | None,
@@ -109,9 +144,24 @@ class Bifurcation(FigureSettings):
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need_section(offer, faults)
+        cls._need_variables(settings, offer, faults)
         if "mark" in settings and "bursts" not in offer.observers:
             faults.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
+
+    @classmethod
+    def _need_variables(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        names = settings.get("variables", SECTION_VARIABLES)
+        shown = set(names) if isinstance(names, list | tuple) else set()
+        if shown & {*SECTION_VARIABLES, *_RELATIVE}:
+            need_section(offer, faults)
+        if shown & set(_AMPLITUDES):
+            need(offer, faults, "response")
+        if "approach_speed" in shown and not offer.set("impacts", "speeds"):
+            message = "approach speeds need impacts among the observers, which lists them"
+            faults.add(("variables",), message, "impacts: {speeds: 60}")
+        if shown & set(_RELATIVE) and not any(offer.set(name, "free_mass") for name in SECTIONS):
+            message = f"{words(_RELATIVE)} need a section that holds the free mass as well"
+            faults.add(("variables",), message, f"{SECTIONS[0]}: {{free_mass: true}}")
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Bifurcation | None, faults: Faults) -> None:
@@ -134,7 +184,7 @@ def draw(
     section: Mapping[str, Mapping[str, Any]] | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Draw displacement (left) and velocity (right) on the section over one axis.
+    """Draw variables over one axis, a column of panels each.
 
     Both directions of a continuation are drawn in their own colours; random initial states are
     drawn over each other.
@@ -150,7 +200,10 @@ def draw(
     at : mapping, optional
         Value of every other axis.
     variables : sequence of str, optional
-        One or both of `displacement` and `velocity`; one alone fits a printed column.
+        A panel each; one alone fits a printed column. Of the section `displacement`, `velocity`,
+        `relative_displacement` over the clearance and `relative_velocity`, the last two with the
+        free mass; `approach_speed` of each listed impact, `peak_displacement` and
+        `rms_displacement` on logarithmic scales.
     mark : (float, float), optional
         Part of the abscissa to mark by a bracket. Above each row stands at which of the points
         within it there is chatter, and at which of those outside.
@@ -176,8 +229,9 @@ def draw(
 
     if mark is not None and "chatter" not in cube:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
+    cube = _with_relative(cube, variables)
     known = [name for name in (*variables, "chatter") if name in cube]
-    own = [dim for dim in ("direction", "draw", "sample") if dim in cube.dims]
+    own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
     keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
     place = select(cube, known, at, keep)
     values = place[rows].values.tolist() if rows else [None]
@@ -207,14 +261,34 @@ def draw(
             ):
                 drawn[str(handle.get_label())] = handle
         for ax, name in zip(row, variables, strict=True):
-            ax.set_ylabel(label(name, VARIABLE_SYMBOLS[name], place[name].attrs["units"]))
+            symbol = VARIABLE_SYMBOLS[name]
+            if name == "relative_displacement" and "gap" in place.coords:
+                symbol = "$(y - x)/D$"
+            meaning = _MEANINGS.get(name, name.replace("_", " "))
+            ax.set_ylabel(label(meaning, symbol, place[name].attrs["units"]))
     for ax in axes[-1]:
         ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_remarks(place, variables[0]))
-    legend(figure, [*_handles(place, mark_label), *drawn.values()])
+    head(figure, place, caption, remarks=_remarks(place, variables))
+    legend(figure, [*_handles(place, variables, mark_label), *drawn.values()])
     return figure
+
+
+def _with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
+    """Return the cube with the relative motion that is asked for, over the clearance."""
+    if not set(_RELATIVE) & set(variables):
+        return cube
+    if "free_displacement" not in cube:
+        raise ValueError("the section has no free mass: give it free_mass: true")
+    half = cube.clearance if "clearance" in cube.coords else 0.5 * cube.gap
+    between = (cube.free_displacement - cube.displacement) / half.where(half > 0.0)
+    velocity = cube.free_velocity - cube.velocity
+    attrs = {"long_name": cube.displacement.attrs.get("long_name", "")}
+    return cube.assign(
+        relative_displacement=between.assign_attrs(attrs, units="1"),
+        relative_velocity=velocity.assign_attrs(attrs, units=cube.velocity.attrs["units"]),
+    )
 
 
 def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
@@ -252,9 +326,16 @@ def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     grid = panel[along].values
-    for direction, branch in _directions(panel):
+    for index, (direction, branch) in enumerate(_directions(panel)):
         colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
         samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
+        if name in _AMPLITUDES:
+            # Marks of both directions at places of their own.
+            step = max(len(grid) // 12, 1)
+            every = (index * step // 2, step)
+            style = _LINE | _LINES.get(direction, {}) | {"color": colour}
+            ax.plot(grid, samples, markevery=every, zorder=order, **style)
+            continue
         x = np.repeat(grid, samples.shape[1])
         # Rasterised: tens of thousands of vector points make files that no reader opens.
         ax.plot(
@@ -265,6 +346,11 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     finite = panel[name].values[np.isfinite(panel[name].values)]
     if not finite.size:
         say(ax)
+        return
+    if name in _LOGARITHMIC and (finite := finite[finite > 0.0]).size:
+        ax.set_yscale("log")
+        ax.set_ylim(finite.min() / 1.2, finite.max() * 1.2)
+        few_decades(ax)
         return
     low, high = finite.min(), finite.max()
     margin = 0.06 * (high - low) or 0.1 * max(abs(high), 1.0)
@@ -327,31 +413,33 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
     return ScaledTranslation(0.0, points / 72.0, ax.figure.dpi_scale_trans)
 
 
-def _remarks(place: xr.Dataset, variable: str) -> list[str]:
-    # "primary displacement once per forcing period" -> where the section lies
-    section = place[variable].attrs.get("long_name", "").removeprefix(f"primary {variable} ")
+def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
     remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
+    sampled = [name for name in variables if name not in _LOGARITHMIC]
+    # "primary displacement once per forcing period" -> where the section lies
+    text = place[sampled[0]].attrs.get("long_name", "") if sampled else ""
+    section = text.removeprefix("primary displacement ").removeprefix("primary velocity ")
     return remarks + ([f"section {section}"] if section else [])
 
 
-def _handles(place: xr.Dataset, mark_label: str | None) -> list[Artist]:
+def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Artist] = [
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker=".",
-            ms=2.0 + 2.0 * size,
-            mew=0.0,
-            color=colour,
-            label=_LABELS[name],
-        )
-        for name, (colour, size, _) in _DIRECTIONS.items()
-        if "direction" in place.dims and name in place.direction
-    ]
+    here = [name for name in _DIRECTIONS if name in place.get("direction", ())]
+    handles: list[Artist]
+    if set(variables) & set(_AMPLITUDES):
+        handles = [
+            Line2D([], [], color=_DIRECTIONS[name][0], label=_LABELS[name], **_LINE, **_LINES[name])
+            for name in here
+        ]
+    else:
+        points: dict[str, Any] = {"ls": "", "marker": ".", "mew": 0.0}
+        handles = [
+            Line2D([], [], ms=2.0 + 2.0 * size, color=colour, label=_LABELS[name], **points)
+            for name, (colour, size, _) in _DIRECTIONS.items()
+            if name in here
+        ]
     if "chatter" in place:
         handles += [
             Patch(color=colour, alpha=0.5 if not handles else 1.0, label=text)

@@ -14,7 +14,7 @@ from damper.observers.common.base import (
     since,
     visible_in_tail,
 )
-from damper.observers.common.settings import VISIBILITY
+from damper.observers.common.settings import VISIBILITY, Setting
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import Variable
 
@@ -29,12 +29,15 @@ class Impacts(Observer):
     """
 
     threshold = VISIBILITY
+    speeds = Setting(
+        0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0
+    )
 
     @property
     def variables(self) -> list[Variable]:
         """What it writes."""
         seen = describe(self.threshold)
-        return [
+        made = [
             Variable("impacts_per_period", "visible impacts per forcing period", "1", comment=seen),
             Variable(
                 "mean_approach_speed",
@@ -44,6 +47,14 @@ class Impacts(Observer):
             ),
             Variable("max_approach_speed", "largest approach speed", SPEED_UNIT),
         ]
+        if self.speeds:
+            each = "approach speed of each visible resolved impact"
+            made.append(Variable("approach_speed", each, SPEED_UNIT, ("impact",), comment=seen))
+        return made
+
+    def size(self, dim: str, window_length: int) -> int:
+        """Number of impacts listed."""
+        return self.speeds
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
@@ -51,13 +62,16 @@ class Impacts(Observer):
         self._totals = np.zeros(1, _TOTALS)
         fraction, speed = self.threshold
         self._visible = (fraction, speed / trajectory.units.speed)
+        self._listed = np.full(self.speeds, np.nan)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _count(self._model, log, self._window, *self._visible, self._totals)
+        _count(self._model, log, self._window, *self._visible, self._totals, self._listed)
 
     def finish(self, finished: bool) -> None:
-        """Write the run's averages."""
+        """Write the run's averages; speeds listed before an early stop stay."""
+        if self.speeds:
+            self._put({"approach_speed": self._listed})
         if not finished:
             return
         total = read_record(self._totals)
@@ -70,7 +84,7 @@ class Impacts(Observer):
 
 
 @compiled
-def _count(model, log, window, fraction, speed, totals):
+def _count(model, log, window, fraction, speed, totals, listed):
     total = totals[0]
     for index in range(len(log)):
         s = segment_at(log[index])
@@ -80,6 +94,8 @@ def _count(model, log, window, fraction, speed, totals):
         total.largest = max(total.largest, s.speed)
         total.impacts += 1.0
         if s.speed >= limit:
+            if total.visible < len(listed):
+                listed[int(total.visible)] = s.speed
             total.visible += 1.0
             total.speeds += s.speed
         if s.mode == TAIL:

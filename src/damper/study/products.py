@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
@@ -96,7 +96,8 @@ class Offer:
 
     axes: Mapping[str, tuple[float, ...] | None]
     """The values of every axis; an axis in error has none."""
-    observers: Collection[str]
+    observers: Mapping[str, Any]
+    """Observers with their settings, as written."""
     branches: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     """The values of the cube's dimensions beside the axes: direction, draw."""
 
@@ -104,6 +105,11 @@ class Offer:
     def dimensions(self) -> dict[str, tuple[Any, ...] | None]:
         """Axes and branches with their values."""
         return {**self.axes, **self.branches}
+
+    def set(self, observer: str, key: str) -> bool:
+        """Whether the study has an observer with a setting that is neither zero nor false."""
+        settings = self.observers.get(observer)
+        return isinstance(settings, Mapping) and bool(settings.get(key))
 
     @property
     def variables(self) -> tuple[str, ...]:

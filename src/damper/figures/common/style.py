@@ -44,6 +44,9 @@ LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()} | {
 VARIABLE_SYMBOLS = {
     "displacement": "$x$",
     "velocity": r"$\dot x$",
+    "relative_displacement": "$(y - x)/d$",
+    "relative_velocity": r"$\dot y - \dot x$",
+    "approach_speed": "$v$",
     "rms_displacement": r"$x_\mathrm{rms}$",
     "peak_displacement": r"$x_\mathrm{max}$",
     "amplitude_ratio": r"$x_\mathrm{max} / A$",

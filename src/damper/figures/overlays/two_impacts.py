@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+_SHOWN = ("displacement", "velocity", "peak_displacement")
 #: Points of the curve between two of the diagram, and most of them in all.
 _BETWEEN, _MOST = 4, 600
 #: The stable motion lies beneath the points, as a band of which a rim shows where they agree.
@@ -40,7 +41,7 @@ def overlay(
     Parameters
     ----------
     axes : mapping of str to Axes
-        Of `displacement`, `velocity`, or both.
+        Of `displacement`, `velocity` and `peak_displacement`; others stay as they are.
     panel : xarray.Dataset
         The row's part of the cube: scalar coordinates, and the axis of the abscissa.
     along : str
@@ -58,25 +59,27 @@ def overlay(
     found = admissible_orbits(panel, along, values)
     stable = np.array([[bool(o and o.stable) for o in both] for both, _ in found])
     exists = np.array([[o is not None for o in both] for both, _ in found])
-    points = np.full((*exists.shape, 2), np.nan)
+    points = np.full((*exists.shape, len(_SHOWN)), np.nan)
     sides = np.zeros(exists.shape)
+    sampled = not axes.keys().isdisjoint(_SHOWN[:2])
     for i, (both, units) in enumerate(found):
         for k, orbit in enumerate(both):
             if orbit is not None:
                 sides[i, k] = _side(orbit, section)
-                points[i, k] = np.multiply(
-                    section_point(orbit, section), (units.length, units.speed)
-                )
+                x, v = section_point(orbit, section) if sampled else (math.nan, math.nan)
+                points[i, k] = x * units.length, v * units.speed, orbit.peak * units.length
     for name, ax in axes.items():
-        column = ("displacement", "velocity").index(name)
-        limits = ax.get_ylim()
+        if name not in _SHOWN:
+            continue
+        column = _SHOWN.index(name)
+        # The peak is the same whatever the side.
+        parts = np.zeros_like(sides) if name == "peak_displacement" else sides
         for is_stable, style in _CURVES.items():
-            for side in np.unique(sides[exists]):
-                shown = exists & (stable == is_stable) & (sides == side)
+            for side in np.unique(parts[exists]):
+                shown = exists & (stable == is_stable) & (parts == side)
                 for branch in np.where(shown, points[..., column], np.nan).T:
                     ax.plot(values, branch, **style)
-        held = points[stable, column]
-        ax.set_ylim(_with(limits, held))
+        _reach(ax, points[stable, column])
         for where, width in ((exists, _EXISTS), (stable, _STABLE)):
             _bars(ax, values, np.asarray(where.any(axis=1)), width)
     return _handles(bool(stable.any()), bool((exists & ~stable).any()))
@@ -92,15 +95,16 @@ def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
     )
 
 
-def _with(limits: tuple[float, float], values: np.ndarray) -> tuple[float, float]:
-    """Limits of an ordinate that show some values as well."""
-    if not values.size:
-        return limits
-    low, high = min(limits[0], values.min()), max(limits[1], values.max())
-    margin = 0.03 * (high - low)
-    return (
-        low - margin if low < limits[0] else limits[0],
-        high + margin if high > limits[1] else limits[1],
+def _reach(ax: Axes, values: np.ndarray) -> None:
+    """Widen the ordinate so that it shows some values as well."""
+    low, high = ax.get_ylim()
+    ends = (values.min(), values.max()) if values.size else (low, high)
+    if ax.get_yscale() == "log":
+        ax.set_ylim(min(low, ends[0] / 1.1), max(high, ends[1] * 1.1))
+        return
+    margin = 0.03 * (max(high, ends[1]) - min(low, ends[0]))
+    ax.set_ylim(
+        ends[0] - margin if ends[0] < low else low, ends[1] + margin if ends[1] > high else high
     )
 
 
