@@ -23,6 +23,7 @@ AXES = {"frequency_ratio": X, "clearance": Y}
 PLACE = {"x": "frequency_ratio", "y": "clearance"}
 #: clearance (rows) by frequency (columns)
 CHATTER = np.array([[0, 1, 2, 0], [0, 2, 2, -1], [0, 0, 1, 0]])
+NO_CONTACT_KNOWN = ["no chatter", "incomplete chatter", "complete chatter"]
 RATIO = np.array([[1.2, 0.9, 0.3, 0.8], [1.5, 0.4, 0.3, 0.9], [1.1, 0.5, 0.2, np.nan]])
 
 
@@ -64,13 +65,46 @@ def test_classes_have_their_colours() -> None:
     (ax,) = figure.axes
     expected = [[to_rgba(colour[value]) for value in row] for row in CHATTER]
     np.testing.assert_array_equal(colours(ax), expected)
-    assert legend_texts(figure) == ["none", "incomplete", "complete", "run stopped"]
-    assert figure.legends[0].get_title().get_text() == "chatter"
+    assert legend_texts(figure) == [*NO_CONTACT_KNOWN, "run stopped"]
 
 
 def test_legend_tells_of_stopped_runs_only_where_there_are_any() -> None:
     figure = the_map(made_up(AXES, chatter=np.abs(CHATTER.T)), "chatter")
-    assert legend_texts(figure) == ["none", "incomplete", "complete"]
+    assert legend_texts(figure) == NO_CONTACT_KNOWN
+
+
+def test_no_contact_is_a_class_of_its_own() -> None:
+    cube = made_up(AXES, chatter=np.abs(CHATTER.T))
+    impacts = np.ones(cube.chatter.shape)
+    impacts[0, 0] = 0.0
+    figure = the_map(cube.assign(impacts_per_period=(cube.chatter.dims, impacts)), "chatter")
+    assert legend_texts(figure)[:2] == ["no contact", "impacts without chatter"]
+    found = colours(figure.axes[0])
+    assert tuple(found[0, 0]) == to_rgba("white")
+    assert tuple(found[2, 0]) != to_rgba("white")
+    assert tuple(found[0, 2]) == to_rgba(BLUE)
+
+
+def test_motions_have_names() -> None:
+    cube = made_up(AXES, rms_ratio=1.0)
+    dims = cube.rms_ratio.dims
+    rms, impacts = np.full((2, 4, 3), 2.0)
+    rms[1:, :], impacts[1:, :] = 1.0, 0.0
+    rms[0, 0] *= 1.001
+    cube = cube.assign(rms_displacement=(dims, rms), impacts_per_period=(dims, impacts))
+    figure = the_map(cube, "attractor")
+    assert legend_texts(figure) == ["no impacts, rms 1", "2 impacts per period, rms 2"]
+    found = colours(figure.axes[0])
+    assert len({tuple(cell) for cell in found.reshape(-1, 4)}) == 2
+    assert (found[:, 0] == found[0, 0]).all()
+
+
+def test_cells_of_equal_size() -> None:
+    axes = {"frequency_ratio": [0.5, 1.0, 2.5], "clearance": [0.1, 1.0, 10.0]}
+    ax = the_map(made_up(axes, chatter=1), "chatter", equal=True).axes[0]
+    corners = mesh(ax).get_coordinates()
+    np.testing.assert_allclose(corners[0, :, 0], [-0.5, 0.5, 1.5, 2.5])
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.1", "1", "10"]
 
 
 def test_status_in_classes() -> None:
@@ -119,7 +153,7 @@ def test_ratios_are_white_at_one_with_a_line() -> None:
     blue, orange = cells.cmap(cells.norm(0.3)), cells.cmap(cells.norm(1.5))
     assert blue[2] > blue[0]
     assert orange[0] > orange[2]
-    assert legend_texts(figure) == ["no value", "border of ratios below 1"]
+    assert legend_texts(figure) == ["no value", "ratio = 1"]
 
 
 def test_no_line_where_the_masses_never_touch() -> None:
@@ -165,23 +199,33 @@ def test_cells_are_rasterised_and_labels_are_not(tmp_path: Path) -> None:
 # --- best
 
 
-@pytest.mark.parametrize(("best", "rows"), [("min", [2, 1, 2, 0]), ("max", [1, 0, 0, 1])])
-def test_best_is_marked_at_each_abscissa(best: str, rows: list[int]) -> None:
+@pytest.mark.parametrize(("best", "rows"), [("min", [1, 2, 0]), ("max", [0, 0, 1])])
+def test_best_is_marked_at_each_abscissa_where_the_damper_helps(best: str, rows: list[int]) -> None:
     figure = ratio(best=best)
-    assert marks(figure.axes[0]) == [(x, Y[row]) for x, row in zip(X, rows, strict=True)]
+    assert marks(figure.axes[0]) == [(x, Y[row]) for x, row in zip(X[1:], rows, strict=True)]
     word = {"min": "least", "max": "greatest"}[best]
-    assert legend_texts(figure)[-1] == rf"$d$ of the {word} rms ratio for each $\omega$"
+    assert legend_texts(figure)[-1].startswith(f"$d$ of the {word} ")
+
+
+def test_points_without_contact_are_hatched_and_never_best() -> None:
+    impacts = np.ones((4, 3))
+    impacts[1, 1] = impacts[2] = 0.0
+    cube = made_up(AXES, rms_ratio=RATIO.T)
+    cube = cube.assign(impacts_per_period=(cube.rms_ratio.dims, impacts))
+    figure = the_map(cube, "rms_ratio", best="min")
+    assert marks(figure.axes[0]) == [(0.9, Y[2]), (1.1, Y[0])]
+    assert "walls never touched" in legend_texts(figure)
 
 
 def test_best_leaves_out_columns_without_a_value() -> None:
     values = RATIO.T.copy()
     values[1] = np.nan
     ax = the_map(made_up(AXES, rms_ratio=values), "rms_ratio", best="min").axes[0]
-    assert [x for x, _ in marks(ax)] == [0.8, 1.0, 1.1]
+    assert [x for x, _ in marks(ax)] == [1.0, 1.1]
 
 
 def test_best_of_equals_is_the_smallest_ordinate() -> None:
-    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((4, 3))
+    noise = 0.5 + 1e-9 * np.random.default_rng(1).standard_normal((4, 3))
     ax = the_map(made_up(AXES, rms_ratio=noise), "rms_ratio", best="min").axes[0]
     assert [y for _, y in marks(ax)] == [0.5] * 4
 
@@ -231,7 +275,9 @@ def test_heading_and_labels() -> None:
     assert_nothing_overlaps(ratio(best="min"))
 
 
-@pytest.mark.parametrize(("level", "words"), [(0, "none throughout"), (-1, "no run finished here")])
+@pytest.mark.parametrize(
+    ("level", "words"), [(0, "no chatter throughout"), (-1, "no run finished here")]
+)
 def test_a_panel_of_one_pale_colour_says_why(level: int, words: str) -> None:
     ax = the_map(made_up(AXES, chatter=level), "chatter").axes[0]
     assert [text.get_text() for text in ax.texts] == [words]
@@ -263,9 +309,10 @@ def test_simulated_in_si_from_a_file(tmp_path: Path) -> None:
         drawn("map", opened, variable="chatter", **place)
     ax, bar = figure.axes
     assert ax.get_xlabel().replace("\xa0", " ") == r"angular forcing frequency $\Omega$ / (rad/s)"
-    assert ax.get_ylabel().replace("\xa0", " ").endswith("$2D$ / m")
-    assert bar.get_ylabel().endswith(r"$x_\mathrm{rms}$ / m")
+    assert ax.get_ylabel().replace("\xa0", " ").endswith("$2D$ / mm")
+    assert bar.get_ylabel().endswith(r"$x_\mathrm{rms}$ / mm")
     assert "$K$ = 800 N/m" in figure.get_suptitle()
-    best = cube.rms_displacement.idxmin("gap").values
-    assert [y for _, y in marks(ax)] == list(best)
+    good = cube.rms_displacement.where(cube.amplitude_ratio < 1.0)
+    best = good.dropna("forcing_frequency", how="all").idxmin("gap")
+    assert marks(ax) == list(zip(best.forcing_frequency.values, 1e3 * best.values, strict=True))
     assert_nothing_overlaps(figure)

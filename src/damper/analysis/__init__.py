@@ -9,6 +9,7 @@ from typing import Any
 
 #: Function -> the module that holds it.
 HOME = {
+    "attractors": "motions",
     "best_clearance": "optimum",
     "burst_statistics": "bursts",
     "chatter_in_range": "intervals",

@@ -168,6 +168,24 @@ def damping_shares(
     }
 
 
+#: Variables that tell whether the walls are touched.
+CONTACT = ("impacts_per_period", "bursts_per_period", "sticking_fraction")
+
+
+def contact(cube: xr.Dataset) -> xr.DataArray | None:
+    """Return whether the walls are touched at each point, NaN where a run stopped.
+
+    None if the cube has neither impacts nor bursts.
+    """
+    known = [cube[name] for name in CONTACT if name in cube]
+    if not known:
+        return None
+    touched = known[0] > 0.0
+    for one in known[1:]:
+        touched = touched | (one > 0.0)
+    return touched.where(known[0].notnull())
+
+
 def least(values: np.ndarray) -> int:
     """Index of the first of the least values; NaN is never the least, unless all are.
 

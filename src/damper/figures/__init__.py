@@ -9,7 +9,10 @@ from typing import Any
 from damper.study.kinds import FIGURES
 
 #: What `theory` of a kind may be -> module; each has an `overlay`.
-THEORY = {name: f"damper.figures.overlays.{name}" for name in ("two_impacts", "small_mass_limit")}
+THEORY = {
+    name: f"damper.figures.overlays.{name}"
+    for name in ("two_impacts", "small_mass_limit", "steady_amplitude")
+}
 
 
 def draw(kind: str, cube: Any, **settings: Any) -> Any:

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.optimum import least
+from damper.analysis.motions import attractors
+from damper.analysis.optimum import CONTACT, contact, least
 from damper.figures import THEORY
 from damper.figures.common.layout import (
     edges,
     few_decades,
     geometric,
     head,
+    in_millimetres,
     legend,
     numbers,
     place_label,
@@ -29,13 +31,18 @@ from damper.figures.common.style import (
     BLACK,
     BLUE,
     COLUMN,
+    GREEN,
     MISSING,
     ORANGE,
     PAGE,
     PALE,
+    PURPLE,
     RATIOS,
+    SKY,
     SYMBOLS,
+    VARIABLE_SYMBOLS,
     VERMILION,
+    YELLOW,
 )
 from damper.study.fields import Text
 from damper.study.messages import Faults
@@ -49,6 +56,7 @@ from damper.study.products import (
     Offer,
     Role,
     check_written,
+    need,
 )
 from damper.study.yaml_file import words
 
@@ -62,13 +70,23 @@ if TYPE_CHECKING:
 
 #: Variables drawn in classes, which are numbered from zero -> name and colour of each.
 _CLASSES = {
-    "chatter": (("none", PALE), ("incomplete", ORANGE), ("complete", BLUE)),
+    "chatter": (
+        ("no contact", "#FFFFFF"),
+        ("impacts without chatter", "#D9D9D9"),
+        ("incomplete chatter", ORANGE),
+        ("complete chatter", BLUE),
+    ),
     "status": (
         ("finished", PALE),
         ("stopped: max_events reached", ORANGE),
         ("stopped: a search gave up", VERMILION),
     ),
 }
+#: Colours of motions, in the order of their frequency.
+_MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, PALE)
+_ATTRACTOR = "attractor"
+#: How points are marked at which the walls are never touched.
+_HATCH, _HATCHES = "////", "#909090"
 #: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
 _ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
 #: Ratios beyond this and its inverse have the colours of these.
@@ -101,7 +119,8 @@ class Map(FigureSettings):
         Text,
         Field(
             description="Variable of the cube, with one value at each point. chatter and status "
-            "are drawn in classes, all else with a colour bar."
+            "are drawn in classes, all else with a colour bar. attractor: classes of rms "
+            "displacement and impacts per period, each named in the legend."
         ),
     ]
     x: Annotated[Text, Field(description="Axis of the abscissa.")]
@@ -116,24 +135,41 @@ class Map(FigureSettings):
         Literal["min", "max"] | None,
         Field(
             description="Mark, for every x, the y at which the variable is least (min) or "
-            "greatest (max); of equals the smallest y."
+            "greatest (max); of equals the smallest y. Points at which the walls are never touched "
+            "do not count, nor those at which the damper amplifies."
         ),
     ] = None
     theory: Annotated[
-        Literal["small_mass_limit"] | None,
+        Literal["small_mass_limit", "steady_amplitude"] | None,
         Field(
             description="Theory to draw over it: the restitution up to which bursts complete, in "
             "the limit of a small free mass; with complete_fraction or chatter, over restitution "
-            "and clearance (or gap)."
+            "and clearance (or gap). Or the steady amplitude without damper, over frequency_ratio "
+            "and clearance."
         ),
     ] = None
+    equal: Annotated[
+        bool,
+        Field(
+            description="Whether cells have equal sizes and each value is written at its axis, as "
+            "suits a few listed values."
+        ),
+    ] = False
     caption: Caption = None
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        check_written(("variable",), settings.get("variable"), offer, faults)
+        if settings.get("variable") == _ATTRACTOR:
+            need(offer, faults, "response", "impacts")
+        else:
+            check_written(("variable",), settings.get("variable"), offer, faults)
         if settings.get("theory") == "small_mass_limit":
             cls._fits_limit(settings, faults)
+        if settings.get("theory") == "steady_amplitude":
+            axes = settings.get("x"), settings.get("y")
+            if axes != ("frequency_ratio", "clearance"):
+                message = f"the steady amplitude has no place over {words(map(str, axes))}"
+                faults.add(("theory",), message, "frequency_ratio as x and clearance as y")
 
     @classmethod
     def _fits_limit(cls, settings: dict[str, Any], faults: Faults) -> None:
@@ -159,6 +195,7 @@ def draw(
     at: Mapping[str, Any] | None = None,
     best: str | None = None,
     theory: str | None = None,
+    equal: bool = False,
     caption: str | None = None,
 ) -> Figure:
     """Draw one variable in colour over two axes.
@@ -167,7 +204,8 @@ def draw(
     ----------
     cube : xarray.Dataset
     variable : str
-        Variable with one value at each point; `chatter` and `status` are drawn in classes.
+        Variable with one value at each point; `chatter` and `status` are drawn in classes, and so
+        is `attractor`, which is found from rms displacement and impacts per period.
     x, y : str
         Axes of abscissa and ordinate.
     panels : str, optional
@@ -175,11 +213,13 @@ def draw(
     at : mapping, optional
         Value of every other axis.
     best : {"min", "max"}, optional
-        Mark, for every x, the y at which the variable is least or greatest; of equals the
-        smallest y.
-    theory : {"small_mass_limit"}, optional
+        Mark, for every x, the y at which the variable is least or greatest, of the points where
+        the walls are touched and the damper does not amplify; of equals the smallest y.
+    theory : {"small_mass_limit", "steady_amplitude"}, optional
         Draw the small-mass limit of the restitution up to which bursts complete; x and y must be
-        restitution and clearance (or gap).
+        restitution and clearance (or gap). Or the steady amplitude without damper.
+    equal : bool, default False
+        Cells of equal size, with each value written at its axis.
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
@@ -187,33 +227,70 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-    place = select(cube, [variable], at, (x, y, panels)).sortby([x, y])
+    classes = list(_CLASSES.get(variable, ()))
+    if variable == _ATTRACTOR:
+        motions, names = attractors(cube)
+        cube = cube.assign({variable: motions})
+        classes = list(zip(names, _MOTIONS, strict=False))
+    beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
+    place = select(cube, [variable, *beside], at, (x, y, panels)).sortby([x, y])
+    touched = contact(place)
+    if variable == "chatter":
+        classes = _split_no_chatter(place, touched, classes)
+    if theory is None:
+        place = in_millimetres(place)
+    written = {name: place[name].values for name in (x, y)} if equal else {}
+    for name, listed in written.items():
+        place = place.assign_coords({name: (name, np.arange(listed.size), place[name].attrs)})
+    if touched is not None:
+        touched = touched.assign_coords({name: place[name] for name in written})
     shown = place[panels].values.tolist() if panels else [None]
     columns = 2 if len(shown) == 4 else min(3, len(shown))
     figure, axes = _grid(len(shown), columns)
-    colours, norm = _colours(place[variable])
+    colours, norm = _colours(place[variable], classes)
     marks: dict[str, Artist] = {}
     for ax, value in zip(axes, shown, strict=True):
-        panel = place if value is None else place.sel({panels: value})
+        where = {} if value is None else {panels: value}
+        panel = place.sel(where)
         values = numbers(panel[variable], y, x)
+        known = np.ones_like(values) if touched is None else numbers(touched.sel(where), y, x)
         mesh = _cells(ax, panel, x, y, values, colours, norm)
+        if not classes:
+            marks |= _hatch(ax, panel, x, y, known)
         if variable in RATIOS:
             marks |= _contour(ax, panel, x, y, values)
         if best:
-            marks |= _best(ax, panel, x, y, values, best)
+            ratio = numbers(panel.get("amplitude_ratio", panel[variable]), y, x)
+            ratio = values if variable in RATIOS else ratio
+            helps = ratio < 1.0 if variable in RATIOS or "amplitude_ratio" in panel else True
+            good = np.where((known > 0.0) & helps, values, np.nan)
+            marks |= _best(ax, panel, x, y, good, best, variable)
         if theory:
             for handle in import_module(THEORY[theory]).overlay(ax, panel, x, y):
                 marks[str(handle.get_label())] = handle
-        _say_what_is_missing(ax, variable, values)
+        _say_what_is_missing(ax, values, classes)
         if panels:
             ax.set_title(place_text(place, panels, value), loc="left")
     _label(figure, axes, place, x, y, columns)
-    if variable not in _CLASSES:
+    for ax in axes if equal else ():
+        ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
+        ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
+    if not classes:
         _colour_bar(figure, axes, mesh, place[variable])
     head(figure, place, caption)
-    handles = [*_classes(place[variable]), *marks.values()]
-    legend(figure, handles, variable if variable in _CLASSES else "")
+    handles = [*_classes(place[variable], classes), *marks.values()]
+    legend(figure, handles)
     return figure
+
+
+def _split_no_chatter(
+    place: xr.Dataset, touched: xr.DataArray | None, classes: list[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Tell contact without chatter from no contact, in place; return the classes there are."""
+    if touched is None:  # not known
+        return [("no chatter", PALE), *classes[2:]]
+    place["chatter"] = place.chatter + touched.where(place.chatter == 0, 1)
+    return classes
 
 
 def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
@@ -229,7 +306,7 @@ def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
     return figure, list(axes[:count])
 
 
-def _colours(array: xr.DataArray) -> tuple[Colormap, Normalize]:
+def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Colormap, Normalize]:
     """Colours and their norm, the same for all panels."""
     from matplotlib import colormaps
     from matplotlib.colors import (
@@ -240,8 +317,8 @@ def _colours(array: xr.DataArray) -> tuple[Colormap, Normalize]:
         Normalize,
     )
 
-    if array.name in _CLASSES:
-        classes = ListedColormap([colour for _, colour in _CLASSES[array.name]])
+    if names:
+        classes = ListedColormap([colour for _, colour in names])
         steps = np.arange(classes.N + 1) - 0.5
         return classes.with_extremes(bad=MISSING), BoundaryNorm(steps, classes.N)
     low, high = _range(array)
@@ -277,12 +354,27 @@ def _cells(
     return mesh
 
 
-def _say_what_is_missing(ax: Axes, variable: str, values: np.ndarray) -> None:
-    """Write in a panel of one pale colour why it looks empty."""
-    if not np.isfinite(values).any():
+def _say_what_is_missing(ax: Axes, values: np.ndarray, classes: Sequence[tuple[str, str]]) -> None:
+    """Write in a panel of one colour why it looks empty."""
+    known = values[np.isfinite(values)]
+    if not known.size:
         say(ax)
-    elif variable in _CLASSES and not values.any():
-        say(ax, f"{_CLASSES[variable][0][0]} throughout")
+    elif classes and (known == known[0]).all():
+        say(ax, f"{classes[int(known[0])][0]} throughout")
+
+
+def _hatch(ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray) -> dict[str, Artist]:
+    """Hatch the points at which the walls are never touched."""
+    from matplotlib.patches import Patch
+
+    idle = known == 0.0
+    if not idle.any():
+        return {}
+    place = panel[x].values, panel[y].values, idle.astype(float)
+    area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
+    area.set(edgecolor=_HATCHES, linewidth=0.0)
+    text = "walls never touched"
+    return {text: Patch(facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.0, label=text)}
 
 
 def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> dict[str, Artist]:
@@ -293,12 +385,12 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     if not ((values < 1.0).any() and (values > 1.0).any()):
         return {}
     ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)
-    text = "border of ratios below 1"
+    text = "ratio = 1"
     return {text: Line2D([], [], label=text, color=BLACK, lw=_CONTOUR)}
 
 
 def _best(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str
+    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str, variable: str
 ) -> dict[str, Artist]:
     """Mark the best y of every x; return what the legend has to say of it."""
     from matplotlib.lines import Line2D
@@ -315,9 +407,9 @@ def _best(
         "mew": 0.4,
     }
     ax.plot(panel[x].values[known], panel[y].values[rows], **style)
-    name = str(next(iter(panel.data_vars))).replace("_", " ")
+    name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
-    text = f"{SYMBOLS[y]} of the {extreme} {name} for each {SYMBOLS[x]}"
+    text = f"{SYMBOLS[y]} of the {extreme} {name} at each {SYMBOLS[x]}"
     return {text: Line2D([], [], label=text, **style)}
 
 
@@ -366,13 +458,12 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
     return [float(tick) for tick in ticks if low <= tick <= high]
 
 
-def _classes(array: xr.DataArray) -> list[Artist]:
+def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
     """Legend entries of classes, and of points without a value."""
     from matplotlib.patches import Patch
 
     handles: list[Artist] = [
-        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text)
-        for text, colour in _CLASSES.get(str(array.name), ())
+        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text) for text, colour in classes
     ]
     if np.isnan(numbers(array)).any():
         text = "no value" if array.name in RATIOS else "run stopped"
