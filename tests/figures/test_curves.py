@@ -38,8 +38,8 @@ def curves(cube: xr.Dataset, *variables: str, **settings: Any) -> Figure:
 
 
 def lines(ax: Axes) -> list[Line2D]:
-    """All but the line at 1."""
-    return [line for line in ax.lines if len(line.get_xdata()) != 2]
+    """All but the line at 1 and marks."""
+    return [line for line in ax.lines if len(line.get_xdata()) > 2]
 
 
 # --- lines
@@ -184,9 +184,13 @@ def test_best_value_of_each_line() -> None:
         best_cube(WORST), "peak_displacement", "energy_input", lines="mass_ratio", best="clearance"
     )
     assert legend_texts(figure) == [
-        rf"$\mu$ = {mass:g}, best $d$ = {d:g} $F_0/K$"
-        for mass, d in zip(MASSES, (1.5, 0.5, 1.0), strict=True)
+        *(
+            rf"$\mu$ = {mass:g}, best $d$ = {d:g} $F_0/K$, highest at $\omega$ = {X[1]:g}"
+            for mass, d in zip(MASSES, (1.5, 0.5, 1.0), strict=True)
+        ),
+        "where that line is highest",
     ]
+    assert "best: the largest" in figure.get_suptitle()
     above, below = figure.axes
     for a, b in zip(lines(above), lines(below), strict=True):
         assert max(a.get_ydata()) == 1.0
@@ -204,12 +208,22 @@ def test_best_needs_every_run_to_have_finished() -> None:
 def test_best_of_equals_is_the_first() -> None:
     noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((3, 3))
     figure = curves(best_cube(noise), lines="mass_ratio", best="clearance")
-    assert all("best $d$ = 0.5 " in text for text in legend_texts(figure))
+    assert all("best $d$ = 0.5 " in text for text in legend_texts(figure)[:-1])
 
 
 def test_best_without_lines() -> None:
     figure = curves(best_cube(WORST), best="clearance", at={"mass_ratio": 0.1})
-    assert legend_texts(figure) == ["best $d$ = 0.5 $F_0/K$"]
+    assert legend_texts(figure)[0].startswith("best $d$ = 0.5 $F_0/K$, highest at ")
+
+
+def test_amplitude_without_damper_stands_beside_it() -> None:
+    cube = best_cube(WORST)
+    undamped = np.array([1.0, 4.0, 2.0, 1.0])
+    ratio = (cube.peak_displacement / undamped).assign_attrs(units="1")
+    figure = curves(cube.assign(amplitude_ratio=ratio), at={"mass_ratio": 0.1, "clearance": 0.5})
+    (wide,) = (line for line in figure.axes[0].lines if line.get_linewidth() == 2.0)
+    np.testing.assert_allclose(wide.get_ydata(), undamped)
+    assert legend_texts(figure) == ["without damper"]
 
 
 # --- simulated, and files

@@ -13,6 +13,7 @@ from damper.figures.common.layout import (
     few_decades,
     geometric,
     head,
+    in_millimetres,
     legend,
     numbers,
     place_label,
@@ -22,7 +23,7 @@ from damper.figures.common.layout import (
     variable_label,
     whole,
 )
-from damper.figures.common.style import BLACK, COLUMN, RATIOS
+from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
 from damper.study.fields import Some, Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -53,7 +54,7 @@ _ABSCISSA = 2.1
 class Curves(FigureSettings):
     """Variables over one axis, each in a panel of its own, with a line for each value of another.
 
-    Amplitude ratios have a thin line at 1, where the damper changes nothing.
+    Amplitudes have that without damper beside them, their ratios a thin line at 1.
     """
 
     roles: ClassVar[Mapping[str, Role]] = {
@@ -142,27 +143,53 @@ def draw(
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    place = select(cube, variables, at, (along, lines, best)).sortby(along)
+    beside = [_OVER[name] for name in variables if _OVER.get(name) in cube]
+    shown = list(dict.fromkeys([*variables, *beside]))
+    place = in_millimetres(select(cube, shown, at, (along, lines, best)).sortby(along))
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
     drawn = _lines(place, variables[0], along, lines, best)
     for ax, name in zip(axes, variables, strict=True):
         for line, style in drawn:
             ax.plot(line[along].values, _ordinates(line[name], along, log), **style)
+            highest = _highest(line[name], along)
+            if best is not None and name == variables[0] and highest is not None:
+                top = line[along].values[highest], numbers(line[name], along)[highest]
+                ax.plot(*top, **_WORST | {"color": style["color"]})
+        if _OVER.get(name) in place:
+            ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
         _dress(ax, place, name, along, log)
     axes[-1].set_xlabel(place_label(place, along, _ABSCISSA))
     figure.align_ylabels()
-    head(figure, place, caption)
+    remark = f"best: the largest {VARIABLE_SYMBOLS.get(variables[0], variables[0])} is least"
+    head(figure, place, caption, remarks=[remark] if best else [])
     handles: list[Artist] = [
         Line2D([], [], **style) for _, style in drawn if style["label"] is not None
     ]
-    if any(name in RATIOS for name in variables):
+    if beside or any(name in RATIOS for name in variables):
         handles.append(Line2D([], [], label="without damper", **_REFERENCE))
+    if best is not None:
+        handles.append(Line2D([], [], label="where that line is highest", **_WORST))
     legend(figure, handles)
     return figure
 
 
-_REFERENCE: dict[str, Any] = {"color": "#777777", "lw": 0.6}
+_REFERENCE: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.0}
+_WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
+#: Amplitude -> what it is over that without damper.
+_OVER = {"peak_displacement": "amplitude_ratio", "rms_displacement": "rms_ratio"}
+
+
+def _undamped(place: xr.Dataset, name: str, along: str) -> np.ndarray:
+    """Amplitude without damper, from any place where its ratio is known."""
+    undamped = place[name] / place[_OVER[name]].where(place[_OVER[name]] > 0.0)
+    return undamped.max([dim for dim in undamped.dims if dim != along]).values
+
+
+def _highest(array: xr.DataArray, along: str) -> int | None:
+    """Index of a line's highest point."""
+    values = numbers(array, along)
+    return int(np.nanargmax(values)) if np.isfinite(values).any() else None
 
 
 def _lines(
@@ -178,7 +205,10 @@ def _lines(
             texts.append(place_text(place, lines, value))
         if best is not None:
             line = line.sel({best: _best(line[first], along, best)})
-            texts.append(f"best {place_text(place, best, line[best].item())}")
+            texts.append(f"best {place_text(place, best, float(f'{line[best].item():.4g}'))}")
+            if (highest := _highest(line[first], along)) is not None:
+                worst = place_text(place, along, line[along].values[highest])
+                texts.append(f"highest at {worst}")
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
         drawn.append((line, style))
     return drawn
