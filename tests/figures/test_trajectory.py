@@ -98,7 +98,7 @@ def test_labels_and_heading(cube: xr.Dataset) -> None:
     above, below = panels(figure)
     assert above.get_ylabel() == "displacement $x$, $y$ / ($F_0/K$)"
     assert below.get_ylabel() == r"velocity $\dot x$, $\dot y$ / ($F_0/\sqrt{KM}$)"
-    assert below.get_xlabel() == r"time $t$ / (forcing period $2\pi$/$\omega$)"
+    assert below.get_xlabel() == r"time $(t - t_0)/T$ (forcing period $T$ = $2\pi$/$\omega$)"
     assert "$d$ = 0.25 $F_0/K$" in figure.get_suptitle()
     assert_nothing_overlaps(figure)
 

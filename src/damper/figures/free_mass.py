@@ -17,9 +17,9 @@ from damper.analysis.stretches import (
     sticking,
 )
 from damper.figures.common.layout import head, legend, say, select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, VERMILION, YELLOW, label
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, PURPLE, VERMILION, YELLOW, label
 from damper.parameters.variables import SI_UNITS, TIME
-from damper.study.fields import Unit
+from damper.study.fields import Pair, Unit
 from damper.study.messages import Faults
 from damper.study.products import (
     At,
@@ -56,6 +56,8 @@ _MOST_POINTS = 5_000
 #: Part of a burst's length that is shown before and after it.
 _MARGIN = 0.12
 _LINE: dict[str, Any] = {"color": BLACK, "lw": 0.6}
+#: Over hundreds of units of time, so that single bounces are seen.
+_THIN = _LINE | {"lw": 0.25}
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
 _CHATTER = {True: ("complete chatter", BLUE), False: ("incomplete chatter", ORANGE)}
 _DURATIONS: dict[bool, dict[str, Any]] = {
@@ -64,6 +66,7 @@ _DURATIONS: dict[bool, dict[str, Any]] = {
 }
 _SHADE: dict[str, Any] = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
 _STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
+_STATED: dict[str, Any] = {"color": PURPLE, "marker": "|", "lw": 1.8, "mew": 1.8}
 _MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
 
 
@@ -96,6 +99,11 @@ class FreeMass(FigureSettings):
             "observer samples when not given.",
         ),
     ] = None
+    stated: Annotated[
+        Pair[float] | None,
+        Unit(f"{TIME}, {SI_UNITS[TIME]}"),
+        Field(description="Onset and end of a burst that the source states, to draw beside ours."),
+    ] = None
     caption: Caption = None
 
     @classmethod
@@ -109,6 +117,7 @@ def draw(
     *,
     near: float | None = None,
     stop: float | None = None,
+    stated: tuple[float, float] | None = None,
     at: Mapping[str, Any] | None = None,
     caption: str | None = None,
 ) -> Figure:
@@ -129,6 +138,8 @@ def draw(
         chatter, any burst counts.
     stop : float, optional
         Where the whole history ends, likewise; with the sampled stretch when not given.
+    stated : (float, float), optional
+        Onset and end of a burst that the source states, likewise.
     at : mapping, optional
         Value of every axis.
     caption : str, optional
@@ -161,9 +172,9 @@ def draw(
     left, right = figure.subplots(5, 2, sharex="col").T
     for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
         whole.set_ylabel(name)
-        _motion(whole, run, values, bursts, (start, stop))
+        _motion(whole, run, values, bursts, (start, stop), _THIN)
         if chosen is not None:
-            _motion(large, run, values, bursts, _window(chosen))
+            _motion(large, run, values, bursts, _window(chosen), _LINE)
     for ax in (left[1], right[1]):
         for wall in (-half_gap(place), half_gap(place)):
             ax.axhline(wall, **_WALL)
@@ -182,8 +193,25 @@ def draw(
         ax.set_xlabel(label("time", "$t$", units))
     figure.align_ylabels()
     head(figure, place, caption, remarks=_left_out(place))
-    legend(figure, _handles(bursts, bool((run.trajectory_mode == _STICKING).any())))
+    handles = _handles(bursts, bool((run.trajectory_mode == _STICKING).any()))
+    if stated is not None:
+        handles.append(_draw_stated(left[4], right, stated))
+    legend(figure, handles)
     return figure
+
+
+def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, float]) -> Artist:
+    """Draw the stated burst among the durations and as a bracket; return its legend entry."""
+    from matplotlib.lines import Line2D
+
+    onset, end = stated
+    durations.plot(onset, end - onset, ls="", zorder=5.0, **_STATED | {"ms": 7.0})
+    low, high = durations.get_ylim()
+    durations.set_ylim(low, max(high, 1.12 * (end - onset)))
+    for ax in (large[0], large[-1]):  # elsewhere it would lie on a wall
+        ax.plot([onset, end], [0.04, 0.04], transform=ax.get_xaxis_transform(), **_STATED)
+    words = f"as the paper's text states: onset {onset:g}, duration {end - onset:g}"
+    return Line2D([], [], label=words, **_STATED)
 
 
 def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
@@ -219,13 +247,14 @@ def _motion(
     values: np.ndarray,
     bursts: Sequence[Burst],
     span: tuple[float, float],
+    line: Mapping[str, Any],
 ) -> None:
     """Draw a quantity over a span of time; shade chatter by its kind, and sticking."""
     time, (start, stop) = run.time.values, span
     # A row beyond each end, so that lines reach the edges.
     rows = slice(max(int(np.searchsorted(time, start)) - 1, 0), np.searchsorted(time, stop) + 1)
     shown = values[rows]
-    ax.plot(time[rows], shown, rasterized=shown.size > _MOST_POINTS, **_LINE)
+    ax.plot(time[rows], shown, rasterized=shown.size > _MOST_POINTS, **line)
     for complete, (_, colour) in _CHATTER.items():
         kind = [b for b in bursts if b.chatter and b.complete is complete]
         _shade(ax, [(b.onset, b.end) for b in kind], span, _SHADE | {"color": colour})

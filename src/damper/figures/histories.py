@@ -138,7 +138,7 @@ def draw(
     axes[-1].set_ylim(-1.2, 1.2)
     axes[-1].set_yticks([-1, 0, 1])
     frequency = SYMBOLS[forcing_frequency(place)]
-    axes[-1].set_xlabel(f"time $t$ / (forcing period $2\\pi$/{frequency})")
+    axes[-1].set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{frequency})")
     figure.supylabel(_ordinate(place), fontsize=8.0)
     head(figure, place, caption, remarks=_remarks(place))
     legend(figure, [shown[name] for name in _ORDER if name in shown])

@@ -137,7 +137,7 @@ def draw(
         ax.set_ylabel(label(name, symbols, primary.attrs["units"]))
         stuck = _shade_sticking(ax, time, piece)
     below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
-    below.set_xlabel(f"time $t$ / (forcing period $2\\pi$/{SYMBOLS[frequency]})")
+    below.set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{SYMBOLS[frequency]})")
     if left_out := int(place.trajectory_events_left_out):
         say = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
         above.set_title(say, loc="right")
