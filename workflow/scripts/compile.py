@@ -58,9 +58,7 @@ def run_solvers() -> None:
         "contact_stiffness": 1e4,
     }
     for solver in map(load, NAMES):
-        if MODEL in solver.models:
-            for more in ({}, {"times": [scene.until], "balance": True}):
-                solver.solve(scene, coarse[solver.setting], max_evaluations=10_000, **more)
+        solver.solve(scene, coarse[solver.setting], 10_000)
 
 
 compile_at_once()

@@ -10,10 +10,9 @@ import pytest
 from damper.verification.comparison.errors import (
     MEASURES,
     MISSES,
-    SLOWEST_COUNTED,
     counted_impacts,
     measure_errors,
-    verdict,
+    outcome,
 )
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.solution import FAILED, STALLED, Solution
@@ -47,10 +46,8 @@ NOTHING_WRONG = {
     "release_error": 0.0,
     "state_error": 0.0,
     "penetration": 1e-9,
-    "energy_residual": 1e-7,
     "missed_impacts": 0.0,
     "extra_impacts": 0.0,
-    "unresolved_impacts": 0.0,
     "missed_sticks": 0.0,
     "extra_sticks": 0.0,
     "missed_releases": 0.0,
@@ -66,9 +63,8 @@ def solution(keep: Any = slice(None), **changes: Any) -> Solution:
         approach_speeds=SPEEDS[keep],
         stick_times=REFERENCE.stick_times,
         release_times=REFERENCE.release_times,
-        states=np.array([[1.0, 2.0, 3.0, 4.0]]),
+        end_state=np.array([1.0, 2.0, 3.0, 4.0]),
         penetration=1e-9,
-        energy_residual=-1e-7,
         evaluations=77,
         reached=20.0,
     )
@@ -89,7 +85,6 @@ def without(*lost: int) -> np.ndarray:
 def test_the_reference_itself_has_no_error() -> None:
     check(solution())
     assert counted_impacts(REFERENCE) == COUNTED
-    assert counted_impacts(REFERENCE, 0.0) == len(TIMES)
 
 
 def test_shifted_impacts_have_the_largest_shift_as_error() -> None:
@@ -133,8 +128,8 @@ def test_too_far_away_is_missed_and_extra() -> None:
 
 
 def test_burst_closed_early_leaves_impacts_unresolved() -> None:
-    check(solution(without(4, 5, 6, 7)), unresolved_impacts=1.0)
-    check(solution(without(3, 4, 5, 6, 7)), unresolved_impacts=2.0)
+    check(solution(without(4, 5, 6, 7)))
+    check(solution(without(3, 4, 5, 6, 7)))
 
 
 def test_gap_in_a_burst_is_missed() -> None:
@@ -167,19 +162,6 @@ def test_slow_impacts_while_the_masses_stick_are_noise() -> None:
     check(solution(more, impact_times=times, approach_speeds=speeds), extra_impacts=1.0)
 
 
-@pytest.mark.parametrize(("place", "time", "side"), [(2, 2.0, 1), (8, 6.5, -1)])
-def test_slow_impacts_elsewhere_are_extra(place: int, time: float, side: int) -> None:
-    # Before the burst, or on the other wall.
-    check(
-        solution(
-            impact_times=np.insert(TIMES, place, time),
-            impact_sides=np.insert(SIDES, place, side),
-            approach_speeds=np.insert(SPEEDS, place, 8.9e-3),
-        ),
-        extra_impacts=1.0,
-    )
-
-
 @pytest.mark.parametrize(("time", "side"), [(7.5, 1), (5.5, -1)])
 def test_what_fits_by_speed_alone_is_extra(time: float, side: int) -> None:
     # After sticking, or on the other wall; the burst is closed after its second impact.
@@ -191,7 +173,6 @@ def test_what_fits_by_speed_alone_is_extra(time: float, side: int) -> None:
             approach_speeds=np.insert(SPEEDS[keep], 3, 0.1),
         ),
         extra_impacts=1.0,
-        unresolved_impacts=2.0,
     )
 
 
@@ -203,7 +184,6 @@ def test_no_impact_is_matched_twice() -> None:
     check(
         solution(keep, impact_times=times[keep]),
         impact_time_error=0.09,
-        unresolved_impacts=1.0,
     )
 
 
@@ -225,7 +205,7 @@ def test_late_burst_is_matched_by_speed() -> None:
     speeds = SPEEDS.copy()
     speeds[3:8] *= 0.3
     found = measure_errors(SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds))
-    assert (found["unresolved_impacts"], found["extra_impacts"]) == (2.0, 1.0)
+    assert found["extra_impacts"] == 1.0
 
 
 def test_speeds_do_not_match_across_sticking() -> None:
@@ -239,7 +219,6 @@ def test_speeds_do_not_match_across_sticking() -> None:
     closed = solution(keep, impact_sides=wanted.impact_sides[keep], approach_speeds=speeds[keep])
     found = measure_errors(SCENE, wanted, closed)  # type: ignore[arg-type]
     assert found["missed_impacts"] == 1.0  # the one at 9
-    assert found["unresolved_impacts"] == 2.0
     assert found["impact_time_error"] == 0.0
     # Nor where no sticking was found, once times have matched it to a later one.
     never = replace(closed, stick_times=np.empty(0))
@@ -266,7 +245,7 @@ def test_what_was_not_reached_is_not_missed() -> None:
         slice(0, 8),
         stick_times=np.empty(0),
         release_times=np.empty(0),
-        states=np.full((1, 4), np.nan),
+        end_state=np.full(4, np.nan),
         outcome=STALLED,
         reached=5.99999,
     )
@@ -274,24 +253,7 @@ def test_what_was_not_reached_is_not_missed() -> None:
 
 
 def test_state_error_is_the_largest_of_the_four() -> None:
-    check(solution(states=np.array([[9.0, 9.0, 9.0, 9.0], [1.5, 2.0, 2.0, 4.25]])), state_error=1.0)
-    check(solution(states=np.empty((0, 4))), state_error=np.nan)
-
-
-def test_solution_without_events() -> None:
-    check(
-        Solution(states=np.zeros((1, 4)), reached=20.0),
-        impact_time_error=np.nan,
-        accumulation_error=np.nan,
-        release_error=np.nan,
-        state_error=4.0,
-        penetration=np.nan,
-        energy_residual=np.nan,
-        missed_impacts=float(COUNTED),
-        missed_sticks=1.0,
-        missed_releases=1.0,
-        evaluations=0.0,
-    )
+    check(solution(end_state=np.array([1.5, 2.0, 2.0, 4.25])), state_error=1.0)
 
 
 def test_two_bursts_on_one_wall_are_two() -> None:
@@ -314,7 +276,7 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
         release_times=np.array([3.0]),
         final_state=np.zeros(4),
     )
-    assert counted_impacts(plastic, SLOWEST_COUNTED) == 1  # type: ignore[arg-type]
+    assert counted_impacts(plastic) == 1  # type: ignore[arg-type]
     found = measure_errors(
         SCENE,
         plastic,  # type: ignore[arg-type]
@@ -324,6 +286,7 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
             approach_speeds=np.array([0.5]),
             stick_times=np.array([2.0 - 1e-6]),
             release_times=np.array([3.0]),
+            reached=20.0,
         ),
     )
     assert found["impact_time_error"] == pytest.approx(1e-6)
@@ -340,27 +303,16 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
     assert found["missed_impacts"] == found["extra_impacts"] == 1.0
 
 
-# --- verdicts
-
-
-def test_verdicts() -> None:
+def test_outcomes() -> None:
     good = solution()
     stalled = solution(outcome=STALLED)
     nothing = dict(NOTHING_WRONG)
-    assert verdict(SCENE, good, nothing) == "good"
+    assert outcome(SCENE, good, nothing) == "good"
     assert len(MISSES) == 5
     for name in MISSES:
-        assert verdict(SCENE, good, nothing | {name: 1.0}) == "missed"
-    assert verdict(SCENE, good, nothing | {"unresolved_impacts": 9.0}) == "good"
+        assert outcome(SCENE, good, nothing | {name: 1.0}) == "missed"
     outside = nothing | {"penetration": 0.0026}
-    assert verdict(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
-    assert verdict(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
-    assert verdict(SCENE, stalled, outside) == "stalled"
-    assert verdict(SCENE, good, outside | {"state_error": np.nan}) == FAILED
-    # A solver that does not tell how far it went is not accused.
-    assert verdict(SCENE, good, nothing | {"penetration": np.nan}) == "good"
-
-
-def test_walls_that_give_are_penetrated() -> None:
-    compliant = read_scene(VALUES | {"contact_stiffness_ratio": 100.0}, 20.0)
-    assert verdict(compliant, solution(), NOTHING_WRONG | {"penetration": 0.1}) == "good"
+    assert outcome(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
+    assert outcome(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
+    assert outcome(SCENE, stalled, outside) == "stalled"
+    assert outcome(SCENE, good, outside | {"state_error": np.nan}) == FAILED

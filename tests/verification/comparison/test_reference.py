@@ -1,6 +1,5 @@
 """References of scenes: what they hold, how they are kept, how well conditioned they are."""
 
-import math
 from dataclasses import replace
 from fractions import Fraction
 
@@ -12,6 +11,7 @@ from reference import closed_form
 from damper.parameters import Parameters, State
 from damper.verification.comparison.reference import (
     RESOLVED,
+    as_floats,
     make_reference,
     read_reference,
     write_reference,
@@ -25,6 +25,7 @@ BURST = {
     "clearance": 0.25,
     "restitution": 0.3,
 }
+CHAOTIC = {**BURST, "frequency_ratio": 0.8, "restitution": 0.9}
 
 
 @pytest.fixture(scope="module")
@@ -33,24 +34,22 @@ def burst():
 
 
 def test_events_and_state_of_a_burst(burst):
-    assert len(burst.stick_times) == len(burst.release_times) == 1
+    found = as_floats(burst)
     # These printed digits belong to decimal parameters; doubles are some 1e-14 away.
-    assert burst.stick_times[0] == pytest.approx(17.868561780955439, abs=1e-13)
-    assert burst.release_times[0] == pytest.approx(18.992457098508703, abs=1e-13)
-    assert np.all(np.diff(burst.impact_times) > 0)
-    assert np.all(burst.approach_speeds >= RESOLVED)
-    assert burst.approach_speeds.min() < 1e-9 / BURST["restitution"]
-    assert set(burst.impact_sides) == {-1.0, 1.0}
-    assert burst.events > len(burst.impact_times) + 10
-    assert burst.final_state.shape == (4,)
+    assert found.stick_times == pytest.approx([17.868561780955439], abs=1e-13)
+    assert found.release_times == pytest.approx([18.992457098508703], abs=1e-13)
+    assert np.all(np.diff(found.impact_times) > 0)
+    assert RESOLVED <= found.approach_speeds.min() < 1e-9 / BURST["restitution"]
+    assert set(found.impact_sides) == {-1.0, 1.0}
+    assert burst["events"] > len(found.impact_times) + 10
     _, final = closed_form.run((*BURST.values(), 0.0), (0, 0, 0, 0), 20.0)
     with mp.workdps(60):
-        for text, right in zip(burst.final_state_digits, final, strict=True):
+        for text, right in zip(burst["final_state"], final, strict=True):
             assert abs(mpf(text) - right) < mpf("1e-50")
 
 
 def test_floats_are_the_nearest_to_all_digits(burst):
-    for text, value in zip(burst.impact_time_digits, burst.impact_times, strict=True):
+    for text, value in zip(burst["impact_times"], as_floats(burst).impact_times, strict=True):
         assert len(text.replace(".", "").lstrip("0")) == 50
         exact = Fraction(text)
         for other in (np.nextafter(value, 0), np.nextafter(value, 99)):
@@ -60,68 +59,27 @@ def test_floats_are_the_nearest_to_all_digits(burst):
 def test_written_and_read_again_with_the_same_bytes(burst, tmp_path):
     paths = [tmp_path / "a.json", tmp_path / "b.json"]
     write_reference(paths[0], burst)
-    again = read_reference(paths[0])
-    assert again == burst
-    write_reference(paths[1], make_reference(again.scene))
+    write_reference(paths[1], make_reference(read_scene(BURST, 20.0)))
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].read_bytes().endswith(b"}\n")
-
-
-def test_walls_that_give_and_infinite_growth_are_kept(tmp_path):
-    given = {**BURST, "contact_stiffness_ratio": 1e4, "initial_velocity": 0.5}
-    made = replace(make_reference(read_scene(given, 3.0), digits=30), sensitivity=math.inf)
-    write_reference(tmp_path / "a.json", made)
-    again = read_reference(tmp_path / "a.json")
-    assert again == made
-    assert again.scene.parameters.contact_stiffness_ratio == 1e4
-    assert len(made.impact_times) >= 1
-
-
-def test_what_is_no_reference_is_refused(tmp_path):
-    path = tmp_path / "a.json"
-    for text in ("{}", "[1]", "nothing"):
-        path.write_text(text)
-        with pytest.raises(ValueError, match=r"a\.json: not a reference"):
-            read_reference(path)
-
-
-@pytest.mark.parametrize("more", [{"support_stiffness_ratio": 1.0}, {"modulation_depth": 0.5}])
-def test_other_models_are_refused(more):
-    scene = Scene(Parameters(0.1, 0.05, 0.2, 0.25, 0.6, **more), State(0, 0, 0, 0), 1.0)
-    with pytest.raises(ValueError, match="has no reference in many digits"):
-        make_reference(scene)
-
-
-def test_bad_digits_and_ends_are_refused():
-    with pytest.raises(ValueError, match="digits = 10: must be at least 20"):
-        make_reference(read_scene(BURST, 1.0), digits=10)
-    with pytest.raises(ValueError, match="the scene starts later"):
-        make_reference(read_scene(BURST, -1.0))
+    again = read_reference(paths[0])
+    for one, other in zip(again, as_floats(burst), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_sensitivity_of_a_free_flight_is_that_of_the_flow():
     """No contact: y grows by the time, x by the impulse response."""
     given = {**BURST, "clearance": 50.0, "damping_ratio": 0.0}
-    assert make_reference(read_scene(given, 7.0)).sensitivity == pytest.approx(7.0, rel=1e-5)
+    assert make_reference(read_scene(given, 7.0))["sensitivity"] == pytest.approx(7.0, rel=1e-5)
 
 
-def test_sensitivity_grows_with_chaos_and_not_with_sticking(burst):
-    assert burst.sensitivity < 10
-    chaotic = {**BURST, "frequency_ratio": 0.8, "restitution": 0.9}
-    near, far = (make_reference(read_scene(chaotic, until)) for until in (10.0, 40.0))
-    assert far.sensitivity > 100 * near.sensitivity
-    assert far.sensitivity > 1e4
-
-
-def test_sensitivity_against_doubles_of_another_start():
+def test_sensitivity_is_that_to_a_change_of_the_start():
     """A change of 1e-9, which rounding does not hide, grows as much."""
-    given = {**BURST, "frequency_ratio": 0.8, "restitution": 0.9}
-    scene = read_scene(given, 10.0)
-    made = make_reference(scene)
+    scene = read_scene(CHAOTIC, 10.0)
+    made = as_floats(make_reference(scene))
     growth = []
     for v, u in ((1e-9, 0.0), (0.0, 1e-9)):
         moved = make_reference(replace(scene, state=State(0.0, v, 0.0, u)), digits=20)
-        growth.append(np.abs(moved.final_state - made.final_state).max() / 1e-9)
+        growth.append(np.abs(as_floats(moved).final_state - made.final_state).max() / 1e-9)
     assert made.sensitivity == pytest.approx(max(growth), rel=1e-4)
 
 
@@ -129,10 +87,11 @@ def test_no_number_where_an_event_comes_or_goes():
     """It ends within 1e-30 of an impact, so a nudge decides whether that has happened."""
     scene = read_scene({**BURST, "restitution": 0.6}, 4.0)
     with mp.workdps(60):
-        first = mpf(make_reference(scene).impact_time_digits[0])
+        first = mpf(make_reference(scene)["impact_times"][0])
         made = make_reference(replace(scene, until=first + mpf("1e-40")))
-    assert len(made.impact_times) == 1
-    assert made.sensitivity == math.inf
+    assert len(made["impact_times"]) == 1
+    assert made["sensitivity"] is None
+    assert as_floats(made).sensitivity == np.inf
 
 
 def test_start_on_a_wall_but_for_rounding():
@@ -141,8 +100,8 @@ def test_start_on_a_wall_but_for_rounding():
     x = 1.716240408729
     for y in np.nextafter(x + 5.5, [0, 7.3, 99]):
         made = make_reference(Scene(p, State(x, 2.3, y, -4.6), 1.0))
-        assert len(made.impact_times) == 0
+        assert len(made["impact_times"]) == 0
         made = make_reference(Scene(p, State(x, 2.3, y, 4.6), 1.0))
-        assert made.impact_time_digits[:1] == ("0.0",)
+        assert made["impact_times"][:1] == ["0.0"]
     with pytest.raises(ValueError, match="outside its box"):
         make_reference(Scene(p, State(x, 2.3, x + 5.6, 4.6), 1.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from damper.verification.comparison.errors import VERDICTS
+from damper.verification.comparison.errors import GOOD
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +17,6 @@ BASE = "exact"
 PEERS = (BASE, "rk4_located")
 #: Length of their runs that are timed by the impact, in that of the scene.
 LONGER = 20
-GOOD_RUN = VERDICTS.index("good")
 
 
 def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
@@ -29,12 +28,8 @@ def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
         See `damper.verification.comparison.cube.gather_errors`.
     name : str
         A variable of it.
-
-    Returns
-    -------
-    xarray.DataArray
     """
-    return errors[name].where(errors.verdict == GOOD_RUN).min("level")
+    return errors[name].where(errors.outcome == GOOD).min("level")
 
 
 def time_to_reach(
@@ -56,14 +51,8 @@ def time_to_reach(
     -------
     xarray.DataArray
         In s, over scene and solver.
-
-    Raises
-    ------
-    ValueError
-        When the two are not of the same runs.
     """
-    check_same_runs(errors, timings)
-    reached = (errors.verdict == GOOD_RUN) & (errors[name] <= target)
+    reached = (errors.outcome == GOOD) & (errors[name] <= target)
     return timings[time].where(reached).min("level")
 
 
@@ -71,15 +60,4 @@ def relative_to_base(times: xr.DataArray) -> xr.DataArray:
     """Times over those of the exact engine; NaN where either is missing."""
     if BASE not in times.solver.values:
         return times * float("nan")
-    return times / times.sel(solver=BASE)
-
-
-def check_same_runs(errors: xr.Dataset, timings: xr.Dataset) -> None:
-    """Raise ValueError unless both are of the same scenes, solvers and settings."""
-    same = all(
-        errors.sizes[dim] == timings.sizes[dim]
-        and (errors[dim].values == timings[dim].values).all()
-        for dim in ("scene", "solver", "level")
-    )
-    if not (same and errors.setting.equals(timings.setting)):
-        raise ValueError("errors and run times are not those of the same scenes and settings")
+    return times / times.sel(solver=BASE, drop=True)

@@ -1,13 +1,13 @@
 """One driver for the solvers with a fixed step, and what their steps are made of.
 
-A method is a NamedTuple of constants with four functions, `begin`, `settle`, `advance` and
-`inside`, each implemented for its class; `masses` reads off what is absolute. The driver cuts the
-run into steps, keeps notes of events and states, and sees to caps. All of it is compiled as the
-engine is, so that methods are compared and not languages.
+A method is a NamedTuple of constants with three functions, `begin`, `settle` and `advance`, each
+implemented for its class; `masses` reads off what is absolute. The driver cuts the run into steps,
+keeps notes of events, and sees to caps. All of it is compiled as the engine is, so that methods are
+compared and not languages.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_model
 from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.verification.comparison.energy import energy_residual
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import (
     CAPPED,
@@ -25,6 +24,7 @@ from damper.verification.comparison.solution import (
     STALLED,
     Solution,
 )
+from damper.verification.comparison.solvers import Solver
 
 #: Outcomes as numbers, for compiled code: places in `OUTCOMES`.
 DONE, STALL, CAP, FAILURE = (OUTCOMES.index(k) for k in (FINISHED, STALLED, CAPPED, FAILED))
@@ -85,10 +85,6 @@ class Tally(NamedTuple):
 
     events: int
     evaluations: int
-    work: float
-    dissipated: float
-    lost: float
-    """Work of the force, what the dashpot took, and what impacts took."""
     penetration: float
     """Largest distance beyond a wall."""
 
@@ -97,8 +93,8 @@ _WHEN, _KIND, _WALL, _SPEED = range(4)
 
 
 @by_model
-def begin(method: Any, start: Masses, time: float, tally: Tally) -> Any:
-    """State of a method at the start of a run, what it keeps from piece to piece; and the tally."""
+def begin(method: Any, start: Masses, time: float) -> Any:
+    """State of a method at the start of a run: what it keeps from piece to piece."""
 
 
 @by_model
@@ -120,11 +116,6 @@ def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
 
 
 @by_model
-def inside(method: Any, state: Any, after: Any, piece: Piece, part: float) -> Masses:
-    """State a time `part` after the start of a piece that leads from `state` to `after`."""
-
-
-@by_model
 def masses(method: Any, state: Any) -> Masses:
     """Absolute displacements and velocities of a state."""
     return Masses(state.x, state.v, state.y, state.u)
@@ -132,15 +123,8 @@ def masses(method: Any, state: Any) -> Masses:
 
 @compiled
 def run(
-    method: Any,
-    start: Masses,
-    span: Span,
-    limit: float,
-    most: int,
-    times: np.ndarray,
-    states: np.ndarray,
-    notes: np.ndarray,
-) -> tuple:
+    method: Any, start: Masses, span: Span, limit: float, most: int, notes: np.ndarray
+) -> tuple[int, float, Tally, Masses]:
     """Run a method.
 
     Parameters
@@ -152,25 +136,24 @@ def run(
         Size of x and v beyond which a run has blown up.
     most : int
         Evaluations after which to give up.
-    times : ndarray
-        Where states are wanted, ascending.
-    states : ndarray (times + 1, 4)
-        For those states, and for the one at the end.
     notes : ndarray (rows, 4)
         For events: time, kind (as in `damper.engine.segment`), side, approach speed.
 
     Returns
     -------
-    code, time : int, float
-        Place of the outcome in `OUTCOMES`, or `FULL`, and how far it came.
-    rest : int or float
-        The fields of `Tally`.
+    code : int
+        Place of the outcome in `OUTCOMES`, or `FULL`.
+    time : float
+        How far it came.
+    tally : Tally
+    end : Masses
+        Where the masses are then.
     """
-    state, tally = begin(method, start, span.start, Tally(0, 0, 0.0, 0.0, 0.0, 0.0))
+    state, tally = begin(method, start, span.start), Tally(0, 0, 0.0)
     steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
     time = opened = end = last = span.start
     done = 0.0
-    index = taken = idle = 0
+    index = idle = 0
     code = DONE
     while True:
         before = tally.events
@@ -197,33 +180,13 @@ def run(
             code = CAP
             break
         piece = Piece(index, time, left, end)
-        after, tally, duration, cut = advance(method, state, piece, tally)
-        reached = time + duration if cut else end
-        while taken < len(times) and times[taken] < reached:
-            part = max(float(times[taken]) - time, 0.0)
-            _write(states[taken], inside(method, state, after, piece, part))
-            taken += 1
-        state = after
+        state, tally, duration, cut = advance(method, state, piece, tally)
         done = done + duration if cut else end - opened
         time = opened + done if cut else end
         if not (abs(state.x) <= limit and abs(state.v) <= limit):
             code = FAILURE
             break
-    here = masses(method, state)
-    _write(states[len(times)], here)
-    while code == DONE and taken < len(times) and times[taken] <= time:
-        _write(states[taken], here)
-        taken += 1
-    events, evaluations, work, dissipated, lost, penetration = tally
-    return code, time, events, evaluations, work, dissipated, lost, penetration
-
-
-@compiled
-def _write(row, state):
-    row[0] = state.x
-    row[1] = state.v
-    row[2] = state.y
-    row[3] = state.u
+    return code, time, tally, masses(method, state)
 
 
 @compiled
@@ -236,111 +199,67 @@ def note(
     row[_KIND] = kind
     row[_WALL] = side
     row[_SPEED] = speed
-    events, evaluations, work, dissipated, lost, penetration = tally
-    return Tally(events + 1, evaluations, work, dissipated, lost, penetration)
+    return Tally(tally.events + 1, tally.evaluations, tally.penetration)
 
 
 @compiled
 def spend(tally: Tally, evaluations: int) -> Tally:
-    """Count evaluations."""
-    events, before, work, dissipated, lost, penetration = tally
-    return Tally(events, before + evaluations, work, dissipated, lost, penetration)
-
-
-@compiled
-def lose(tally: Tally, energy: float) -> Tally:
-    """Add what an impact takes."""
-    events, evaluations, work, dissipated, lost, penetration = tally
-    return Tally(events, evaluations, work, dissipated, lost + energy, penetration)
-
-
-@compiled
-def transfer(tally: Tally, work: float, dissipated: float) -> Tally:
-    """Add the work of the force, and what the dashpot takes."""
-    events, evaluations, before, taken, lost, penetration = tally
-    return Tally(events, evaluations, before + work, taken + dissipated, lost, penetration)
+    """Count evaluations of the acceleration."""
+    return Tally(tally.events, tally.evaluations + evaluations, tally.penetration)
 
 
 @compiled
 def deepen(tally: Tally, depth: float) -> Tally:
     """Take note of a distance beyond a wall."""
-    events, evaluations, work, dissipated, lost, penetration = tally
-    return Tally(events, evaluations, work, dissipated, lost, max(penetration, depth))
+    return Tally(tally.events, tally.evaluations, max(tally.penetration, depth))
 
 
 def fixed_step(
-    method_of: Callable[[Scene, float], Any],
-) -> Callable[[Scene, float, Sequence[float], bool, int], Solution]:
-    """Make what runs a scene with a number of steps per forcing period.
+    evaluations_per_second: float, method_of: Callable[[Damper, float, float], Any]
+) -> Solver:
+    """Make the solver of a method with a number of steps per forcing period.
 
     Parameters
     ----------
+    evaluations_per_second : float
+        See `Solver`.
     method_of : callable
-        Takes the scene and the length of a step and returns the method.
-
-    Returns
-    -------
-    callable
-        As `damper.verification.comparison.solvers.Solver.method`. It raises ValueError for a number
-        of steps that is not finite and positive.
+        Takes the damper, the length of a step and the end of the run and returns the method.
     """
 
-    def solve(
-        scene: Scene, setting: float, times: Sequence[float], balance: bool, most: int
-    ) -> Solution:
-        if not 0.0 < setting < math.inf:
-            raise ValueError(f"steps_per_period = {setting!r}: must be a finite number > 0")
-        p, state = scene.parameters, scene.state
+    def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
+        p, s = scene.parameters, scene.state
+        damper = Damper(
+            p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
+        )
         step = p.period / float(setting)
-        start = Masses(state.x, state.v, state.y, state.u)
-        span = Span(state.time, scene.until, step)
-        rest = method_of(scene, step), start, span, _limit(scene), int(most), np.array(times, float)
+        span = Span(s.time, scene.until, step)
+        # Neither the force, at most 1, nor the energy at the start can take x and v farther: they
+        # grow by no more than 1 per unit of time.
+        size = abs(s.x) + abs(s.v) + abs(s.y) + abs(s.u) + p.clearance
+        limit = _BLOWN_UP * (1.0 + p.mass_ratio) * (1.0 + size + (scene.until - s.time))
+        method, start = method_of(damper, step, scene.until), Masses(s.x, s.v, s.y, s.u)
         code, rows = FULL, _ROWS
         while code == FULL:
-            states = np.full((len(times) + 1, 4), np.nan)
             notes = np.empty((rows, 4))
-            code, reached, *tally = run(*rest, states, notes)
+            code, reached, tally, end = run(method, start, span, limit, int(max_evaluations), notes)
             rows *= 16
-        events, evaluations, *totals, penetration = tally
-        notes = notes[:events]
+        notes = notes[: tally.events]
         impacts = notes[notes[:, _KIND] == IMPACT]
-        residual = math.nan
-        if balance and code == DONE:
-            residual = energy_residual(p, start, states[-1].tolist(), *totals)
         return Solution(
             impact_times=impacts[:, _WHEN].copy(),
             impact_sides=impacts[:, _WALL].copy(),
             approach_speeds=impacts[:, _SPEED].copy(),
             stick_times=notes[notes[:, _KIND] == STICK, _WHEN],
             release_times=notes[notes[:, _KIND] == RELEASE, _WHEN],
-            states=states[:-1],
-            penetration=float(penetration),
-            energy_residual=residual,
-            evaluations=int(evaluations),
+            end_state=np.array(end) if code == DONE else np.full(4, math.nan),
+            penetration=float(tally.penetration),
+            evaluations=int(tally.evaluations),
             outcome=OUTCOMES[code],
             reached=float(reached),
         )
 
-    return solve
-
-
-def damper_of(scene: Scene) -> Damper:
-    """Constants of the rigid damper of a scene."""
-    p = scene.parameters
-    return Damper(
-        p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
-    )
-
-
-def _limit(scene: Scene) -> float:
-    """Size of x and v beyond which a run has blown up.
-
-    Neither the force, at most 1, nor the energy at the start can take them there: x and v grow by
-    no more than 1 per unit of time.
-    """
-    p, state = scene.parameters, scene.state
-    size = abs(state.x) + abs(state.v) + abs(state.y) + abs(state.u) + p.clearance
-    return _BLOWN_UP * (1.0 + p.mass_ratio) * (1.0 + size + (scene.until - state.time))
+    return Solver("steps_per_period", +1, evaluations_per_second, solve)
 
 
 @compiled
@@ -352,7 +271,7 @@ def force_at(damper: Damper, time: float) -> float:
 @compiled
 def rk4(
     damper: Damper, mass: float, x: float, v: float, time: float, step: float
-) -> tuple[float, ...]:
+) -> tuple[float, float]:
     """One classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
     Parameters
@@ -364,9 +283,8 @@ def rk4(
 
     Returns
     -------
-    curve, dv, work, loss : float
-        x(time + step) - x - v step, without cancellation; v(time + step) - v; work of the force
-        and loss in the dashpot, as if they were further components of the state.
+    curve, dv : float
+        x(time + step) - x - v step, without cancellation; v(time + step) - v.
     """
     half = 0.5 * step
     force1 = force_at(damper, time)
@@ -381,12 +299,7 @@ def rk4(
     v4 = v + step * a3
     a4 = (force3 - twice * v4 - (x + step * v3)) / mass
     sixth = step / 6.0
-    return (
-        sixth * step * (a1 + a2 + a3),
-        sixth * (a1 + 2.0 * (a2 + a3) + a4),
-        sixth * (force1 * v + 2.0 * force2 * (v2 + v3) + force3 * v4),
-        sixth * twice * (v * v + 2.0 * (v2 * v2 + v3 * v3) + v4 * v4),
-    )
+    return sixth * step * (a1 + a2 + a3), sixth * (a1 + 2.0 * (a2 + a3) + a4)
 
 
 @compiled
@@ -410,12 +323,6 @@ def sticks(a: float, j: float, rebound: float, longest: float) -> bool:
     They do where the flight back takes no more than the time `longest`.
     """
     return (a > 0.0 and 2.0 * rebound <= a * longest) or (rebound == 0.0 and a == 0.0 and j > 0.0)
-
-
-@compiled
-def impact_loss(mu: float, before: float, after: float) -> float:
-    """Energy lost as a relative speed changes; 1/2 mu / (1 + mu) times the squares' difference."""
-    return 0.5 * mu / (1.0 + mu) * (before - after) * (before + after)
 
 
 @compiled

@@ -1,23 +1,23 @@
 """The answer to a scene in 50 digits, kept as a file of decimal strings.
 
-`make_reference` computes it, with `reference_rigid` or `reference_compliant`; nothing of the engine
-is used. Parameters and start count as the exact binary values they are, but for a start so near a
-wall that only roundoff keeps it off: that is a start on the wall.
+`make_reference` computes it with `reference_rigid`; nothing of the engine is used. Parameters and
+start count as the exact binary values they are, but for a start so near a wall that only roundoff
+keeps it off: that is a start on the wall.
 """
 
 import json
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp, mpf
 
 from damper.models.walls import slack
-from damper.parameters import Parameters, State
-from damper.verification.comparison import reference_compliant, reference_rigid
+from damper.parameters import Parameters
+from damper.verification.comparison import reference_rigid
 from damper.verification.comparison.scene import Scene
 
 #: Impacts slower than this are not listed (they are computed all the same). A bounce of speed w
@@ -32,80 +32,48 @@ _PERTURBED_DIGITS = 0.7
 _PERTURBATION = 0.6
 
 
-@dataclass(frozen=True)
-class Reference:
-    """Events and final state of a scene, as decimal strings and, rounded once, as floats.
+class Reference(NamedTuple):
+    """Events and final state of a scene, rounded once, as solutions are compared with it."""
 
-    As many of the `digits` are right as the scene allows: a perturbation in the last one grows by
-    `sensitivity`. The computation itself carries 15 more.
-    """
-
-    scene: Scene
-    digits: int
-    """Significant decimal digits of each number."""
-    impact_time_digits: tuple[str, ...]
-    impact_side_list: tuple[int, ...]
-    approach_speed_digits: tuple[str, ...]
-    stick_time_digits: tuple[str, ...]
-    release_time_digits: tuple[str, ...]
-    final_state_digits: tuple[str, ...]
-    events: int
-    """All impacts that were computed, also those below `RESOLVED`, and sticks and releases."""
+    impact_times: np.ndarray
+    """Times of impacts with an approach speed of at least `RESOLVED`."""
+    impact_sides: np.ndarray
+    """-1 left wall, +1 right wall."""
+    approach_speeds: np.ndarray
+    stick_times: np.ndarray
+    release_times: np.ndarray
+    final_state: np.ndarray
+    """x, v, y, u at the end of the scene."""
     sensitivity: float
-    """Change of the final state over a change of 1e-30 of either velocity at the start, whichever
-    grows more; inf if that changes which events there are. See `make_reference`."""
-
-    @property
-    def impact_times(self) -> np.ndarray:
-        """Times of impacts with an approach speed of at least `RESOLVED`, shape (impacts,)."""
-        return _floats(self.impact_time_digits)
-
-    @property
-    def impact_sides(self) -> np.ndarray:
-        """-1 left wall, +1 right wall; shape (impacts,)."""
-        return np.array(self.impact_side_list, dtype=float)
-
-    @property
-    def approach_speeds(self) -> np.ndarray:
-        """Relative speed just before each impact, shape (impacts,)."""
-        return _floats(self.approach_speed_digits)
-
-    @property
-    def stick_times(self) -> np.ndarray:
-        """When sticking begins, shape (sticks,). Compliant contact: when one has lasted one
-        period of its own oscillation, which is what `damper.models.compliant` calls sticking."""
-        return _floats(self.stick_time_digits)
-
-    @property
-    def release_times(self) -> np.ndarray:
-        """When sticking ends, shape (releases,)."""
-        return _floats(self.release_time_digits)
-
-    @property
-    def final_state(self) -> np.ndarray:
-        """x, v, y, u at the end of the scene, shape (4,)."""
-        return _floats(self.final_state_digits)
+    """Growth of a small change of the start until then; see `make_reference`."""
 
 
-def make_reference(scene: Scene, digits: int = 50) -> Reference:
+def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     """Compute a scene in many digits, and how strongly its end depends on its start.
 
     The run is repeated twice, with the primary's and with the free mass's velocity at the start
-    larger by 10^(-0.6 digits), 1e-30 for 50 digits. `Reference.sensitivity` is the larger of the
-    changes in the final state (largest component) over that.
+    larger by 10^(-0.6 digits), 1e-30 for 50 digits. ``sensitivity`` is the larger of the changes in
+    the final state (largest component) over that; none if that changes which events there are.
 
     Parameters
     ----------
     scene : Scene
-        With rigid walls or compliant contact.
+        With rigid walls.
     digits : int, default 50
-        Decimal digits; 20 or more.
+        Decimal digits. As many of them are right as the scene allows: a perturbation in the last
+        one grows by the sensitivity. The computation itself carries 15 more.
+
+    Returns
+    -------
+    dict
+        Of what JSON can hold, numbers as decimal strings with all their digits: the scene, the
+        fields of `Reference`, and ``events``, the number of all impacts that were computed, also
+        those below `RESOLVED`, and of sticks and releases.
 
     Raises
     ------
     ValueError
-        For fewer digits, a model without a reference, a scene that ends before it starts, a start
-        outside the box.
+        For a scene that starts outside the box.
 
     Examples
     --------
@@ -113,99 +81,59 @@ def make_reference(scene: Scene, digits: int = 50) -> Reference:
     >>> scene = read_scene({"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.2,
     ...                     "clearance": 0.25, "restitution": 0.6}, 10.0)
     >>> reference = make_reference(scene)
-    >>> reference.impact_time_digits[0]
+    >>> reference["impact_times"][0]
     '2.1586031892824394676789524498464178830291034500478'
     """
-    if digits < 20:
-        raise ValueError(f"digits = {digits!r}: must be at least 20")
-    if scene.until < scene.state.time:
-        raise ValueError(f"until = {scene.until!r}: the scene starts later, at {scene.state.time}")
     with mp.workdps(digits + reference_rigid.GUARD_DIGITS):
         start = _start(scene)
     exact = _run(scene, start, digits)
-    text = _Text(digits)
     impacts = [event for event in exact.events if _resolved(event)]
-    return Reference(
-        scene,
-        digits,
-        text.all(event.time for event in impacts),
-        tuple(event.side for event in impacts),
-        text.all(event.approach_speed for event in impacts),
-        text.all(event.time for event in exact.events if event.kind == "stick"),
-        text.all(event.time for event in exact.events if event.kind == "release"),
-        text.all(exact.final),
-        len(exact.events),
-        _sensitivity(scene, start, exact, digits),
-    )
-
-
-def write_reference(path: Path, reference: Reference) -> None:
-    """Write a reference as JSON: the same bytes for the same reference."""
+    numbers = {
+        "impact_times": [event.time for event in impacts],
+        "approach_speeds": [event.approach_speed for event in impacts],
+        "stick_times": [event.time for event in exact.events if event.kind == "stick"],
+        "release_times": [event.time for event in exact.events if event.kind == "release"],
+        "final_state": exact.final,
+    }
+    sensitivity = _sensitivity(scene, start, exact, digits)
     parameters = {
         field.name: value
         for field in fields(Parameters)
-        if (value := getattr(reference.scene.parameters, field.name)) != field.default
+        if (value := getattr(scene.parameters, field.name)) != field.default
     }
-    finite = math.isfinite(reference.sensitivity)
-    content = {
+    return {
         "parameters": parameters,
-        "start": asdict(reference.scene.state),
-        "until": reference.scene.until,
-        "digits": reference.digits,
+        "start": asdict(scene.state),
+        "until": scene.until,
+        "digits": digits,
         "resolved": RESOLVED,
-        "events": reference.events,
-        "impact_times": reference.impact_time_digits,
-        "impact_sides": reference.impact_side_list,
-        "approach_speeds": reference.approach_speed_digits,
-        "stick_times": reference.stick_time_digits,
-        "release_times": reference.release_time_digits,
-        "final_state": reference.final_state_digits,
-        "sensitivity": reference.sensitivity if finite else None,
+        "events": len(exact.events),
+        "impact_sides": [event.side for event in impacts],
+        "sensitivity": sensitivity if math.isfinite(sensitivity) else None,
+    } | {
+        name: [mp.nstr(value, digits, strip_zeros=False) for value in values]
+        for name, values in numbers.items()
     }
+
+
+def write_reference(path: Path, content: Mapping[str, Any]) -> None:
+    """Write what `make_reference` returned as JSON: the same bytes for the same reference."""
     text = json.dumps(content, indent=1, sort_keys=True, allow_nan=False)
     Path(path).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
 def read_reference(path: Path) -> Reference:
-    """Read what `write_reference` wrote.
-
-    Raises
-    ------
-    ValueError
-        If the file is not a reference.
-    """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-        sensitivity = content["sensitivity"]
-        return Reference(
-            Scene(Parameters(**content["parameters"]), State(**content["start"]), content["until"]),
-            content["digits"],
-            tuple(content["impact_times"]),
-            tuple(content["impact_sides"]),
-            tuple(content["approach_speeds"]),
-            tuple(content["stick_times"]),
-            tuple(content["release_times"]),
-            tuple(content["final_state"]),
-            content["events"],
-            math.inf if sensitivity is None else sensitivity,
-        )
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: not a reference of a scene ({error})") from error
+    """Read what `write_reference` wrote."""
+    return as_floats(json.loads(Path(path).read_text(encoding="utf-8")))
 
 
-def _floats(digits: Sequence[str]) -> np.ndarray:
-    return np.array([float(one) for one in digits])
-
-
-class _Text:
-    """Numbers as decimal strings with all their digits."""
-
-    def __init__(self, digits: int) -> None:
-        self.digits = digits
-
-    def all(self, values: Iterable[mpf]) -> tuple[str, ...]:
-        """Strings of several numbers."""
-        return tuple(mp.nstr(value, self.digits, strip_zeros=False) for value in values)
+def as_floats(content: Mapping[str, Any]) -> Reference:
+    """Round what `make_reference` returned."""
+    arrays = {
+        name: np.array([float(one) for one in content[name]]) for name in Reference._fields[:-1]
+    }
+    growth = content["sensitivity"]
+    return Reference(**arrays, sensitivity=math.inf if growth is None else growth)
 
 
 def _start(scene: Scene) -> tuple[mpf, ...]:
@@ -219,28 +147,12 @@ def _start(scene: Scene) -> tuple[mpf, ...]:
 
 
 def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference_rigid.ReferenceRun:
-    p = scene.parameters
-    settings: dict[str, Any] = {
-        "until": scene.until,
-        "start_time": scene.state.time,
-        "dps": digits,
-    }
-    if scene.model == "rigid":
-        numbers = (
-            p.mass_ratio,
-            p.damping_ratio,
-            p.frequency_ratio,
-            p.clearance,
-            p.restitution,
-            p.phase,
-        )
-        return reference_rigid.run(numbers, start, **settings)
-    if scene.model == "compliant":
-        return reference_compliant.run(p, start, **settings)
-    raise ValueError(
-        f"the {scene.model} model has no reference in many digits: only the rigid and the "
-        "compliant one have"
+    p, begin = scene.parameters, scene.state.time
+    numbers = (
+        *(p.mass_ratio, p.damping_ratio, p.frequency_ratio),
+        *(p.clearance, p.restitution, p.phase),
     )
+    return reference_rigid.run(numbers, start, until=scene.until, start_time=begin, dps=digits)
 
 
 def _resolved(event: reference_rigid.Event) -> bool:

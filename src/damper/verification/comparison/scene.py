@@ -18,11 +18,6 @@ class Scene:
     """End, in units of sqrt(M/K); before chaos takes over, where there is chaos."""
 
     @property
-    def model(self) -> str:
-        """``rigid`` walls, or ``compliant`` ones."""
-        return self.parameters.model
-
-    @property
     def periods(self) -> float:
         """Forcing periods from start to end."""
         return (self.until - self.state.time) / self.parameters.period
@@ -48,8 +43,8 @@ def read_scene(values: Mapping[str, float], until: float) -> Scene:
     --------
     >>> scene = read_scene({"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.5,
     ...                     "clearance": 0.25, "restitution": 0.6, "initial_velocity": 1.0}, 20.0)
-    >>> scene.model, scene.state
-    ('rigid', State(x=0.0, v=1.0, y=0.0, u=1.0, time=0.0))
+    >>> scene.state
+    State(x=0.0, v=1.0, y=0.0, u=1.0, time=0.0)
     """
     point = read_point(values)
     start = point.start() or State(0.0, 0.0, 0.0, 0.0)

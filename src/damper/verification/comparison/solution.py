@@ -19,10 +19,7 @@ def _none() -> np.ndarray:
 
 @dataclass
 class Solution:
-    """A run as one solver sees it; everything absolute and dimensionless.
-
-    Impacts are contacts that begin: with compliant contact, the times at which the gap closes.
-    """
+    """A run as one solver sees it; everything absolute and dimensionless."""
 
     impact_times: np.ndarray = field(default_factory=_none)
     impact_sides: np.ndarray = field(default_factory=_none)
@@ -31,13 +28,10 @@ class Solution:
     stick_times: np.ndarray = field(default_factory=_none)
     """When sticking begins: accumulation times of complete bursts."""
     release_times: np.ndarray = field(default_factory=_none)
-    states: np.ndarray = field(default_factory=lambda: np.empty((0, 4)))
-    """Shape (times asked for, 4): x, v, y, u there; nan after `reached`."""
+    end_state: np.ndarray = field(default_factory=lambda: np.full(4, nan))
+    """x, v, y, u at the end of the scene; nan if it did not come so far."""
     penetration: float = nan
     """Largest |y - x| - d over all states the solver itself computed, 0 if never beyond a wall."""
-    energy_residual: float = nan
-    """Energy at the end less energy at the start, less the work of the force, plus what dashpot and
-    impacts took, over the sum of the sizes of these; nan if not asked for, or not finished."""
     evaluations: int = 0
     """Of the acceleration, or of the closed-form flow."""
     outcome: str = FINISHED

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -23,7 +23,6 @@ SOLVERS = {
     "radau": "scipy_methods",
     "moreau_jean": "moreau_jean",
     "compliant_flow": "compliant_flow",
-    "compliant_stiff": "scipy_methods",
 }
 
 
@@ -35,48 +34,17 @@ class Solver:
     """The one thing that is varied to make it more exact, such as ``tolerance``."""
     finer: int
     """-1 or +1: whether a smaller or a larger setting is the finer one."""
-    models: tuple[str, ...]
-    """Models of the damper that it simulates, of ``rigid`` and ``compliant``."""
     evaluations_per_second: float
-    """How fast it is, roughly: a cap in seconds is kept as a cap in evaluations, so that what is
-    capped does not change with the load of the machine."""
-    method: Callable[[Scene, float, Sequence[float], bool, int], Solution]
-    """What `solve` calls, with all of its arguments by position."""
+    """How fast it is, roughly; see `most_evaluations`."""
+    solve: Callable[[Scene, float, int], Solution]
+    """Runs a scene with a setting and a limit on the evaluations, after which it is given up.
 
-    def solve(
-        self,
-        scene: Scene,
-        setting: float,
-        *,
-        times: Sequence[float] = (),
-        balance: bool = False,
-        max_evaluations: int | None = None,
-    ) -> Solution:
-        """Run a scene. What is not asked for is not computed.
+    A failure is an outcome of the solution, not an error.
+    """
 
-        Parameters
-        ----------
-        scene : Scene
-        setting : float
-        times : sequence of float, optional
-            Where states are wanted, ascending.
-        balance : bool, default False
-            Whether the energy residual is wanted.
-        max_evaluations : int, optional
-            Evaluations after which the run is given up; those of two seconds when not given.
-
-        Returns
-        -------
-        Solution
-            A failure is an outcome of it, not an error.
-
-        Raises
-        ------
-        ValueError
-            For a setting out of range.
-        """
-        most = max_evaluations or int(2.0 * self.evaluations_per_second)
-        return self.method(scene, setting, times, balance, most)
+    def most_evaluations(self, cap: float) -> int:
+        """Evaluations that a cap in seconds is kept as, so that the machine's load is no matter."""
+        return max(int(cap * self.evaluations_per_second), 1)
 
 
 def load(name: str) -> Solver:
@@ -88,3 +56,8 @@ def load(name: str) -> Solver:
 def module_of(name: str) -> str:
     """Full name of the module that has a solver."""
     return f"{__name__}.{SOLVERS[name]}"
+
+
+def in_order(names: Container[str]) -> list[str]:
+    """Those of the `SOLVERS` that are asked for, in the order of figures and cubes."""
+    return [name for name in SOLVERS if name in names]

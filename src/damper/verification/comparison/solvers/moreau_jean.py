@@ -20,10 +20,6 @@ end by themselves. The method is of first order wherever there is an impulse.
   is shorter than the steps can show.
 - Sticking ends with the last impulse before `_APART` steps without one. A single free step is a
   wall taken up again by drift, not a release.
-
-**States** inside a step lie on the chord. **The balance** takes the impulse's own work,
-P times the mean of g0' and g1', as what impacts take; with theta = 1/2 it then closes to roundoff,
-a property of the midpoint rule that is no measure of the errors of the motion.
 """
 
 from typing import NamedTuple
@@ -33,24 +29,17 @@ from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison.fixed_step import (
     Damper,
-    Masses,
     advance,
     begin,
     common_velocity,
-    damper_of,
     deepen,
     fixed_step,
     force_at,
-    impact_loss,
-    inside,
-    lose,
     nearer_wall,
     note,
     settle,
     spend,
-    transfer,
 )
-from damper.verification.comparison.solvers import Solver
 
 THETA = 0.5
 #: Steps without an impulse after which sticking has ended.
@@ -104,17 +93,15 @@ class StepState(NamedTuple):
 
 
 @begin.of(MoreauJean)
-def _begin(method, start, time, tally):
+def _begin(method, start, time):
     p = method.damper
     x, v, y, u = start
     if p.d == 0.0:
         # Between two walls at once, for good.
-        tally = lose(tally, impact_loss(p.mu, u - v, 0.0))
         v = common_velocity(p.mu, v, u)
         u = v
     contact = ContactMemory(0.0, time, False, False, 0, time, time)
-    impulse = Impulse(False, 0.0, 0.0, 0.0, time)
-    return StepState(x, v, y, u, force_at(p, time), impulse, contact), tally
+    return StepState(x, v, y, u, force_at(p, time), Impulse(False, 0.0, 0.0, 0.0, time), contact)
 
 
 @settle.of(MoreauJean)
@@ -153,10 +140,8 @@ def _advance(method, state, piece, tally):
         impulse = max(-(rate1 + p.r * rate0) / ease, 0.0)
         v1 += side * impulse / heavy
         u1 -= side * impulse / p.mu
-        tally = lose(tally, -impulse * _mean(rate0, -side * (u1 - v1)))
     found = Impulse(impulse > 0.0, side, gap, rate0, piece.time)
     v_mean, u_mean = _mean(v, v1), _mean(u, u1)
-    tally = transfer(tally, h * force * v_mean, h * 2.0 * p.zeta * v_mean * v_mean)
     after = StepState(x + h * v_mean, v1, y + h * u_mean, u1, force1, found, contact)
     return after, tally, h, False
 
@@ -193,23 +178,4 @@ def _mean(before, after):
     return THETA * after + (1.0 - THETA) * before
 
 
-@inside.of(MoreauJean)
-def _inside(method, state, after, piece, part):
-    share = part / piece.left
-    return Masses(
-        state.x + share * piece.left * _mean(state.v, after.v),
-        state.v + share * (after.v - state.v),
-        state.y + share * piece.left * _mean(state.u, after.u),
-        state.u + share * (after.u - state.u),
-    )
-
-
-SOLVERS = {
-    "moreau_jean": Solver(
-        "steps_per_period",
-        +1,
-        ("rigid",),
-        2e7,
-        fixed_step(lambda scene, step: MoreauJean(damper_of(scene), scene.until)),
-    )
-}
+SOLVERS = {"moreau_jean": fixed_step(2e7, lambda damper, step, until: MoreauJean(damper, until))}

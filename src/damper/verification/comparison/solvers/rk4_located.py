@@ -16,8 +16,6 @@ by 2 w / (a (1 - r)), O(h^2) / (1 - r): second order.
 
 With a step so short that a bounce no longer moves the time, before sticking sets in, the run has
 stalled.
-
-States inside a step come from a shorter Runge-Kutta step, of local order five.
 """
 
 from typing import NamedTuple
@@ -31,12 +29,8 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    damper_of,
     deepen,
     fixed_step,
-    impact_loss,
-    inside,
-    lose,
     masses,
     nearer_wall,
     note,
@@ -44,11 +38,8 @@ from damper.verification.comparison.fixed_step import (
     settle,
     spend,
     sticks,
-    transfer,
     wall_acceleration,
 )
-from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solvers import Solver
 
 _ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
@@ -76,7 +67,7 @@ class RelativeState(NamedTuple):
 
 
 @begin.of(Located)
-def _begin(method, start, time, tally):
+def _begin(method, start, time):
     p = method.damper
     x, v, y, u = start
     side = nearer_wall(x, y)
@@ -86,12 +77,11 @@ def _begin(method, start, time, tally):
         gap = 0.0
     if p.d == 0.0:
         # Together for good, with no wall to leave.
-        tally = lose(tally, impact_loss(p.mu, rate, 0.0))
-        return RelativeState(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING), tally
+        return RelativeState(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
     due = NOTHING
     if gap == 0.0 and rate <= 0.0:
         due = IMPACT if rate < 0.0 else STICK
-    return RelativeState(x, v, gap, rate, side, False, due), tally
+    return RelativeState(x, v, gap, rate, side, False, due)
 
 
 @settle.of(Located)
@@ -107,14 +97,12 @@ def _settle(method, state, time, index, notes, tally):
     rate = p.r * arrived
     if due == IMPACT:
         tally = note(notes, tally, time, IMPACT, side, arrived)
-        tally = lose(tally, impact_loss(p.mu, arrived, rate))
         v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
     common = v - side * p.mu / (1.0 + p.mu) * rate
     tally = spend(tally, 1)
     a, j = wall_acceleration(p, 1.0, x, common, time, side)
     if not sticks(a, j, rate, method.shortest):
         return RelativeState(x, v, gap, rate, side, False, NOTHING), tally
-    tally = lose(tally, impact_loss(p.mu, rate, 0.0))
     tally = note(notes, tally, time, STICK, side, 0.0)
     return RelativeState(x, common, gap, 0.0, side, True, NOTHING), tally
 
@@ -123,35 +111,29 @@ def _settle(method, state, time, index, notes, tally):
 def _advance(method, state, piece, tally):
     p = method.damper
     x, v, gap, rate, side, stuck, _ = state
-    time, left = piece.time, piece.left
+    time, tau = piece.time, piece.left
     mass = 1.0 + p.mu if stuck else 1.0
-    curve, dv, work, loss = rk4(p, mass, x, v, time, left)
+    curve, dv = rk4(p, mass, x, v, time, tau)
     evaluations = 4
-    tau = left
     due = NOTHING
     if stuck:
         if p.d > 0.0:
             evaluations += 1
-            a, _ = wall_acceleration(p, mass, x + (v * left + curve), v + dv, time + left, side)
+            a, _ = wall_acceleration(p, mass, x + (v * tau + curve), v + dv, time + tau, side)
             if a < 0.0:
                 due = RELEASE
-                tau, more = _find_release(p, state, time, left)
-                evaluations += more
     else:
-        near = gap + (rate * left + side * curve)
+        near = gap + (rate * tau + side * curve)
         if near < 0.0 or near > 2.0 * p.d:
             due = IMPACT
             if near > 2.0 * p.d:
                 side, gap, rate = -side, 2.0 * p.d - gap, -rate
-            tau, more = _find_impact(
-                p, RelativeState(x, v, gap, rate, side, stuck, due), time, left
-            )
-            evaluations += more
     if due != NOTHING:
-        curve, dv, work, loss = rk4(p, mass, x, v, time, tau)
-        evaluations += 4
+        before = RelativeState(x, v, gap, rate, side, stuck, due)
+        tau, more = _find_end(p, before, time, piece.left)
+        curve, dv = rk4(p, mass, x, v, time, tau)
+        evaluations += more + 4
     tally = spend(tally, evaluations)
-    tally = transfer(tally, work, loss)
     if not stuck:
         gap += rate * tau + side * curve
         rate += side * dv
@@ -164,21 +146,6 @@ def _advance(method, state, piece, tally):
     return after, tally, tau, due != NOTHING
 
 
-@inside.of(Located)
-def _inside(method, state, after, piece, part):
-    p = method.damper
-    mass = 1.0 + p.mu if state.stuck else 1.0
-    curve, dv, _, _ = rk4(p, mass, state.x, state.v, piece.time, part)
-    gap, rate = state.gap, state.rate
-    if after.side != state.side:
-        gap, rate = 2.0 * p.d - gap, -rate
-    if not state.stuck:
-        gap += rate * part + after.side * curve
-        rate += after.side * dv
-    x, v = state.x + (state.v * part + curve), state.v + dv
-    return masses(method, RelativeState(x, v, gap, rate, after.side, state.stuck, NOTHING))
-
-
 @masses.of(Located)
 def _masses(method, state):
     y = state.x + state.side * (method.damper.d - state.gap)
@@ -186,21 +153,27 @@ def _masses(method, state):
 
 
 @compiled
-def _find_impact(damper, state, time, left):
-    """Length of the step that ends on the wall, for one that would end beyond it.
+def _find_end(damper, state, time, left):
+    """Length of the step that ends on the wall, or where the contact force of stuck masses is zero.
 
-    A start on the wall counts as before it: the root sought is the later one.
+    For a step that would end beyond that. A start on the wall counts as before it: the root sought
+    is the later one.
     """
-    x, v, gap, rate, side, _, _ = state
+    x, v, gap, rate, side, stuck, _ = state
+    mass = 1.0 + damper.mu if stuck else 1.0
     low = 0.0
     high = left
     evaluations = 0
     tau = high
     for iteration in range(_ITERATIONS):
-        curve, dv, _, _ = rk4(damper, 1.0, x, v, time, tau)
-        evaluations += 4
-        value = gap + (rate * tau + side * curve)
-        slope = rate + side * dv
+        curve, dv = rk4(damper, mass, x, v, time, tau)
+        if stuck:
+            x1 = x + (v * tau + curve)
+            value, slope = wall_acceleration(damper, mass, x1, v + dv, time + tau, side)
+        else:
+            value = gap + (rate * tau + side * curve)
+            slope = rate + side * dv
+        evaluations += 5 if stuck else 4
         if value < 0.0:
             high = tau
         else:
@@ -216,37 +189,8 @@ def _find_impact(damper, state, time, left):
     return tau, evaluations
 
 
-@compiled
-def _find_release(damper, state, time, left):
-    """Length of the step at whose end the contact force vanishes, for one that goes beyond that."""
-    x, v, side = state.x, state.v, state.side
-    mass = 1.0 + damper.mu
-    low = 0.0
-    high = left
-    evaluations = 0
-    tau = high
-    for _ in range(_ITERATIONS):
-        curve, dv, _, _ = rk4(damper, mass, x, v, time, tau)
-        value, slope = wall_acceleration(
-            damper, mass, x + (v * tau + curve), v + dv, time + tau, side
-        )
-        evaluations += 5
-        if value < 0.0:
-            high = tau
-        else:
-            low = tau
-        following = tau - value / slope if slope < 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if abs(following - tau) <= 2.0 * _ROUNDOFF * tau or value == 0.0:
-            break
-        tau = following
-    return tau, evaluations
-
-
-def _method(scene: Scene, step: float) -> Located:
-    damper = damper_of(scene)
-    return Located(damper, step * step * max(1.0, damper.omega))
-
-
-SOLVERS = {"rk4_located": Solver("steps_per_period", +1, ("rigid",), 3e7, fixed_step(_method))}
+SOLVERS = {
+    "rk4_located": fixed_step(
+        3e7, lambda damper, step, until: Located(damper, step * step * max(1.0, damper.omega))
+    )
+}

@@ -1,0 +1,342 @@
+"""Runs, cubes, tables and figures of a comparison, of solvers whose errors and times are known."""
+
+import csv
+import io
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.drawing import assert_same_files, legend_texts
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from damper.figures.common.style import style
+from damper.sweep.cube import write_cube
+from damper.verification import timing
+from damper.verification.comparison import cube as comparison_cube
+from damper.verification.comparison import runs, timings
+from damper.verification.comparison.best import best_error, relative_to_base, time_to_reach
+from damper.verification.comparison.cube import gather_errors, gather_timings, order_at
+from damper.verification.comparison.errors import OUTCOMES
+from damper.verification.comparison.figures import solver_summary, work_precision
+from damper.verification.comparison.marks import FAILURES, SOLVER_MARKS
+from damper.verification.comparison.reference import Reference
+from damper.verification.comparison.scene import read_scene
+from damper.verification.comparison.solution import CAPPED, FINISHED, STALLED, Solution
+from damper.verification.comparison.solvers import SOLVERS, Solver
+from damper.verification.comparison.tables import solver_errors, solver_speed
+from damper.verification.comparison.timings import time_solvers
+
+IMPACTS, SIDES = np.array([1.0, 3.0, 5.0]), np.array([-1.0, 1.0, -1.0])
+FINAL = np.array([0.5, -0.25, 0.125, 1.0])
+#: Three impacts, no sticking.
+REFERENCE = Reference(IMPACTS, SIDES, np.ones(3), np.empty(0), np.empty(0), FINAL, 7.0)
+VALUES = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 2.0,
+    "clearance": 0.25,
+    "restitution": 0.6,
+}
+SCENES = {"one": read_scene(VALUES, 6.0)}
+
+
+def fake(
+    order: float = 1.0,
+    finer: int = -1,
+    per_second: float = 1e6,
+    outcome: str = FINISHED,
+    seen: int = 3,
+    penetration: float = 0.0,
+) -> Solver:
+    """Solver whose errors are the setting to some power; a hundred evaluations per refinement.
+
+    It sees the first `seen` impacts.
+    """
+
+    def solve(scene: Any, setting: float, most: int) -> Solution:
+        refinement = setting if finer > 0 else 1.0 / setting
+        evaluations = int(100 * refinement)
+        if evaluations > most:
+            return Solution(outcome=CAPPED, evaluations=most, reached=0.5)
+        if outcome != FINISHED:
+            return Solution(outcome=outcome, evaluations=evaluations, reached=2.0)
+        error = refinement**-order
+        return Solution(
+            impact_times=(IMPACTS + error * np.array([0.1, -0.2, 0.05]))[:seen],
+            impact_sides=SIDES[:seen],
+            approach_speeds=np.ones(seen),
+            end_state=FINAL + 0.3 * error,
+            penetration=penetration,
+            evaluations=evaluations,
+            reached=scene.until,
+        )
+
+    return Solver("step", finer, per_second, solve)
+
+
+#: One that does all well, one for which larger is finer, and one for each way to fail.
+FAKES = {
+    "exact": fake(order=2.0, per_second=1e15),
+    "rk4_step_end": fake(finer=1, penetration=0.1),
+    "rk4_located": fake(order=3.0, finer=1),
+    "rk45": fake(per_second=1e4),
+    "lsoda": fake(outcome=STALLED),
+    "radau": fake(seen=2),
+}
+SETTINGS = {
+    "rk45": (0.1, 0.01, 1e-3),
+    "exact": (0.1, 0.01, 1e-3, 1e-10),
+    "rk4_step_end": (10.0, 100.0),
+    "rk4_located": (10.0, 20.0, 40.0, 80.0),
+    "lsoda": (0.1,),
+    "radau": (0.1,),
+}
+TITLES = {"one": "hard walls"}
+
+
+@pytest.fixture(scope="module")
+def cubes():
+    """Errors and timings of the fakes; an evaluation takes 1 us, a call of the peers 20 us."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (runs, comparison_cube):
+            patch.setattr(module, "load", FAKES.__getitem__)
+        parts = {n: runs.run_scene(s, SETTINGS, REFERENCE, 1.0) for n, s in SCENES.items()}
+        about = {"title": "Fakes compared"}
+        errors = gather_errors(parts, SETTINGS, TITLES, about)
+        times = 1e-6 * errors.evaluations.values
+        here = ~np.isnan(times)
+        arrays = {"run_time": times, "run_time_low": 0.9 * times, "run_time_high": 1.2 * times}
+        arrays |= {"call_time": np.where(here, 2e-5, np.nan), "stretch_time": times}
+        arrays["stretch_impacts"] = np.where(here, 3.0, np.nan)
+        about |= {"processor": "A processor", "cores": "2", "numpy": "9.9"}
+        yield errors, gather_timings(arrays, SETTINGS, TITLES, about)
+
+
+@pytest.fixture
+def errors(cubes) -> xr.Dataset:
+    return cubes[0].copy(deep=True)
+
+
+def test_errors_and_outcomes_of_every_level(errors):
+    assert errors.solver.values.tolist() == list(FAKES)  # in the order of SOLVERS
+    one = errors.sel(scene="one")
+    nan = np.nan
+    np.testing.assert_allclose(
+        one.state_error.sel(solver=["exact", "rk45"]),
+        [[3e-3, 3e-5, 3e-7, 0.0], [0.03, 0.003, nan, nan]],
+        rtol=1e-6,
+    )
+    np.testing.assert_allclose(one.impact_time_error.sel(solver="rk45", level=1), 0.02)
+    assert one.setting.sel(solver="rk45", level=2) == 0.01
+    found = [OUTCOMES[int(k)] if k >= 0 else None for k in one.outcome.sel(solver="rk45")]
+    assert found == ["good", "good", "capped", None]
+    found = [OUTCOMES[int(k)] for k in one.outcome.sel(level=1)]
+    assert found == ["good", "left_box", "good", "good", "stalled", "missed"]
+    # The stalled one passed over the impact at 1, but never came to 3 and 5.
+    assert one.missed_impacts.sel(level=1).values.tolist() == [0, 0, 0, 0, 1, 1]
+    assert (one.reference_impacts, one.sensitivity) == (3, 7.0)
+    assert one.outcome.encoding == {"dtype": np.int8, "_FillValue": -1}
+    assert one.outcome.attrs["flag_meanings"].split() == list(OUTCOMES)
+    for name, array in errors.variables.items():
+        assert array.attrs["long_name"], name
+
+
+def test_orders_are_those_of_the_fakes(errors):
+    orders = errors.order_state_error.sel(scene="one").to_series()
+    # The finest level of the first is below rounding.
+    assert orders["exact"] == pytest.approx(2.0)
+    assert orders["rk4_located"] == pytest.approx(3.0)
+    assert math.isnan(orders["rk45"])  # two good levels are too few
+
+
+def test_order_is_a_median_over_pairs_of_good_levels_above_rounding(errors):
+    place = errors.sel(scene="one", solver="rk4_located")
+    place.state_error[1] *= 50.0  # one of four is far off
+    log_error, log_setting = np.log(place.state_error.values), np.log(place.setting.values)
+    slopes = [
+        (log_error[i] - log_error[j]) / (log_setting[i] - log_setting[j])
+        for i in range(4)
+        for j in range(i)
+    ]
+    assert order_at(place, "state_error") == pytest.approx(-np.median(slopes))
+    place.outcome[1] = OUTCOMES.index("missed")
+    assert order_at(place, "state_error") == pytest.approx(3.0)
+    place["sensitivity"] = 1e10  # all errors but the largest may be rounding
+    assert math.isnan(order_at(place, "state_error"))
+
+
+def test_cubes_come_back_from_files_of_the_same_bytes(cubes, tmp_path):
+    for cube in cubes:
+        for name in "ab":
+            write_cube(cube, tmp_path / name)
+        assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+        with xr.open_dataset(tmp_path / "a") as back:
+            xr.testing.assert_identical(back.load(), cube)
+
+
+def test_best_errors_and_cheapest_times_are_those_of_good_runs(cubes):
+    errors, times = cubes
+    best = best_error(errors, "state_error").sel(scene="one").to_series()
+    assert best["rk45"] == pytest.approx(0.003)  # the finest one was capped
+    assert best["exact"] == 0.0
+    assert best[["rk4_step_end", "lsoda", "radau"]].isna().all()
+    reach = time_to_reach(errors, times, "state_error", 0.0031)
+    ratios = relative_to_base(reach).sel(scene="one").to_series()
+    assert float(reach.sel(scene="one", solver="exact")) == pytest.approx(1e-3)  # 0.003 at 0.1
+    assert (ratios["exact"], ratios["rk45"]) == (1.0, pytest.approx(10.0))
+    assert relative_to_base(reach.drop_sel(solver="exact")).isnull().all()
+
+
+# --- run times
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that moves only while a solver runs; each run is logged."""
+    made = SimpleNamespace(now=0.0, log=[])
+
+    def use(**costs):
+        def timed(name, cost):
+            def solve(scene, setting, most):
+                made.log.append((name, setting))
+                made.now += next(cost) if hasattr(cost, "__next__") else cost(scene)
+                return Solution(impact_times=np.arange(round(scene.until)), reached=scene.until)
+
+            return Solver("step", -1, 1e6, solve)
+
+        made_up = {name: timed(name, cost) for name, cost in costs.items()}
+        monkeypatch.setattr(timings, "load", made_up.__getitem__)
+
+    made.use = use
+    monkeypatch.setattr(timing, "perf_counter", lambda: made.now)
+    return made
+
+
+def test_median_and_quartiles_without_the_first_run(clock):
+    clock.use(rk45=iter([99.0, 1.0, 5.0, 2.0, 4.0, 3.0]))
+    found = time_solvers(SCENES, {"rk45": [0.5]}, 5, 2.0, math.inf)
+    quartiles = [found[name][0, 0, 0] for name in timings.TIMES]
+    assert quartiles == [2.0, 3.0, 4.0]
+    assert math.isnan(found["call_time"][0, 0, 0])  # neither the engine nor its peer
+
+
+def test_solvers_and_levels_take_turns(clock):
+    clock.use(lsoda=lambda scene: 0.1, rk45=lambda scene: 0.2)
+    time_solvers(SCENES, {"rk45": [0.2], "lsoda": [0.5, 0.25]}, 3, 2.0, math.inf)
+    turn = [("rk45", 0.2), ("lsoda", 0.5), ("lsoda", 0.25)]
+    assert clock.log == [("rk45", 0.2), ("lsoda", 0.5), *turn, *reversed(turn), *turn]
+
+
+def test_a_call_is_separated_from_the_motion(clock):
+    clock.use(exact=lambda scene: 0.25 + 0.5 * scene.until)
+    found = time_solvers(SCENES, {"exact": [0.5]}, 3, 2.0, math.inf)
+    values = [found[name][0, 0, 0] for name in ("call_time", "stretch_time", "stretch_impacts")]
+    assert values == pytest.approx([0.25, 0.5 * 6.0, 6.0], rel=1e-4)
+
+
+# --- tables
+
+
+def cells_of(markdown):
+    return [line.strip("| ").split(" | ") for line in markdown.splitlines() if line[:1] == "|"]
+
+
+def test_errors_table(errors):
+    table = solver_errors.make(errors)
+    rows = list(csv.DictReader(io.StringIO(table.csv())))
+    assert len(rows) == sum(map(len, SETTINGS.values()))
+    one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
+    assert float(one["state_error"]) == pytest.approx(0.003)
+    assert one["outcome"] == "good"
+    assert table.title == "Fakes compared: errors"
+    cells = dict(zip(FAKES, cells_of(table.markdown())[2:], strict=True))
+    assert cells["exact"][1] == "step 1e-10"
+    assert cells["exact"][5] == "0 (2.00)"
+    assert cells["rk4_step_end"][-1] == "beyond a wall by 0.1"
+    assert cells["rk45"][5] == "3e-3"
+    assert cells["rk45"][-1] == "0.1, 0.01: good; 1e-3: capped at t = 0.5"
+    assert cells["lsoda"][-1] == "stalled at t = 2, missed impacts: 1"
+    assert cells["radau"][-1] == "missed impacts: 1"
+
+
+def test_times_table(cubes):
+    table = solver_speed.make(*cubes)
+    rows = list(csv.DictReader(io.StringIO(table.csv())))
+    one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
+    assert float(one["run_time"]) == pytest.approx(0.01)
+    assert float(one["time_per_impact"]) == pytest.approx(0.01 / 3, rel=1e-3)
+    assert "Machine: A processor, 2 cores, numpy 9.9." in table.markdown()
+    cells = cells_of(table.markdown())
+    assert cells[0] == ["solver", "1e-3", "1e-6", "1e-9", "1e-12"]
+    assert cells[2][1:3] == ["10 ms", "100 ms"]  # 2e-5 and 2e-7
+    # 2.0e-4 at 10, 2.5e-5 and so on down to 3.9e-7 at 80; the latter takes 8 ms.
+    assert cells[4][1:3] == ["1 ms (×0.1)", "8 ms (×0.08)"]
+    assert cells[5][1:] == ["not reached"] * 4
+    # A call costs 20 us, and a scene's three impacts what the scene does.
+    peers = ["Hard walls", "20 µs", "20 µs", "18 ms", "0.2; 0.2", "0.08; 0.08", "–", "–"]
+    assert cells[-1] == peers
+
+
+# --- figures
+
+
+def drawn(kind, cubes, **settings):
+    with style():
+        figure = kind.draw(*cubes, **settings)
+        FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def test_each_solver_and_failure_has_its_look():
+    assert tuple(SOLVER_MARKS) == tuple(SOLVERS)
+    assert len({look["marker"] for look in SOLVER_MARKS.values()}) == len(SOLVERS)
+    assert set(FAILURES) == set(OUTCOMES) - {"good"}
+    assert len({letter for _, letter in FAILURES.values()}) == len(FAILURES)
+
+
+def test_good_runs_are_lines_and_failures_lie_in_strips(cubes):
+    errors, times = cubes
+    figure = drawn(work_precision, cubes)
+    (ax,) = figure.axes
+    lines: dict[str, list] = {}
+    for line in ax.lines:
+        for name, look in SOLVER_MARKS.items():
+            if line.get_marker() == look["marker"]:
+                lines.setdefault(name, []).append(line)
+    place = errors.sel(scene="one", solver="rk4_located")
+    np.testing.assert_array_equal(lines["rk4_located"][0].get_ydata(), place.state_error)
+    run_time = times.run_time.sel(scene="one", solver="rk4_located")
+    np.testing.assert_array_equal(lines["rk4_located"][0].get_xdata(), run_time)
+    texts = [text.get_text() for text in ax.get_yticklabels()]
+    strips = dict(zip(texts, ax.get_yticks(), strict=True))
+    assert list(strips)[-4:] == ["events missed", "beyond a wall", "stalled", "capped"]
+    failed = [("radau", "events missed"), ("rk4_step_end", "beyond a wall"), ("lsoda", "stalled")]
+    for solver, strip in failed:
+        assert set(lines[solver][1].get_ydata()) == {strips[strip]}
+    # An error of nothing is drawn on the floor.
+    assert lines["exact"][0].get_ydata()[-1] == 1e-16
+    assert len(legend_texts(figure)) == len(FAKES)
+    figure = drawn(work_precision, cubes, error="release_error")
+    assert [text.get_text() for text in figure.axes[0].texts] == ["nothing to compare"]
+
+
+def test_summary_tells_errors_failures_and_ratios(cubes):
+    figure = drawn(solver_summary, cubes)
+    texts = [
+        [text.get_text() for text in ax.texts if text.get_ha() == "center"] for ax in figure.axes
+    ]
+    assert texts[0] == ["0", "w", "3.9e-7", "2e-3", "s", "m"]
+    assert texts[1] == ["100 ms", "–", "0.08", "–", "–", "–"]
+    corners = [text.get_text() for text in figure.axes[0].texts if text.get_ha() == "right"]
+    assert "".join(corners) == "c"  # rk45's finest
+    assert "s stalled" in figure.get_suptitle()
+    codes = [OUTCOMES.index(name) for name in ("good", "capped", "missed", "missed")]
+    assert solver_summary.letters(np.array([*codes, np.nan])) == "mc"
+
+
+@pytest.mark.parametrize("kind", [work_precision, solver_summary])
+def test_files_are_the_same_twice_and_small(kind, cubes, tmp_path):
+    assert_same_files(lambda: kind.draw(*cubes), tmp_path)

@@ -1,0 +1,401 @@
+"""Solvers of the comparison: orders, known values, and that they notice their known failures."""
+
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import damper
+from damper.engine.compiled import plain
+from damper.models import start_run
+from damper.parameters.quantities import PARAMETER_NAMES
+from damper.theory.two_impacts import orbits
+from damper.verification.comparison import solvers
+from damper.verification.comparison.fixed_step import Damper, rk4
+from damper.verification.comparison.scene import Scene, read_scene
+from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
+from damper.verification.comparison.solvers import SOLVERS, load, rk4_step_end, scipy_methods
+from damper.verification.labels import LABELS
+
+STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
+FIXED = (STEP_END, LOCATED, MOREAU)
+#: A setting that is fine enough for each kind of setting, and a coarse one.
+FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000, "contact_stiffness": 1e8}
+COARSE = {"accuracy": 1e-4, "tolerance": 1e-4, "steps_per_period": 100, "contact_stiffness": 1e4}
+#: From rest: three impacts, then a complete burst, whose values are from arithmetic in 50 digits.
+BURST = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.2,
+    "clearance": 0.25,
+    "restitution": 0.6,
+}
+FIRST_IMPACTS = np.array([2.15860318928243951, 5.25460925811892195, 14.2978156676934251])
+ACCUMULATION, RELEASE = 44.249718778208865, 46.2709500002439
+each_solver = pytest.mark.parametrize("name", SOLVERS)
+
+
+def solve(name, scene, setting=None, most=10**8):
+    solver = load(name)
+    return solver.solve(scene, FINE[solver.setting] if setting is None else setting, most)
+
+
+def order(errors, settings):
+    """Slope of log(error) against log(setting) by least squares."""
+    assert all(errors)
+    return np.polyfit(np.log(settings), np.log(errors), 1)[0]
+
+
+def engine(scene):
+    """Times of impacts, sticking and releases by the engine."""
+    rows = damper.events(scene.parameters, scene.state, until=scene.until)
+    return [rows["time"][rows["kind"] == kind] for kind in range(3)]
+
+
+def instants(found):
+    return found.impact_times, found.stick_times, found.release_times
+
+
+def end_of(scene):
+    """State at the end of a scene, by the engine."""
+    run = start_run(scene.parameters, scene.state)
+    run.skip(*run.whole_periods(scene.until))
+    end = run.state_at(*run.whole_periods(scene.until))
+    return end.x, end.v, end.y, end.u
+
+
+def periodic(quarters):
+    """The scene on an orbit of two impacts per period, and the orbit."""
+    p = damper.Parameters(0.1, 0.1, 1.0, clearance=5.5, restitution=0.5)
+    orbit = next(orbit for orbit in orbits(p) if orbit.admissible)
+    return Scene(p, orbit.start, orbit.start.time + quarters * 0.25 * p.period), orbit
+
+
+def test_every_solver_is_in_the_list_and_describes_itself():
+    files = Path(solvers.__file__).parent.glob("*.py")
+    assert {path.stem for path in files} == {*SOLVERS.values(), "__init__"}
+    for name in SOLVERS:
+        solver = load(name)
+        assert np.sign(FINE[solver.setting] - COARSE[solver.setting]) == solver.finer
+        assert name in LABELS
+
+
+@each_solver
+def test_errors_on_the_periodic_motion_fall_with_the_setting(name):
+    """Two impacts per period, in closed form."""
+    scene, orbit = periodic(9)
+    quarter = 0.25 * scene.parameters.period
+    solver, errors = load(name), []
+    for setting in (COARSE[solver.setting], FINE[solver.setting]):
+        found = solve(name, scene, setting)
+        assert found.outcome == FINISHED
+        assert found.reached == scene.until
+        np.testing.assert_array_equal(found.impact_sides, [-1.0, 1.0, -1.0, 1.0])
+        exact = scene.state.time + quarter * np.array([2.0, 4.0, 6.0, 8.0])
+        _, _, y, u = found.end_state
+        off = np.append(found.impact_times - exact, (y - scene.state.y, u)) - (
+            *[0.0] * 4,
+            *(-orbit.speed * quarter, -orbit.speed),
+        )
+        errors.append(np.abs(off).max())
+    assert errors[1] < max(0.2 * errors[0], 1e-10)
+
+
+@pytest.mark.parametrize(("name", "expected"), [(STEP_END, 1), (LOCATED, 4), (MOREAU, 1)])
+def test_order_of_impact_times(name, expected):
+    scene, _ = periodic(9)
+    exact = scene.state.time + 0.25 * scene.parameters.period * np.array([2.0, 4.0, 6.0, 8.0])
+    settings = (90, 180, 360, 720)
+    errors = [np.abs(solve(name, scene, s).impact_times - exact).max() for s in settings]
+    # At step ends it is the luck of the steps that decides: between 0 and h.
+    assert abs(-order(errors, settings) - expected) < (0.5 if expected == 1 else 0.2)
+
+
+@pytest.mark.parametrize(("name", "expected"), [(STEP_END, 4), (LOCATED, 4), (MOREAU, 2)])
+def test_order_without_contact(name, expected):
+    p = damper.Parameters(0.1, 0.1, 1.3, clearance=50.0, restitution=0.5, phase=0.4)
+    scene = Scene(p, damper.State(1.0, -0.5, 0.2, 0.1), 20.0)
+    settings = (50, 100, 200, 400)
+    ends = [solve(name, scene, setting).end_state for setting in settings]
+    errors = [np.abs(np.subtract(end, end_of(scene))).max() for end in ends]
+    assert abs(-order(errors, settings) - expected) < 0.15
+
+
+def burst_errors(name, setting):
+    found = solve(name, read_scene(BURST, 60.0), setting)
+    assert found.outcome == FINISHED
+    assert len(found.stick_times) == len(found.release_times) == 1
+    return (
+        np.abs(found.impact_times[:3] - FIRST_IMPACTS).max(),
+        abs(found.stick_times[0] - ACCUMULATION),
+        abs(found.release_times[0] - RELEASE),
+    )
+
+
+#: Solver -> settings from coarse to fine, and what is left of the errors with the finest.
+SETTINGS = {
+    "exact": ((1e-3, 1e-12), 1e-11),
+    STEP_END: ((1e4, 1e6), 1e-2),
+    "dop853": ((1e-9, 1e-13), 2e-9),
+    "rk45": ((1e-7, 1e-11), 2e-8),
+    "lsoda": ((1e-8, 1e-12), 2e-8),
+    "radau": ((1e-6, 1e-9), 1e-6),
+    MOREAU: ((2e4, 2e5), 2e-2),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_a_complete_burst_converges_to_50_digits(name):
+    settings, left = SETTINGS[name]
+    coarse, fine = (np.array(burst_errors(name, setting)) for setting in settings)
+    assert (fine < left).all()
+    # The engine's accuracy is that of accumulation times alone.
+    assert (fine <= 0.15 * coarse).all() or name == "exact"
+
+
+def test_orders_of_a_burst_with_located_impacts_and_with_springs():
+    settings = (200, 400, 800, 1600)
+    errors = np.array([burst_errors(LOCATED, setting) for setting in settings]).T
+    for values, expected in zip(errors, (4, 2, 4), strict=True):
+        assert abs(-order(values, settings) - expected) < 0.4
+    low, high = 1e4, 1e8
+    soft, stiff = (np.array(burst_errors("compliant_flow", k)) for k in (low, high))
+    # Contacts before sticking are more the stiffer the wall: a logarithm bends the slope.
+    assert np.log(stiff / soft) / math.log(high / low) == pytest.approx(-0.5, abs=0.08)
+
+
+@each_solver
+def test_the_mirror_image_is_solved_alike(name):
+    values = {**BURST, "frequency_ratio": 0.9, "clearance": 1.0, "initial_velocity": 0.3}
+    scene = read_scene(values, 20.0)
+    p, s = scene.parameters, scene.state
+    given = {key: getattr(p, key) for key in PARAMETER_NAMES} | {"phase": p.phase + math.pi}
+    start = damper.State(-s.x, -s.v, -s.y, -s.u)
+    one, other = solve(name, scene), solve(name, Scene(damper.Parameters(**given), start, 20.0))
+    assert len(one.impact_times) > 3
+    np.testing.assert_array_equal(one.impact_sides, -other.impact_sides)
+    np.testing.assert_allclose(one.approach_speeds, other.approach_speeds, atol=1e-8)
+    np.testing.assert_allclose(one.impact_times, other.impact_times, atol=1e-8)
+    np.testing.assert_allclose(one.end_state, -other.end_state, rtol=0, atol=1e-8)
+
+
+@each_solver
+def test_a_cap_ends_a_run(name):
+    # Long enough for every method: the engine takes five evaluations for an impact.
+    found = solve(
+        name, read_scene({**BURST, "frequency_ratio": 0.9, "clearance": 1.0}, 400), most=50
+    )
+    assert found.outcome == CAPPED
+    assert 0.0 <= found.reached < 400.0
+    assert np.isnan(found.end_state).all()
+    assert np.all(found.impact_times <= found.reached)
+    # A step or a search may be finished first.
+    assert found.evaluations <= 1000
+
+
+@pytest.mark.parametrize("name", [n for n in SOLVERS if n != "compliant_flow"])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_starts_on_a_wall_are_those_of_the_engine(name, side):
+    p = damper.Parameters(0.2, 0.05, 0.5, 0.3, 0.5, phase=-side * 0.5 * math.pi)
+    for speed, counts in ((0.5 * side, (1, 0)), (-0.5 * side, (0, 0)), (0.0, (0, 1))):
+        scene = Scene(p, damper.State(0.0, 0.0, side * 0.3, speed), 0.01)
+        assert tuple(map(len, engine(scene)))[:2] == counts
+        found = solve(name, scene, 10_000 if name in FIXED else None)
+        if name == "dop853_free" and counts[1]:
+            continue
+        for mine, wanted in zip(instants(found), engine(scene), strict=True):
+            np.testing.assert_array_equal(mine, wanted)
+
+
+@pytest.mark.parametrize("name", [*FIXED, "dop853"])
+def test_at_rest_on_a_wall_that_is_about_to_push_or_to_leave(name):
+    # No acceleration yet, but it is coming: to the right, so the left wall pushes.
+    for side in (-1, 1):
+        p = damper.Parameters(0.2, 0.0, 0.5, 0.3, 0.5)
+        scene = Scene(p, damper.State(0.0, 0.0, side * 0.3, 0.0), 1.0)
+        found = solve(name, scene, 10_000 if name in FIXED else None)
+        assert len(found.stick_times) == (side == -1)
+        assert len(found.impact_times) == len(found.release_times) == 0
+
+
+@each_solver
+def test_restitution_zero_sticks_at_once(name):
+    scene = read_scene({**BURST, "restitution": 0.0}, 10.0)
+    if name == "dop853_free":
+        assert solve(name, scene).outcome == STALLED
+        return
+    found = solve(name, scene, 20_000 if name in FIXED else None)
+    tight = 1e-6 if name in ("exact", LOCATED, "dop853", "lsoda", "rk45", "radau") else 2e-2
+    for mine, wanted in zip(instants(found), engine(scene), strict=True):
+        np.testing.assert_allclose(mine, wanted, rtol=0, atol=tight)
+
+
+@pytest.mark.parametrize("name", [n for n in SOLVERS if n != "compliant_flow"])
+def test_without_clearance_the_masses_are_one_oscillator(name):
+    p = damper.Parameters(0.5, 0.1, 0.7, 0.0, 0.5)
+    scene = Scene(p, damper.State(0.0, 0.3, 0.0, -0.6), 10.0)
+    found = solve(name, scene, 4000 if name in FIXED else None)
+    np.testing.assert_allclose(found.end_state, end_of(scene), atol=1e-5)
+    assert [len(times) for times in instants(found)] == [0, 0, 0]
+    assert found.penetration < 1e-12
+
+
+# The engine as a solver
+
+
+def test_the_engine_gives_its_own_events_and_stops_after_a_piece_of_the_log():
+    scene = read_scene({**BURST, "frequency_ratio": 1.0, "clearance": 1.0}, 400.0)
+    for mine, wanted in zip(instants(solve("exact", scene)), engine(scene), strict=True):
+        np.testing.assert_array_equal(mine, wanted)
+    long = read_scene({**BURST, "frequency_ratio": 1.0, "clearance": 1.0}, 10_000.0)
+    for most in (1, 30, 1000):
+        assert most <= solve("exact", long, most=most).evaluations < 1.7 * most + 40
+
+
+def test_depth_of_one_impact_into_a_spring():
+    # Against free bodies without damping: all of the relative energy is in the spring.
+    scene = read_scene({**BURST, "restitution": 1.0}, 3.0)
+    found = solve("compliant_flow", scene, 1e8)
+    (speed,) = found.approach_speeds
+    assert found.penetration == pytest.approx(speed * math.sqrt(0.1 / 1.1 / 1e8), rel=1e-12)
+
+
+# Fixed steps
+
+
+def test_a_runge_kutta_step_is_the_taylor_series_up_to_the_fourth_power():
+    # Without force and damping a step is the polynomial of exp(i h): 1 - h^2/2 + h^4/24.
+    h = 0.3
+    curve, dv = rk4(Damper(0.1, 0.0, 1e-30, 1.0, 0.6, 0.0), 1.0, 1.0, 0.0, 0.0, h)
+    assert curve == pytest.approx(-h * h / 2 + h**4 / 24, rel=1e-14)
+    assert dv == pytest.approx(-h + h**3 / 6, rel=1e-14)
+
+
+def test_rules_of_sticking_end_a_burst_where_they_say():
+    # As good as unmoved by it, a wall pushes with the acceleration 5. Bounces last 0.04, 0.024,
+    # ...: as long as a step, 0.001, after seven of them, and as its square after twenty.
+    p = damper.Parameters(1e-6, 0.0, 1e-3, clearance=0.5, restitution=0.6)
+    scene = Scene(p, damper.State(-5.0, 0.0, -5.5, 0.1), 0.2)
+    at_ends, located = (solve(name, scene, 1000.0 * p.period) for name in (STEP_END, LOCATED))
+    assert len(at_ends.stick_times) == len(located.stick_times) == 1
+    assert 5 <= len(at_ends.impact_times) <= 9
+    assert len(located.impact_times) == 21
+    (stick,) = engine(scene)[1]
+    # What is left of the burst then: the next bounce's length over 1 - r.
+    assert stick - 1e-6 / 0.4 < located.stick_times[0] < stick
+
+
+def test_a_release_is_no_impact_wherever_in_a_step_it_lies():
+    scene = read_scene({**BURST, "restitution": 0.0}, 10.0)
+    for setting in range(300, 700, 7):
+        found = solve(LOCATED, scene, setting)
+        assert [len(times) for times in instants(found)] == [len(times) for times in engine(scene)]
+
+
+def test_steps_that_are_checked_at_their_ends_miss_a_double_crossing():
+    # Nothing moves the free mass; the primary swings out to 1.001 and back once a period.
+    p = damper.Parameters(0.1, 0.0, 1e-3, clearance=1.0, restitution=0.9)
+    scene = Scene(p, damper.State(0.0, 1.001, 0.0, 0.0), 3.0)
+    hit = engine(scene)[0][0]
+    for name in (STEP_END, LOCATED):
+        missed = solve(name, scene, 4 * p.period)
+        assert missed.outcome == FINISHED
+        assert len(missed.impact_times) == 0
+        assert abs(solve(name, scene, 500 * p.period).impact_times[0] - hit) < 3e-3
+
+
+def test_penetration_is_the_way_of_a_step_where_impacts_wait_for_its_end():
+    scene, orbit = periodic(9)
+    for setting in (100, 1000):
+        way = scene.parameters.period / setting * orbit.approach_speed
+        assert 0.1 * way < solve(STEP_END, scene, setting).penetration <= 1.1 * way
+        assert 0.001 * way < solve(MOREAU, scene, setting).penetration < way
+        assert solve(LOCATED, scene, setting).penetration < 1e-13
+
+
+@pytest.mark.parametrize("name", [STEP_END, LOCATED])
+def test_a_step_too_long_for_heavy_damping_blows_up_and_says_so(name):
+    scene = read_scene({**BURST, "damping_ratio": 10.0}, 100.0)
+    assert solve(name, scene, 50).outcome == FAILED
+    assert solve(MOREAU, scene, 50).outcome == FINISHED
+
+
+def test_a_burst_whose_rebounds_no_longer_move_the_time_stalls():
+    # At t = 1e6 they take less than its roundoff, 1e-10; the shortest flights are h^2 long.
+    p = damper.Parameters(0.1, 0.05, 1.0, clearance=0.5, restitution=0.95)
+    scene = Scene(p, damper.State(-5.0, 0.0, -5.5, 1e-9, time=1e6), 1e6 + 1e-6)
+    assert solve(LOCATED, scene, 100).outcome == FINISHED
+    tiny = solve(LOCATED, scene, p.period * 1e7)
+    assert tiny.outcome == STALLED
+    assert len(tiny.stick_times) == 0
+
+
+def test_without_its_rule_of_sticking_the_free_mass_would_sink_through_the_wall(monkeypatch):
+    # The primary swings back from -1 and pushes the free mass with cos t, as good as unforced.
+    r = 0.3
+    p = damper.Parameters(1e-6, 0.0, 1e-3, clearance=0.5, restitution=r)
+    scene = Scene(p, damper.State(-1.0, 0.0, -1.5, 0.0), 1.5)
+    solve_plain = plain(solve)
+    setting = 40 * p.period
+    assert solve_plain(STEP_END, scene, setting).penetration < 1e-12
+    monkeypatch.setattr(rk4_step_end, "wall_acceleration", lambda *state: (-1.0, -1.0))
+    # The speed a h (1 - r) / (2 (1 + r)), on average over this time sin(1.5) / 1.5 for a = 1.
+    sinking = math.sin(1.5) * p.period / setting * (1.0 - r) / (2.0 * (1.0 + r))
+    assert solve_plain(STEP_END, scene, setting).penetration == pytest.approx(sinking, rel=0.15)
+
+
+# scipy
+
+
+def test_a_burst_without_sticking_stalls():
+    found = solve("dop853_free", read_scene(BURST, 60.0), 1e-7)
+    assert found.outcome == STALLED
+    assert abs(found.reached - ACCUMULATION) < 1e-3
+    assert len(found.impact_times) > 150
+
+
+@pytest.mark.parametrize("trouble", ["raises", "gives up", "not a number"])
+def test_what_the_integrator_cannot_do_is_a_failure_and_warns_nobody(monkeypatch, trouble):
+    real = scipy_methods.solve_ivp
+    calls = []
+
+    def solve_ivp(*args, **options):
+        calls.append(1)
+        found = real(*args, **options)
+        if len(calls) == 3:
+            warnings.warn("lsoda: Excess work done on this call", stacklevel=1)
+            if trouble == "raises":
+                raise ValueError("f(a) and f(b) must have different signs")
+            if trouble == "gives up":
+                found.status = -1
+            else:
+                found.y[0, -1] = math.nan
+        return found
+
+    monkeypatch.setattr(scipy_methods, "solve_ivp", solve_ivp)
+    found = solve("lsoda", read_scene(BURST, 60.0))
+    assert found.outcome == FAILED
+    assert len(found.impact_times) == 2
+    assert found.reached == found.impact_times[-1]
+
+
+def test_event_does_not_see_the_root_it_starts_on():
+    # gap = tau (1 - tau): the only root to be found is at 1.
+    watched = scipy_methods.falling_gap([0.0, 0.0, 0.0, 1.0])
+    for tau in (0.0, 1e-300, 1e-9, 0.5, 0.999):
+        assert watched(tau, [0.0, 0.0, tau * (1.0 - tau), 0.0 if tau else 1.0]) > 0.0
+    assert watched(1.001, [0.0, 0.0, 1.001 * -0.001, 0.0]) < 0.0
+    # From elsewhere it is the gap itself.
+    assert scipy_methods.falling_gap([0.0, 0.0, 1.0, 0.0])(0.0, [0.0, 0.0, 0.25, 0.0]) == 0.25
+
+
+def test_start_at_another_time():
+    scene = read_scene({**BURST, "phase": 0.4}, 12.0)
+    s, period = scene.state, scene.parameters.period
+    later = Scene(scene.parameters, damper.State(s.x, s.v, s.y, s.u, period), period + 12.0)
+    for name in ("exact", LOCATED, "rk45"):
+        plain_run, shifted = solve(name, scene), solve(name, later)
+        np.testing.assert_allclose(shifted.impact_times - period, plain_run.impact_times, atol=1e-9)
+        np.testing.assert_allclose(shifted.end_state, plain_run.end_state, atol=1e-9)
