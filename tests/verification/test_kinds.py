@@ -77,9 +77,8 @@ COST = {
         "bare": {"parameters": POINT},
         "observed": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
     },
-    "growth": {"parameters": POINT, "runs": [1, 10], "periods": [1, 100]},
-    "figures": {"suite": {"kind": "cost", "show": "suite"}},
-    "tables": {"growth": {"kind": "cost", "show": "growth"}},
+    "figures": {"suite": {"kind": "cost"}},
+    "tables": {"suite": {"kind": "cost"}},
 }
 GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
 
@@ -193,7 +192,6 @@ MISTAKES = [
         "out of range (value: 1.5)",
     ),
     ("cost", ("cases",), {}, "cases", "at least one case"),
-    ("cost", ("growth", "runs"), [1.5, 2], "growth.runs[0]", "not an integer"),
     (
         "cost",
         ("cases", "bare", "parameters", "gap"),

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
-from damper.study.fields import Distinct, Entries, Strict, Unit
+from damper.study.fields import Entries, Strict, Unit
 from damper.study.kinds import Kinds
 from damper.study.messages import Faults
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
@@ -25,11 +25,6 @@ from damper.verification.base import (
 from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
-#: Growing runs are repeated less often than cases: each size is a process of its own.
-MOST_GROWTH_REPEATS = 5
-_Counts = Annotated[
-    tuple[Annotated[int, Field(ge=1, le=MOST_PERIODS)], ...], Field(min_length=2), Distinct()
-]
 
 
 class Case(Strict):
@@ -66,13 +61,6 @@ class Case(Strict):
                 faults.add(("observers",), message, "one of the two")
 
 
-class Growth(Case):
-    """A scene with more and more runs, and with more and more periods."""
-
-    runs: Annotated[_Counts, Field(description="Numbers of runs, of ten periods each.")]
-    periods: Annotated[_Counts, Field(description="Numbers of periods of a single run.")]
-
-
 def _check(parameters: Mapping[str, Fixed], faults: Faults) -> None:
     """Note what is wrong with the parameters of one scene, in either system of units."""
     try:
@@ -91,7 +79,7 @@ TABLES = Kinds(Made, "damper.verification.cost.tables")
 
 
 class Cost(Verification):
-    """What each part of a run costs: observers, models, number of runs and of periods."""
+    """What each part of a run costs: observers and models."""
 
     entries: ClassVar[Mapping[str, type[Strict]]] = {"cases": Case}
     figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
@@ -118,7 +106,6 @@ class Cost(Verification):
         int,
         Field(ge=3, description="How often a case and its bare engine take turns."),
     ] = 30
-    growth: Annotated[Growth, Field(description="How run time and memory grow.")]
     figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
     tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
 
@@ -135,20 +122,9 @@ class Cost(Verification):
 
     def settings(self) -> dict[str, Any]:
         """Return the keywords of `damper.verification.cost.measure.measure`."""
-        return {
-            "suite": {
-                "cases": {name: case.settings() for name, case in self.cases.items()},
-                "runs": self.runs,
-                "periods": self.periods,
-                "repeats": self.repeats,
-            },
-            "growth": {
-                **self.growth.settings(),
-                "runs": list(self.growth.runs),
-                "periods": list(self.growth.periods),
-                "repeats": min(self.repeats, MOST_GROWTH_REPEATS),
-            },
-        }
+        cases = {name: case.settings() for name, case in self.cases.items()}
+        numbers = {"runs": self.runs, "periods": self.periods, "repeats": self.repeats}
+        return {"cases": cases} | numbers
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Cost | None, faults: Faults) -> None:
