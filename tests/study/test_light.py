@@ -10,7 +10,6 @@ LIGHT = [
     "damper.verification.comparison.tables.solver_speed",
     "damper.verification.stress.cube",
     "damper.verification.stress.tables.stress",
-    "damper.verification.stress.metamorphic_cube",
     "damper.verification.stress.tables.metamorphic",
     "damper.verification.cost.tables.cost",
     "damper.verification.comparison.figures.work_precision",

@@ -7,7 +7,7 @@ from pathlib import Path
 from damper.study.fingerprint import stamp
 from damper.verification.stress.box import corners, part, random_points
 from damper.verification.stress.checks import run_checks
-from damper.verification.stress.parts import write_part
+from damper.verification.stress.cube import write_part
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from damper.study.fingerprint import stamp
 from damper.sweep.cube import REFERENCES, write_cube
-from damper.verification.stress.cube import gather_checks
-from damper.verification.stress.metamorphic_cube import gather_metamorphic
+from damper.verification.stress.cube import gather_checks, gather_metamorphic
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 

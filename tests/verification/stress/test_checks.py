@@ -74,6 +74,12 @@ for more in (
     assert (found["events"] > 0).any()
     assert np.isfinite(found["energy"]).all()
     assert np.isfinite(found["tensile_force"]).any()
+# Only at a release from a rigid wall is x'' zero.
+soft = {"mass_ratio": 0.3, "damping_ratio": 0.0, "frequency_ratio": 1.0, "clearance": 1e-3,
+        "restitution": 0.5, "contact_stiffness_ratio": 1e3}
+found = run_checks([soft, soft | {"contact_tension": 1.0}], 4)
+assert found["status"].max() == 0
+assert max(found["continuity"].max(), found["penetration"].max()) < 1e-13
 print(len(runs))
 """
 
@@ -270,20 +276,3 @@ def test_random_points_run_the_same_in_any_part():
     rest = run_checks(random_points(3, 3, box, first=3), 3, max_events=500)
     for name, values in rest.items():
         np.testing.assert_array_equal(whole[name][3:], values, err_msg=name)
-
-
-def test_a_release_from_compliant_contact_is_read_with_the_acceleration_it_has():
-    """Only at that from a rigid wall is x'' zero."""
-    run = {
-        "mass_ratio": 0.3,
-        "damping_ratio": 0.0,
-        "frequency_ratio": 1.0,
-        "clearance": 1e-3,
-        "restitution": 0.5,
-        "contact_stiffness_ratio": 1e3,
-        "contact_tension": 1.0,
-    }
-    found = run_checks([run, run | {"contact_tension": 0.0}], 4)
-    assert found["status"].max() == 0
-    assert found["continuity"].max() < 1e-13
-    assert found["penetration"].max() < 1e-13

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import IMPACT, RATE, SPEED, STICK, V, X
+from damper.engine.segment import RATE, SPEED, V, X
 from damper.parameters import Parameters, State
 from damper.verification.stress.runs import Events, ShortRun, events_of, noisy_run
-from damper.verification.stress.verdicts import BORDER, EPS, GRAZING, GROWING, WELL
+from damper.verification.stress.verdicts import EPS
 
 #: Noise, as a part of each number.
 NOISE = 2.0**-40
@@ -23,8 +23,6 @@ NOISE = 2.0**-40
 NOISY_RUNS = 2
 #: Differences that roundoff alone may grow to before a comparison is meaningless.
 POINTLESS = 1e-6
-#: Growth of the noise over a run, and within one event, that makes a run ill-conditioned.
-ILL, SUDDEN = 1e6, 1e3
 
 
 class Condition(NamedTuple):
@@ -35,8 +33,6 @@ class Condition(NamedTuple):
     comparable: int
     """Events up to which comparisons make sense: roundoff stays below `POINTLESS`, and the
     noisy runs have the same events."""
-    kind: int
-    """`WELL`, `GROWING`, `GRAZING` or `BORDER`."""
 
 
 class Scale(NamedTuple):
@@ -83,9 +79,8 @@ def condition_of(
         found = differences(original, other, slice(0, same), slice(0, same), scale) / NOISE
         growth[:same] = np.maximum(growth[:same], found)
     growth = np.maximum.accumulate(growth)
-    kind = _kind(original, growth, comparable, scale)
     limit = int(np.searchsorted(growth[:comparable], POINTLESS / EPS))
-    return Condition(growth, min(comparable, limit), kind)
+    return Condition(growth, min(comparable, limit))
 
 
 def scale_of(run: ShortRun, events: Events) -> Scale:
@@ -124,27 +119,3 @@ def differences(
     shift = (a.periods[of_a] - b.periods[of_b]) * scale.period + (a.time[of_a] - b.time[of_b])
     values = np.abs(a.values[:, of_a] - b.values[:, of_b]) / scale.values
     return np.maximum(np.abs(shift) * scale.omega, values.max(axis=0, initial=0.0))
-
-
-def _kind(events: Events, growth: np.ndarray, comparable: int, scale: Scale) -> int:
-    count = len(events.kind)
-    grown = growth[comparable - 1] if comparable else 1.0
-    if comparable < count and grown < ILL:
-        # Other events follow, and not because of an error that had grown for long.
-        grazes = events.kind[comparable] == IMPACT
-        return GRAZING if grazes and _gentle(events, comparable, scale) else BORDER
-    if growth.size == 0 or growth[-1] < ILL:
-        return WELL
-    before = np.append(1.0, growth[:-1])
-    worst = int(np.argmax(growth / before))
-    sudden = growth[worst] > SUDDEN * before[worst] and before[worst] < ILL
-    return GRAZING if sudden and _gentle(events, worst, scale) else GROWING
-
-
-def _gentle(events: Events, event: int, scale: Scale) -> bool:
-    """Whether an event is an impact of little speed that is not one of a burst's last ones."""
-    if events.kind[event] != IMPACT:
-        return False
-    rest = events.kind[event:] != IMPACT
-    in_burst = rest.any() and events.kind[event + int(np.argmax(rest))] == STICK
-    return bool(events.values[2, event] < 1e-4 * scale.values[2, 0]) and not in_burst

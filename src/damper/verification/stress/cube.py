@@ -1,25 +1,101 @@
-"""The stress study as one dataset: all runs with their quantities and results."""
+"""The stress study's files: one job's runs and what it found, and all of them as datasets.
+
+Parts are .npz of the same bytes always.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.variables import Variable
 from damper.verification.stress.laws import LAW_VARIABLES, RUN_OUTCOMES, RUN_VARIABLES
-from damper.verification.stress.parts import attributes_of, read_parts
+from damper.verification.stress.verdicts import (
+    ALLOWANCE,
+    CHECKS,
+    NOT_APPLICABLE,
+    RELATION_VERDICTS,
+    RELATIONS,
+)
 
-_VARIABLES = {variable.name: variable for variable in (*LAW_VARIABLES, *RUN_VARIABLES)}
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Quantities of a run; those that it does not give have their defaults.
+POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
+_RELATION = {
+    "difference": (
+        "largest difference of comparable events",
+        "of phase, displacement and speeds, over the run's sizes",
+    ),
+    "ratio": (
+        "largest difference over what the condition allows",
+        f"allowed: {ALLOWANCE:g} units of roundoff times the growth; for another accuracy, its "
+        "error times the growth too",
+    ),
+    "verdict": ("verdict", ""),
+}
+#: What `damper.verification.stress.metamorphic.run_metamorphic` finds of each run.
+METAMORPHIC_VARIABLES = (
+    Variable("growth", "growth of a small noise over the run", "1", comment="at least 1"),
+    Variable(
+        "comparable_events",
+        "events up to which a comparison is meaningful",
+        "1",
+        comment="growth leaves roundoff below 1e-6, and the noise changes no event's kind",
+    ),
+    Variable("compared_of_events", "events of the run, its end included", "1"),
+    Variable(
+        "backward_error",
+        "largest backward error of a segment",
+        "2^-52",
+        comment="rigid damper only; over the sizes of the terms, in units of roundoff",
+    ),
+    *(
+        Variable(f"backward_{name}", f"backward error: {words}", "2^-52")
+        for name, words in CHECKS.items()
+    ),
+    Variable("laws_excess", "largest violation of a law over its limit", "1"),
+    *(
+        Variable(f"{name}_{what}", f"{long_name}: {words}", "1", comment=comment)
+        for name, words in RELATIONS.items()
+        for what, (long_name, comment) in _RELATION.items()
+    ),
+)
+_VARIABLES = {v.name: v for v in (*LAW_VARIABLES, *RUN_VARIABLES, *METAMORPHIC_VARIABLES)}
+
+
+def write_part(
+    path: Path, points: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
+) -> None:
+    """Write points and what was found of their runs.
+
+    Parameters
+    ----------
+    path : Path
+    points : sequence of mapping
+    arrays : mapping of str to ndarray (points,)
+    """
+    given = {
+        name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
+        for name in POINT_NAMES
+    }
+    # The stubs take what is unpacked for `allow_pickle`, too.
+    np.savez(path, **given, **arrays)  # type: ignore[arg-type]
 
 
 def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Put all parts together.
+    """Put all runs that were checked together.
 
     Parameters
     ----------
     parts : mapping of str to sequence of Path
-        Origin of the runs (``corner``, ``random``, ``long``) -> its parts in order.
+        Origin of the runs -> its parts in order, as `damper.verification.stress.box.part` made
+        them.
     attributes : mapping
         Global attributes.
 
@@ -29,15 +105,89 @@ def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, 
         With the one dimension ``run``. Quantities that a point does not give have their defaults,
         an infinite contact stiffness among them: a rigid wall.
     """
-    wholes = {origin: read_parts(paths) for origin, paths in parts.items()}
-    counts = {origin: len(whole["status"]) for origin, whole in wholes.items()}
-    origins = np.concatenate([np.full(count, origin) for origin, count in counts.items()])
-    data: dict[str, Any] = {
-        "origin": ("run", origins, {"long_name": "where the run comes from"}),
-    }
-    for name in next(iter(wholes.values())):
-        values = np.concatenate([whole[name] for whole in wholes.values()])
-        flags = dict(enumerate(RUN_OUTCOMES)) if name == "status" else {}
-        data[name] = ("run", values, attributes_of(name, _VARIABLES, flags))
-    coords = {"run": ("run", np.arange(len(origins)), {"long_name": "run", "units": "1"})}
+    groups = {origin: _read(paths) for origin, paths in parts.items()}
+    wholes = []
+    for some in groups.values():
+        whole = {
+            name: np.empty(sum(map(_count, some)), array.dtype) for name, array in some[0].items()
+        }
+        for number, part in enumerate(some):
+            for name, array in part.items():
+                whole[name][number :: len(some)] = array
+        wholes.append(whole)
+    origins = np.repeat(list(groups), list(map(_count, wholes)))
+    cube = _dataset(wholes, attributes)
+    about = {"long_name": "where the run comes from"}
+    return cube.assign(origin=("run", origins, about))
+
+
+def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """Put all metamorphic tests together.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Parts in the order of their runs, each of which is a stretch of neighbours. None at all
+        make a dataset that has no run and no variable.
+    attributes : mapping
+        Global attributes.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the one dimension ``run``.
+    """
+    return _dataset(_read(paths), attributes)
+
+
+def point_of(cube: xr.Dataset, run: int) -> dict[str, float]:
+    """Return the quantities of a run that are not their defaults, as `read_point` takes them."""
+    values = {name: float(cube[name][run]) for name in POINT_NAMES}
+    return {name: value for name, value in values.items() if value != ALL[name].default}
+
+
+def _read(paths: Sequence[Path]) -> list[dict[str, np.ndarray]]:
+    parts = []
+    for path in paths:
+        with np.load(path) as file:
+            parts.append(dict(file))
+    return parts
+
+
+def _count(part: Mapping[str, np.ndarray]) -> int:
+    return len(part["mass_ratio"])
+
+
+def _dataset(
+    parts: Sequence[Mapping[str, np.ndarray]], attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    import xarray as xr
+
+    from damper.sweep.cube import integers
+
+    data = {}
+    for name in parts[0] if parts else ():
+        variable = "run", np.concatenate([part[name] for part in parts]), _attributes(name)
+        data[name] = integers(*variable) if name.endswith("_verdict") else variable
+    runs = np.arange(sum(map(_count, parts)))
+    coords = {"run": ("run", runs, {"long_name": "run", "units": "1"})}
     return xr.Dataset(data, coords, dict(attributes))
+
+
+def _attributes(name: str) -> dict[str, Any]:
+    about: Any = ALL[name] if name in POINT_NAMES else _VARIABLES[name]
+    attrs: dict[str, Any] = {"long_name": about.long_name, "units": about.units}
+    if getattr(about, "comment", ""):
+        attrs["comment"] = about.comment
+    flags: Mapping[int, str] = {}
+    if name == "status":
+        flags = dict(enumerate(RUN_OUTCOMES))
+    elif name.endswith("_verdict"):
+        flags = {code: words for code, words in RELATION_VERDICTS.items() if code != NOT_APPLICABLE}
+    if flags:
+        words = (meaning.replace(" ", "_").replace("-", "_") for meaning in flags.values())
+        attrs |= {
+            "flag_values": np.array(list(flags), dtype="i1"),
+            "flag_meanings": " ".join(words),
+        }
+    return attrs

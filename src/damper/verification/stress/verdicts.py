@@ -10,36 +10,20 @@ RELATIONS = {
     "looser": "accuracy 1e-10",
 }
 #: Verdicts on a run and relation.
-NOT_APPLICABLE, PASSED, PASSED_BACKWARD, FAILED, PASSED_LAWS = -1, 0, 1, 2, 3
+NOT_APPLICABLE, PASSED, PASSED_BY_STEPS, FAILED = -1, 0, 1, 2
 RELATION_VERDICTS = {
-    NOT_APPLICABLE: "not applicable",
-    PASSED: "passed",
-    PASSED_BACKWARD: "passed by backward error",
+    PASSED: "compared outright",
+    PASSED_BY_STEPS: "step by step",
     FAILED: "failed",
-    PASSED_LAWS: "passed by the laws",
-}
-
-#: What a run is: how sharply roundoff leaves its events determined; see
-#: `damper.verification.stress.condition`.
-REFUSED, WELL, GROWING, GRAZING, BORDER = -1, 0, 1, 2, 3
-CONDITIONS = {
-    REFUSED: "refused with an error",
-    WELL: "well-conditioned",
-    GROWING: "error growth",
-    GRAZING: "grazing",
-    BORDER: "border of two outcomes",
+    NOT_APPLICABLE: "not applicable",
 }
 
 #: What is checked of each segment: name -> label; all in units of roundoff of the terms; see
 #: `damper.verification.stress.backward.residuals`.
 CHECKS = {
-    "clock": "clock: duration of a segment",
     "motion": "motion of the masses over a segment",
     "contact": "gap and approach speed at an impact",
-    "law": "momentum and restitution in an impact",
     "release": "no contact force at a release",
-    "inside": "between the walls in flight, compressive contact force in sticking",
-    "tail": "time left of a burst, by its formula",
 }
 
 #: Unit roundoff of a double.

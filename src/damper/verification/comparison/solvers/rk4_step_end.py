@@ -42,7 +42,7 @@ class StepEnd(NamedTuple):
     step: float
 
 
-class StepState(NamedTuple):
+class StepEndState(NamedTuple):
     """State at the end of a step."""
 
     x: float
@@ -59,10 +59,10 @@ class StepState(NamedTuple):
 def _begin(method, start, time):
     x, v, y, u = start
     if method.damper.d > 0.0:
-        return StepState(x, v, y, u, 0.0, False, 0.0)
+        return StepEndState(x, v, y, u, 0.0, False, 0.0)
     # Together for good, with no wall to leave.
     v = common_velocity(method.damper.mu, v, u)
-    return StepState(x, v, y, v, 0.0, True, y - x)
+    return StepEndState(x, v, y, v, 0.0, True, y - x)
 
 
 @settle.of(StepEnd)
@@ -76,7 +76,7 @@ def _settle(method, state, time, index, notes, tally):
             if a < 0.0:
                 stuck = False
                 tally = note(notes, tally, time, RELEASE, side, 0.0)
-        return StepState(x, v, y, u, side, stuck, offset), tally
+        return StepEndState(x, v, y, u, side, stuck, offset), tally
     side = nearer_wall(x, y)
     depth = side * (y - x) - p.d
     tally = deepen(tally, depth)
@@ -98,7 +98,7 @@ def _settle(method, state, time, index, notes, tally):
             offset = y - x
             v = u = common
             tally = note(notes, tally, time, STICK, side, 0.0)
-    return StepState(x, v, y, u, side, stuck, offset), tally
+    return StepEndState(x, v, y, u, side, stuck, offset), tally
 
 
 @advance.of(StepEnd)
@@ -110,7 +110,7 @@ def _advance(method, state, piece, tally):
     x = x + (v * h + curve)
     v = v + dv
     y = x + offset if stuck else y + u * h
-    after = StepState(x, v, y, v if stuck else u, side, stuck, offset)
+    after = StepEndState(x, v, y, v if stuck else u, side, stuck, offset)
     return after, spend(tally, 4), h, False
 
 

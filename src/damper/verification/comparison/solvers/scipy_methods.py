@@ -34,7 +34,7 @@ LONGEST_STEP = math.pi / 4.0
 _IDLE_IMPACTS = 100
 
 
-class Motion(NamedTuple):
+class Mode(NamedTuple):
     """What holds between two events."""
 
     side: float
@@ -79,7 +79,7 @@ class Run:
         self.release_times: list[float] = []
         self._idle = 0
 
-    def advance(self, motion: Motion, start: Sequence[float]) -> tuple[list[float], int]:
+    def advance(self, motion: Mode, start: Sequence[float]) -> tuple[list[float], int]:
         """Follow a motion from `reached` until it ends, or until the scene does.
 
         Returns
@@ -124,7 +124,7 @@ class Run:
         self.reached = self.scene.until if hit < 0 else self.reached + float(found.t[-1])
         return found.y[:, -1].tolist(), hit
 
-    def _equations(self, motion: Motion) -> tuple[Callable, np.ndarray]:
+    def _equations(self, motion: Mode) -> tuple[Callable, np.ndarray]:
         """Right-hand side and its derivatives."""
         p = self.scene.parameters
         omega, drag = p.frequency_ratio, 2.0 * p.damping_ratio
@@ -218,7 +218,7 @@ def _follow(run: Run, sticking: bool) -> tuple[float, list[float]]:
 
     side, z = _start(run)
     if p.clearance == 0.0:
-        z, _ = run.advance(Motion(0.0, (), together=True), merged(side, z))
+        z, _ = run.advance(Mode(0.0, (), together=True), merged(side, z))
         return 0.0, z
     begin = run.reached
     touches = z[2] == 0.0 and z[3] < 0.0
@@ -241,7 +241,7 @@ def _follow(run: Run, sticking: bool) -> tuple[float, list[float]]:
             side, z, touches = _fly(run, side, z)
             continue
         released = _force_on(run, side)
-        z, ended = run.advance(Motion(side, (released,), together=True), z)
+        z, ended = run.advance(Mode(side, (released,), together=True), z)
         if ended >= 0:
             run.release_times.append(run.reached)
         stuck = touches = False
@@ -272,7 +272,7 @@ def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], boo
         rate_size = z[3]
         if force > 0.0:
             gap_size = 0.5 * z[3] * z[3] / force
-    z, hit = run.advance(Motion(side, events, gap_size=gap_size, rate_size=rate_size), z)
+    z, hit = run.advance(Mode(side, events, gap_size=gap_size, rate_size=rate_size), z)
     if hit == 1:
         side, z = -side, [z[0], z[1], 0.0, -z[3]]
     return side, z, hit >= 0

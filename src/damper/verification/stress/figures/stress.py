@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.figures.common.layout import wrap
 from damper.figures.common.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
-from damper.verification.base import (
-    Made,
-    OptionalCaption,
-)
+from damper.verification.base import Made, OptionalCaption
 from damper.verification.labels import label_of
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -70,11 +68,11 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
     return figure
 
 
-def _distributions(ax: Axes, far: Mapping[str, np.ndarray]) -> None:
+def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     """Part of the runs beyond each violation, law by law."""
     colours = (BLUE, VERMILION)
     for number, name in enumerate(GRADED):
-        values = np.sort(far[name][np.isfinite(far[name])])
+        values = np.sort(far[name][np.isfinite(far[name])].values)
         if not values.size:
             continue
         share = 1.0 - np.arange(values.size) / values.size
@@ -134,7 +132,9 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
             color="white" if beyond else "black",
         )
     ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED])
-    ax.set_yticks(range(len(rows)), [f"{row.name} ({row.runs}{_stops(row)})" for row in rows])
+    ax.set_yticks(
+        range(len(rows)), [f"{row.regime.name} ({row.runs}{_stops(row)})" for row in rows]
+    )
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     for side in ("left", "bottom"):
         ax.spines[side].set_visible(False)
