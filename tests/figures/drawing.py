@@ -101,20 +101,19 @@ def assert_nothing_overlaps(figure: Figure) -> None:
 
 
 def assert_files(kind: str, cube: xr.Dataset, folder: Path, **settings: Any) -> str:
-    """Draw twice: the same bytes, and not too many; return the SVG."""
+    """Draw twice: the same SVG, and files of a fair size; return the SVG."""
     return assert_same_files(lambda: drawn(kind, cube, **settings), folder)
 
 
 def assert_same_files(make: Callable[[], Figure], folder: Path) -> str:
-    """Make a figure twice and save it both ways, as `assert_files` does."""
-    for name in "ab":
+    """Make a figure twice, as `assert_files` does."""
+    for name, ends in (("a", ("svg", "png")), ("b", ("svg",))):
         with style(), warnings.catch_warnings():
             warnings.simplefilter("error")
             figure = make()
-            for end in ("svg", "png"):
+            for end in ends:
                 save(figure, folder / f"{name}.{end}")
+    assert (folder / "a.svg").read_bytes() == (folder / "b.svg").read_bytes()
     for end in ("svg", "png"):
-        a, b = ((folder / f"{name}.{end}").read_bytes() for name in "ab")
-        assert a == b
-        assert 5_000 < len(a) < 2_000_000
+        assert 5_000 < (folder / f"a.{end}").stat().st_size < 2_000_000
     return (folder / "a.svg").read_text(encoding="utf-8")

@@ -1,6 +1,5 @@
 """Bifurcation diagrams of small made-up cubes, where every mark's place is known."""
 
-import time
 import warnings
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from damper import simulate
-from damper.figures import draw
 from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION, save, style
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.sweep.cube import dataset
@@ -462,20 +460,6 @@ def test_amplitudes_are_lines_with_marks_of_each_direction() -> None:
 
 
 # --- files
-
-
-def test_same_bytes_each_time(tmp_path: Path) -> None:
-    for name in "ab":
-        with style():
-            figure = draw("bifurcation", made_up(), along="restitution", rows="frequency_ratio")
-            for end in ("svg", "png"):
-                save(figure, tmp_path / f"{name}.{end}")
-        if name == "a":
-            time.sleep(1.1)
-    for end in ("svg", "png"):
-        a, b = ((tmp_path / f"{name}.{end}").read_bytes() for name in "ab")
-        assert a == b
-        assert len(a) > 10_000
 
 
 def test_simulated_cube_of_the_size_of_the_study(tmp_path: Path) -> None:
