@@ -127,10 +127,15 @@ def test_figures_have_their_printed_proportions(tmp_path: Path) -> None:
         assert image["srcset"] == f"{image['src']} 2x"
 
 
-def test_how_to_read_a_figure_is_said_once_for_figures_in_a_row(tmp_path: Path) -> None:
+def test_every_caption_stands_alone(tmp_path: Path) -> None:
+    """What it shows, what to see in it, how to read it, and all values."""
     found = made(tmp_path)
-    assert len(found.images) > 5
-    assert found.text.count("Each dot is the primary on the section") == 1
+    study = load_study(ROOT / "config/studies/restitution.yaml")
+    drawn = [f for f, (product, _) in study.files("figures").items() if product.kind != "schematic"]
+    assert found.text.count("A ladder of approach speeds") == len(drawn) > 5
+    assert found.text.count("Values: ") == len(found.images)
+    for figure in study.figures.values():
+        assert getattr(figure, "see", None) is None or figure.see in found.text
 
 
 def test_a_schematic_is_named_by_what_it_draws(tmp_path: Path) -> None:

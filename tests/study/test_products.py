@@ -488,7 +488,7 @@ def test_settings_are_the_arguments_of_draw(kind: str) -> None:
     arguments = inspect.signature(draw).parameters
     fields = FIGURES[kind].model_fields
     measured = {"section"} if kind == "bifurcation" else set()
-    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each"} | measured
+    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each", "see"} | measured
     for name, argument in arguments.items():
         if name in fields:
             required = argument.default is inspect.Parameter.empty

@@ -20,11 +20,15 @@ SHOWN_ROWS = 40
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure: its path below the folder of results without suffix, its caption in words."""
+    """A figure: its path below the folder of results without suffix.
+
+    `caption` is what it shows, in words, `see` what to see in it.
+    """
 
     path: str
     kind: str
     caption: str
+    see: str = ""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,11 @@ class Chapter:
     figures: Sequence[Figure] = ()
     tables: Sequence[ShownTable] = field(default_factory=tuple)
     stopped: str = ""
+
+    @property
+    def all_values(self) -> str:
+        """Every value of the study, in words, for the captions of its figures."""
+        return ", ".join(f"{value.name} {value.value}" for value in self.values)
 
 
 def chapter(about: Mapping[str, Any], results: Path) -> Chapter:

@@ -187,6 +187,11 @@ class FigureSettings(Product):
     overlays: ClassVar[bool] = False
     """Whether branches without a place are drawn over each other."""
 
+    see: Annotated[
+        Text | None,
+        Field(description="What to see in it, in a sentence or two, for the page of results."),
+    ] = None
+
     def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
         """Return further settings: what it must know of how the study measures."""
         return {}
@@ -208,7 +213,7 @@ class FigureSettings(Product):
                 cls._without_place(name, values, settings, faults)
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        settings = self.model_dump(exclude={"each"}, exclude_none=True)
+        settings = self.model_dump(exclude={"each", "see"}, exclude_none=True)
         settings = {"at": {}} | settings | self.measured(study.observer_settings())
         each = getattr(self, "each", None)
         if each is None:

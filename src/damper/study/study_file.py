@@ -107,7 +107,12 @@ class StudyFile(Strict):
                 (name, text, self.origins.get(name, "")) for name, text in self.values.items()
             ],
             "figures": [
-                (f"{self.name}/{path}", product.kind, self._caption(settings))
+                (
+                    f"{self.name}/{path}",
+                    product.kind,
+                    self._caption(settings),
+                    getattr(product, "see", None) or "",
+                )
                 for path, (product, settings) in self.files("figures").items()
             ],
             "tables": [
