@@ -408,7 +408,7 @@ MISTAKES = {
     "records": ("records: 5", "records: -5", "integer >= 0"),
     "kind": ("kind: bifurcation", "kind: bifurcations", "did you mean 'bifurcation'?"),
     "no kind": ("kind: bifurcation, ", "", "figures.bifurcation.kind", "'kind' is missing"),
-    "figure's key": ("each: m", "eech: m", "figures.bifurcation.eech\n", "kind, see, along, each, rows"),
+    "figure's key": ("each: m", "eech: m", "figures.bifurcation.eech\n", "kind, see, along, each"),
     "stem": ("  bifurcation:", "  bif/urc:", "cannot be the name of a figure", "letters, digits"),
     "stem a number": ("  bifurcation:", "  12:", "put 12 in quotes"),
     "along": ("along: restitution, each", "along: phase, each", "unknown axis 'phase'"),

@@ -64,11 +64,11 @@ _AMPLITUDES = ("peak_displacement", "rms_displacement")
 #: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
 _LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
 _MEANINGS = {
-    "relative_displacement": "relative\ndisplacement",
-    "relative_velocity": "relative\nvelocity",
+    "relative_displacement": "relative displacement\n",
+    "relative_velocity": "relative velocity\n",
     "approach_speed": "approach speed\n",
-    "peak_displacement": "largest\ndisplacement",
-    "rms_displacement": "rms\ndisplacement",
+    "peak_displacement": "largest displacement\n",
+    "rms_displacement": "rms displacement\n",
 }
 _DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *_LOGARITHMIC)
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}

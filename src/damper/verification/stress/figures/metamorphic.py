@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
 EXACT = tuple(name for name in RELATIONS if name not in ("sharper", "looser"))
 #: Where differences and backward errors of zero are drawn.
-_NO_DIFFERENCE, _NO_ERROR = 1e-18, 1e-2
+_NO_DIFFERENCE, _NO_ERROR = 1e-19, 1e-2
 
 
 class MetamorphicFigure(Made):
@@ -94,7 +94,12 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(reach[0] / 2.0, reach[1])
-    ax.set_ylim(_NO_DIFFERENCE / 3.0, 10.0 * max(limit[1], float(found.max())))
+    top = 10.0 * max(limit[1], float(found.max()))
+    ax.set_ylim(_NO_DIFFERENCE / 3.0, top)
+    exponents = range(-18, int(np.log10(top)) + 1, 3)
+    names = ["0", *(f"$10^{{{exponent}}}$" for exponent in exponents)]
+    ax.set_yticks([_NO_DIFFERENCE, *(10.0**exponent for exponent in exponents)], names)
+    ax.minorticks_off()
     ax.set_xlabel("growth of a small noise over the run")
     ax.set_ylabel("largest difference of comparable events")
     ax.legend(frameon=False, fontsize=7.0, loc="upper left", markerscale=1.8)
