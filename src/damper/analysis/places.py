@@ -74,3 +74,12 @@ def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:
             raise ValueError(
                 f"the cube has no variable {name!r}: make it with {observer!r} among the observers"
             )
+
+
+def in_millimetres(cube: xr.Dataset) -> xr.Dataset:
+    """Return a cube with lengths below a tenth of a metre in millimetres."""
+    for name, array in cube.variables.items():
+        if array.attrs.get("units") == "m" and abs(array).max() < 0.1:
+            small = (array.dims, 1e3 * array.values, array.attrs | {"units": "mm"})
+            cube = cube.assign({name: small})
+    return cube

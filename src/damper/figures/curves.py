@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.optimum import least
+from damper.analysis.places import in_millimetres
 from damper.figures.common.layout import (
     few_decades,
     geometric,
     head,
-    in_millimetres,
     legend,
     numbers,
     place_label,

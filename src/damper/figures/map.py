@@ -11,13 +11,13 @@ from pydantic import Field
 
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, contact, least
+from damper.analysis.places import in_millimetres
 from damper.figures import THEORY
 from damper.figures.common.layout import (
     edges,
     few_decades,
     geometric,
     head,
-    in_millimetres,
     legend,
     numbers,
     place_label,

@@ -72,7 +72,7 @@ class Chapter:
     @property
     def all_values(self) -> str:
         """Every value of the study, in words, for the captions of its figures."""
-        return ", ".join(f"{value.name} {value.value}" for value in self.values)
+        return "; ".join(f"{one.name.replace('_', ' ')} {one.value}" for one in self.values)
 
 
 def chapter(about: Mapping[str, Any], results: Path) -> Chapter:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
+from damper.analysis.places import in_millimetres
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -70,7 +71,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         f"Beside it: the largest amplitudes at the neighbouring values of the {clearance}. Where "
         "motion is chaotic, amplitudes depend on the length of the record and on rounding, and "
         "what looks best may be chance: then these differ widely.",
-        _best(cube, data, along, over),
+        _best(in_millimetres(cube), along, over, settings["damped"]),
         "## What good damping goes with",
         f"Good damping: an rms ratio below {settings['good']:g}. Only points with impacts count.",
         _shares(shares, frequency),
@@ -78,9 +79,10 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     return Table("damper performance", data, body)
 
 
-def _best(cube: xr.Dataset, data: pd.DataFrame, along: str, over: str) -> pd.DataFrame:
+def _best(cube: xr.Dataset, along: str, over: str, damped: float) -> pd.DataFrame:
     import pandas as pd
 
+    data = best_clearance(cube, along, over, damped)
     length = _units(cube.peak_displacement)
     others = list(data.columns[: data.columns.get_loc(f"best_{over}")])
     rows = [

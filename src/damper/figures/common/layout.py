@@ -82,15 +82,6 @@ def select(
     return place
 
 
-def in_millimetres(place: xr.Dataset) -> xr.Dataset:
-    """Return the piece with lengths below a tenth of a metre in millimetres."""
-    for name, array in place.variables.items():
-        if array.attrs.get("units") == "m" and abs(array).max() < 0.1:
-            small = (array.dims, 1e3 * array.values, array.attrs | {"units": "mm"})
-            place = place.assign({name: small})
-    return place
-
-
 def numbers(array: xr.DataArray, *dims: str | None) -> np.ndarray:
     """Return values as floats, NaN where there is none, dimensions in the given order."""
     values = array.transpose(*(dim for dim in dims if dim is not None)).values
