@@ -41,7 +41,7 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     ...                        initial_relative_velocity=[3.0, 4.5], transient=250, periods=20,
     ...                        observers=["response", "impacts"])
     >>> attractors(cube)[1]
-    ['2 impacts per period, rms 2.01', '3 impacts per period, rms 2.21']
+    ['3 impacts per period, rms 2.21', '2 impacts per period, rms 2.01']
     """
     need_variables(cube, "response", "rms_displacement")
     need_variables(cube, "impacts", "impacts_per_period")
