@@ -41,6 +41,8 @@ POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.9, "clearance": 1.5}
 TRAJECTORY = {"kind": "trajectory", "at": POINT}
 FREE_MASS = {"kind": "free_mass", "at": POINT}
 MARKED = BIFURCATION | {"each": "mass_ratio", "at": {"clearance": 1}, "mark": [0.9, 1.1]}
+RELATIVE = BIFURCATION | {"each": "mass_ratio", "at": {"clearance": 1}}
+RELATIVE |= {"variables": ["relative_velocity"]}
 PLACE = {"frequency_ratio": 0.9, "clearance": 1.5}
 HISTORIES = {"kind": "histories", "panels": "mass_ratio", "at": PLACE}
 PORTRAIT = {"kind": "phase_portrait", "columns": "mass_ratio", "at": PLACE}
@@ -290,6 +292,22 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "portrait of too many columns": (
         PORTRAIT | {"columns": "frequency_ratio", "at": {"clearance": 1, "mass_ratio": 0.1}},
         ("figures.one.columns\n    axis 'frequency_ratio' has too many values (5)", "at most 3"),
+    ),
+    "relative motion without the free mass": (
+        RELATIVE,
+        ("figures.one.variables\n    needs a section", "stroboscopic_section: {free_mass: true}"),
+    ),
+    "approach speeds that are not listed": (
+        RELATIVE | {"variables": ["approach_speed"]},
+        ("figures.one.variables\n    needs impacts that lists", "impacts: {speeds: 60}"),
+    ),
+    "motions without impacts": (
+        MAP | {"variable": "attractor", "each": "mass_ratio"},
+        ("figures.one\n    needs impacts among the observers",),
+    ),
+    "steady amplitude over other axes": (
+        MAP | {"y": "mass_ratio", "at": {"clearance": 1}, "theory": "steady_amplitude"},
+        ("figures.one.theory\n    the steady amplitude has no place over", "clearance as y"),
     ),
     "mark without label": (
         MARKED,

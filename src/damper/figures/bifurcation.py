@@ -157,10 +157,11 @@ class Bifurcation(FigureSettings):
         if shown & set(_AMPLITUDES):
             need(offer, faults, "response")
         if "approach_speed" in shown and not offer.set("impacts", "speeds"):
-            message = "approach speeds need impacts among the observers, which lists them"
+            message = "needs impacts that lists them among the observers, for approach_speed"
             faults.add(("variables",), message, "impacts: {speeds: 60}")
-        if shown & set(_RELATIVE) and not any(offer.set(name, "free_mass") for name in SECTIONS):
-            message = f"{words(_RELATIVE)} need a section that holds the free mass as well"
+        relative = [name for name in _RELATIVE if name in shown]
+        if relative and not any(offer.set(name, "free_mass") for name in SECTIONS):
+            message = f"needs a section that holds the free mass as well, for {words(relative)}"
             faults.add(("variables",), message, f"{SECTIONS[0]}: {{free_mass: true}}")
 
     @classmethod
