@@ -6,9 +6,8 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from damper.study.config import ConfigError, load_config, load_study
+from damper.study.config import ConfigError, load_study
 from damper.study.kinds import STUDIES
-from damper.study.model import Study
 from damper.study.reference import schemas
 
 SCHEMA = Draft202012Validator(schemas()["config/schema/study.schema.json"])
@@ -113,18 +112,12 @@ def test_every_kind_is_tried_here():
     assert GOOD.keys() == STUDIES.keys()
 
 
-def test_a_study_without_a_kind_is_one_of_parameters(tmp_path):
-    data = {"title": "T", "source": "S", "parameters": POINT, "transient": 1, "periods": 1}
-    study = load_study(write(tmp_path, data | {"observers": {"impacts": {}}}))
-    assert type(study) is Study
-
-
+#: Of each rule that only these studies have one; what all files have in common is tested with them.
 MISTAKES = [
     ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
     ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
     ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
     ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
-    ("comparison", ("scenes", "burst", "until"), -1, "scenes.burst.until", "number > 0"),
     (
         "comparison",
         ("scenes", "burst", "parameters"),
@@ -134,34 +127,12 @@ MISTAKES = [
     ),
     (
         "comparison",
-        ("scenes", "burst", "parameters", "support_stiffness_ratio"),
-        0.1,
-        "scenes.burst.parameters",
-        "the other solvers have rigid walls",
-    ),
-    (
-        "comparison",
         ("scenes", "burst", "parameters", "yield_speed"),
         0.1,
         "scenes.burst.parameters",
-        "a constant restitution",
-    ),
-    (
-        "comparison",
-        ("scenes", "burst", "parameters", "mass_ration"),
-        0.1,
-        "scenes.burst.parameters.mass_ration",
-        "did you mean 'mass_ratio'?",
+        "rigid walls and a constant restitution",
     ),
     ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
-    ("comparison", ("observers",), {}, "observers", "unknown key 'observers'"),
-    (
-        "stress",
-        ("corners", "rigid", "parameters", "restitution"),
-        [2],
-        "corners.rigid.parameters.restitution[0]",
-        "0 <= restitution <= 1",
-    ),
     (
         "stress",
         ("corners", "rigid", "starts"),
@@ -172,47 +143,19 @@ MISTAKES = [
     (
         "stress",
         ("random", "box", "parameters", "mass_ratio"),
-        [-1, 1],
-        "random.box.parameters.mass_ratio",
-        "1e-06 <= mass_ratio <= 1e+18",
-    ),
-    (
-        "stress",
-        ("random", "box", "parameters", "mass_ratio"),
         {},
         "random.box.parameters.mass_ratio",
         "neither range nor values is given",
     ),
     ("stress", ("random", "box", "metamorphic"), 11, "random.box.metamorphic", "integer <= 10"),
-    (
-        "stress",
-        ("random", "box", "models", "grounded", "share"),
-        1.5,
-        "random.box.models.grounded.share",
-        "out of range (value: 1.5)",
-    ),
     ("cost", ("cases",), {}, "cases", "at least one case"),
-    (
-        "cost",
-        ("cases", "bare", "parameters", "gap"),
-        0.1,
-        "cases.bare.parameters",
-        "mixed",
-    ),
+    ("cost", ("cases", "bare", "parameters", "gap"), 0.1, "cases.bare.parameters", "mixed"),
     (
         "cost",
         ("cases", "observed", "observers"),
         {"stroboscopic_section": None, "impact_section": None},
         "cases.observed.observers",
         "cannot both be asked for",
-    ),
-    ("stress", ("periods",), 0.5, "periods", "not an integer"),
-    (
-        "stress",
-        ("long_runs", "orbit", "parameters"),
-        {},
-        "long_runs.orbit.parameters.mass_ratio",
-        "'mass_ratio' is not given",
     ),
 ]
 
@@ -224,15 +167,6 @@ def test_mistakes_are_stated_in_words(tmp_path, kind, keys, value, place, words)
     text = str(error.value)
     assert f"  {place}\n" in f"{text}\n"
     assert words in text
-
-
-@pytest.mark.parametrize("kind", GOOD)
-@pytest.mark.parametrize("key", ["title", "source"])
-def test_missing_keys_are_stated(tmp_path, kind, key):
-    data = {name: value for name, value in GOOD[kind].items() if name != key}
-    with pytest.raises(ConfigError, match=f"'{key}' is missing"):
-        load_study(write(tmp_path, data))
-    assert list(SCHEMA.iter_errors(data)) != []
 
 
 def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
@@ -276,7 +210,7 @@ def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
     ]
     assert study.corners["rigid"].count == 2**4 * 3 * 2
     box = parts["random_box~1"]["random"]["box"]
-    assert box["parameters"]["mass_ratio"] == {"range": (0.1, 0.2)}
+    assert box["parameters"]["mass_ratio"] == (0.1, 0.2)
     assert parts["random_box~1"]["part"] == (1, 2)
     assert parts["long_orbit"]["run"] == POINT
     assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
@@ -285,26 +219,3 @@ def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
         (0, 2),
         (2, 2),
     ]
-
-
-def test_no_figure_can_ask_such_a_study_for_a_cube(tmp_path):
-    folder = tmp_path / "config/studies"
-    folder.mkdir(parents=True)
-    write(folder, STRESS)
-    axes = {"clearance": {"values": [1.0]}}
-    rigid = {name: value for name, value in POINT.items() if name != "clearance"}
-    (folder / "map.yaml").write_text(
-        yaml.safe_dump(
-            {
-                "title": "T",
-                "source": "S",
-                "parameters": rigid,
-                "axes": axes,
-                "transient": 1,
-                "periods": 1,
-                "observers": {"stroboscopic_section": {}},
-            }
-        )
-    )
-    config = load_config({"studies": ["map", "good"]}, tmp_path)
-    assert list(config.studies) == ["map", "good"]

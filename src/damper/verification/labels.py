@@ -6,7 +6,6 @@ import math
 LABELS = {
     "touch": "gap at impact",
     "tensile_force": "tensile contact force",
-    "backwards": "step back in time",
     "time_varying": "time-varying",
     "exact": "exact engine",
     "rk4_step_end": "RK4, impacts at step ends",

@@ -24,7 +24,7 @@ BOX = {
         "frequency_ratio": {"range": [1e-3, 1e3]},
         "clearance": {"range": [1e-6, 1e3]},
         "restitution": {"range": [0.0, 1.0], "values": [0.0, 1.0]},
-        "initial_position": {"range": [-1.0, 1.0]},
+        "initial_position": [-1.0, 1.0],
     },
     "models": {
         "grounded": {

@@ -4,7 +4,6 @@ With |q''| <= B on a panel, q(tau + s) >= q + q' s - B s**2 / 2. The step to the
 parabola passes no root, and converges quadratically to a simple one.
 """
 
-import math
 from collections.abc import Sequence
 
 from mpmath import mp, mpf
@@ -31,37 +30,6 @@ def horner(c: Sequence[mpf], tau: mpf) -> tuple[mpf, mpf]:
     return value, slope
 
 
-def skip_ahead(q: Sequence[mpf], end: mpf) -> mpf | None:
-    """Return a point of ``[0, end]`` that no root precedes, or None if there is none at all.
-
-    The same steps as in `first_root`, in double precision on coefficients scaled to ``[0, 1]``;
-    each value is lowered by more than its roundoff, so the result is just as certain.
-    """
-    scaled, power = [], mpf(1)
-    for value in q:
-        scaled.append(value * power)
-        power *= end
-    size = max(abs(value) for value in scaled)
-    if size == 0:
-        return mpf(0)
-    b = [float(value / size) for value in scaled]
-    error = 1e-13 * sum((n + 1) * abs(value) for n, value in enumerate(b))
-    bound = 1.0001 * sum(n * (n - 1) * abs(value) for n, value in enumerate(b)) + 1e-12
-    tau = 0.0
-    while tau < 1:
-        value = slope = 0.0
-        for coefficient in reversed(b):
-            slope = slope * tau + value
-            value = value * tau + coefficient
-        value, slope = value - error, slope - error
-        if value < 1e-4:
-            return tau * end
-        root = math.sqrt(slope**2 + 2 * bound * value)
-        step = (root + slope) / bound if slope > 0 else 2 * value / (root - slope)
-        tau += 0.999 * step
-    return None
-
-
 def first_root(q: Sequence[mpf], end: mpf, absolute: bool) -> mpf | None:
     """Return the first root of a polynomial in ``(0, end]``, or None.
 
@@ -79,12 +47,9 @@ def first_root(q: Sequence[mpf], end: mpf, absolute: bool) -> mpf | None:
     absolute : bool
         Also accept an error that is small against ``end`` (not only against the root).
     """
-    start = skip_ahead(q, end)
-    if start is None:
-        return None
     everywhere = _bend(q, end)
     tolerance = 1000 * mp.eps
-    tau = start
+    tau = mpf(0)
     reach = end
     quick = QUICK
     while True:

@@ -115,9 +115,10 @@ def random_points(
     box : mapping
         ``parameters``, ``models`` and ``share``. ``parameters`` gives for each parameter or initial
         quantity what it may be: ``range`` [low, high], log-uniform where low > 0 and uniform else,
-        ``values``, or both. ``models``, optional, gives names of other models of the damper, each
-        with the ``share`` of points that it gets and the ``parameters`` it adds. Where a quantity
-        has both range and values, ``share`` is the part of points that have one of the values.
+        ``values``, or both; a pair alone is a range. ``models``, optional, gives names of other
+        models of the damper, each with the ``share`` of points that it gets and the ``parameters``
+        it adds. Where a quantity has both range and values, ``share`` is the part of points that
+        have one of the values.
     first : int, default 0
         Number of the first point: points from 5 on are those that a longer list has from 5 on.
     which : (int, int), default (0, 1)
@@ -156,8 +157,10 @@ def _draw(random: Random, box: Mapping[str, Any]) -> dict[str, float]:
     return point
 
 
-def _value(random: Random, rule: Mapping[str, Any], share: float) -> float:
+def _value(random: Random, rule: Mapping[str, Any] | Sequence[float], share: float) -> float:
     """Draw one value; as many random numbers for each rule, whatever comes out."""
+    if not isinstance(rule, Mapping):
+        rule = {"range": rule}
     edge, place = random.random() < share, random.random()
     values = rule.get("values", ())
     if values and (edge or "range" not in rule):

@@ -8,7 +8,7 @@ as it gets.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -236,7 +236,6 @@ def _compare(model, last, end, s, found):
     """Compare the end of one segment with the start of the next one."""
     passed = (s.periods - last.periods) * model.period + (s.time - last.time)
     found.clock = _larger(found.clock, abs(passed - last.duration) / model.period)
-    found.backwards = _larger(found.backwards, max(-passed, 0.0) / model.period)
     gap = end.gap
     rate = end.rate
     size = end.size + 1.0 + abs(end.x)
@@ -376,7 +375,6 @@ def run_checks(
     max_events: int = 100_000,
     *,
     longest: float = math.inf,
-    progress: Callable[[int], None] | None = None,
 ) -> dict[str, np.ndarray]:
     """Run every point and check it.
 
@@ -392,8 +390,6 @@ def run_checks(
         Events after which a run stops: no run can hang.
     longest : float
         Time, in units of sqrt(M/K), after which a run ends with the forcing period under way.
-    progress : callable, optional
-        Called with the number of runs done after each one.
 
     Returns
     -------
@@ -438,8 +434,6 @@ def run_checks(
         arrays["events"][number] = trajectory.events
         arrays["evaluations"][number] = trajectory.evaluations
         arrays["periods"][number] = length
-        if progress:
-            progress(number + 1)
     return arrays | laws.arrays
 
 

@@ -59,7 +59,6 @@ LAW_VARIABLES = (
         "1",
         comment="over the forcing period",
     ),
-    Variable("backwards", "largest step back in time", "1", comment="over the forcing period"),
     Variable("not_finite", "segments with a number that is not finite", "1"),
 )
 #: What a run was, beside the laws.
@@ -104,10 +103,10 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
     --------
     >>> excess("clock", np.array([1e-13, 2e-12]), np.array([10, 10]))
     array([0.1, 2. ])
-    >>> excess("backwards", np.array([0.0, 1e-300]), np.array([10, 10]))
+    >>> excess("not_finite", np.array([0.0, 1.0]), np.array([10, 10]))
     array([ 0., inf])
     """
-    if name in ("backwards", "not_finite"):
+    if name == "not_finite":
         return np.where(values > 0.0, np.inf, values)
     limit = LIMIT + (ENERGY_PER_SEGMENT * segments if name == "energy" else 0.0)
     return values / limit

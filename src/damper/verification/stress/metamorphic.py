@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import IMPACT, RELEASE, STICK
+from damper.engine.segment import STICK
 from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.models import start_run
 from damper.observers.common.base import Window
@@ -206,47 +206,42 @@ def _compare(source: _Source, other: Events, error: float) -> tuple[float, float
 def _aligned(a: Events, b: Events) -> tuple[np.ndarray, np.ndarray, int]:
     """Pair events of two accuracies: bursts have more or fewer impacts before they are closed.
 
+    Of the impacts up to the next beginning of sticking the last ones are left out, so that there
+    are as many in both runs.
+
     Returns
     -------
     of_a, of_b : ndarray (pairs,)
         Numbers of the events in a pair.
     whole : int
-        Events of `a` that are paired, or left out at the end of a burst.
+        Events of `a` that are paired or left out, up to the first pair of different kinds.
     """
-    pairs_a, pairs_b = [], []
-    i = j = 0
-    while i < len(a.kind) and j < len(b.kind):
-        run = matching(_from(a, i), _from(b, j))
-        pairs_a.append(np.arange(i, i + run))
-        pairs_b.append(np.arange(j, j + run))
-        i, j = i + run, j + run
-        if i == len(a.kind) or j == len(b.kind):
-            break
-        before = i, j
-        if a.kind[i] == STICK and b.kind[j] == IMPACT:
-            j = _closed(b, j, a.side[i])
-        elif b.kind[j] == STICK and a.kind[i] == IMPACT:
-            i = _closed(a, i, b.side[j])
-        if (i, j) == before:
-            break
-    empty = np.zeros(0, dtype=int)
-    # More events than fit the list are no disagreement.
-    whole = len(a.kind) if i < len(a.kind) and j == len(b.kind) else i
-    return np.concatenate((empty, *pairs_a)), np.concatenate((empty, *pairs_b)), whole
+    pairs: list[tuple[int, int]] = []
+    begin_a = begin_b = 0
+    for end_a, end_b in zip(_ends(a), _ends(b), strict=False):
+        count = min(end_a - begin_a, end_b - begin_b)
+        pairs += [(begin_a + k, begin_b + k) for k in range(count)]
+        # More events than fit a list are no disagreement.
+        if not (_cut(a, end_a) or _cut(b, end_b)):
+            pairs.append((end_a, end_b))
+        begin_a, begin_b = end_a + 1, end_b + 1
+    of_a, of_b = np.array(pairs, dtype=int).reshape(-1, 2).T
+    same = (a.kind[of_a] == b.kind[of_b]) & (a.side[of_a] == b.side[of_b])
+    if same.all():
+        return of_a, of_b, len(a.kind)
+    first = int(np.argmin(same))
+    return of_a[:first], of_b[:first], int(of_a[first])
 
 
-def _from(events: Events, start: int) -> Events:
-    return events._replace(kind=events.kind[start:], side=events.side[start:])
+def _ends(events: Events) -> list[int]:
+    """Numbers of the events at which sticking begins, and of the last one."""
+    last = [len(events.kind) - 1] if len(events.kind) else []
+    return np.union1d(np.flatnonzero(events.kind == STICK), last).astype(int).tolist()
 
 
-def _closed(events: Events, start: int, side: float) -> int:
-    """Where a burst on a wall ends in sticking, or the list does; start if neither."""
-    for number in range(start, len(events.kind)):
-        if events.side[number] != side or events.kind[number] == RELEASE:
-            return start
-        if events.kind[number] == STICK:
-            return number
-    return len(events.kind)
+def _cut(events: Events, number: int) -> bool:
+    """Whether an event is the last one of a list that ends before its run."""
+    return number == len(events.kind) - 1 and events.kind[number] != END
 
 
 def _mirrored(source: _Source, random: np.random.Generator) -> _FollowUp:

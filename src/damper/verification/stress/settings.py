@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from math import prod
 from typing import Annotated, Any, ClassVar, Literal
@@ -15,7 +15,6 @@ from damper.study.fields import Coordinate, Entries, Pair, Some, Strict, Unit, o
 from damper.study.kinds import Kinds
 from damper.study.messages import Faults
 from damper.study.settings import Fixed
-from damper.study.yaml_file import as_part
 from damper.sweep.estimate import MOST_PERIODS
 from damper.verification.base import (
     DIMENSIONLESS,
@@ -86,11 +85,6 @@ class Draw(Strict):
         if model is not None and model.range is None and model.values is None:
             faults.add((), "neither range nor values is given", "one of them, or both")
 
-    def rule(self) -> dict[str, Any]:
-        """Return it as `damper.verification.stress.box.random_points` reads it."""
-        rule = {"range": self.range, "values": self.values}
-        return {key: given for key, given in rule.items() if given is not None}
-
 
 class Other(Strict):
     """Another model of the damper, in a share of the runs."""
@@ -137,17 +131,7 @@ class Random(Strict):
 
     def box(self) -> dict[str, Any]:
         """Return the box as `damper.verification.stress.box.random_points` reads it."""
-        return {
-            "share": self.share,
-            "parameters": {name: draw.rule() for name, draw in self.parameters.items()},
-            "models": {
-                name: {
-                    "share": other.share,
-                    "parameters": {n: draw.rule() for n, draw in other.parameters.items()},
-                }
-                for name, other in self.models.items()
-            },
-        }
+        return self.model_dump(include={"share", "parameters", "models"}, exclude_none=True)
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Random | None, faults: Faults) -> None:
@@ -266,31 +250,32 @@ class Stress(Verification):
             found[f"long run {label_of(name)}"] = f"{run.periods} periods"
         return found
 
-    def parts(self) -> dict[str, dict[str, Any]]:
-        """Return every part, a job each: name -> points and the length of their runs."""
-        found: dict[str, dict[str, Any]] = {}
-        usual = {"periods": self.periods, "longest": self.longest}
+    def _sets(self) -> Iterator[tuple[str, str, dict[str, Any], int]]:
+        """Yield the origin of some runs, the stem of their parts, what they are, and how many."""
         for name, some in self.corners.items():
             runs: dict[str, Any] = {"values": some.parameters, "starts": some.starts}
-            for i in range(some.parts):
-                found[f"corners_{name}~{i}"] = {"corners": runs, "part": (i, some.parts)} | usual
+            yield f"corner {name}", f"corners_{name}", {"corners": runs}, some.parts
         for name, draws in self.random.items():
             runs = {"count": draws.runs, "seed": draws.seed, "box": draws.box()}
-            for i in range(draws.parts):
-                found[f"random_{name}~{i}"] = {"random": runs, "part": (i, draws.parts)} | usual
-        for name, run in self.long_runs.items():
-            found[f"long_{name}"] = {"run": run.values, "periods": run.periods}
-        return found
+            yield f"random {name}", f"random_{name}", {"random": runs}, draws.parts
+
+    def parts(self) -> dict[str, dict[str, Any]]:
+        """Return every part, a job each: name -> points and the length of their runs."""
+        usual = {"periods": self.periods, "longest": self.longest}
+        found = {
+            f"{stem}~{i}": runs | {"part": (i, count)} | usual
+            for _, stem, runs, count in self._sets()
+            for i in range(count)
+        }
+        return found | {
+            f"long_{name}": {"run": run.values, "periods": run.periods}
+            for name, run in self.long_runs.items()
+        }
 
     def groups(self) -> dict[str, list[str]]:
         """Return the parts that make one list of runs each, in order, by origin and name."""
         found = {
-            f"corner {name}": [f"corners_{name}~{i}" for i in range(some.parts)]
-            for name, some in self.corners.items()
-        }
-        found |= {
-            f"random {name}": [f"random_{name}~{i}" for i in range(draws.parts)]
-            for name, draws in self.random.items()
+            origin: [f"{stem}~{i}" for i in range(count)] for origin, stem, _, count in self._sets()
         }
         return found | {f"long {name}": [f"long_{name}"] for name in self.long_runs}
 
@@ -311,7 +296,3 @@ class Stress(Verification):
             return
         if not (model.corners or model.random or model.long_runs):
             faults.add((), "no runs are given", "corners, random or long_runs")
-        for name, some in model.corners.items():
-            if some.count > MOST_RUNS:
-                message = f"{some.count} runs are too many"
-                faults.add(("corners", as_part(name)), message, f"at most {MOST_RUNS}")

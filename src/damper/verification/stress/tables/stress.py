@@ -1,4 +1,4 @@
-"""Tables of the stress study: what each law came to, and where accuracy degrades and why."""
+"""Table of the stress study: what each law came to, over all runs and in each regime."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-#: Laws whose violation is a number worth reading; the others either hold or do not.
-GRADED = tuple(name for name in LAW_NAMES if name not in ("backwards", "not_finite"))
+#: Laws whose violation is a number worth reading; the other one either holds or does not.
+GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
 _OUTCOME_WORDS = (
     "finished",
     "stopped by their event budget",
@@ -55,7 +55,7 @@ class Row(NamedTuple):
 
 
 class StressTable(Made):
-    """Where accuracy degrades, and why: the laws over all runs, and in each regime."""
+    """What each law came to, over all runs and in each regime."""
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         return {stem: {"kind": self.kind, "title": study.title}}
@@ -80,7 +80,7 @@ def make(cube: xr.Dataset, *, title: str) -> Table:
     counts = zip(rows[0].outcomes, _OUTCOME_WORDS, strict=True)
     ends = ", ".join(f"{count} {words}" for count, words in counts if count)
     return Table(
-        f"{title}: where accuracy degrades, and why",
+        f"{title}: the laws",
         pd.DataFrame([_numbers(row) for row in rows]),
         [
             f"{rows[0].runs} runs: {ends}. Runs that stop early are checked as far as they go.",
@@ -93,7 +93,6 @@ def make(cube: xr.Dataset, *, title: str) -> Table:
             "Worst value of each law, and the number of runs that break any. Regimes overlap; "
             "those of parameters are of the rigid damper, other models have rows of their own.",
             pd.DataFrame([_regime(row) for row in rows]),
-            pd.DataFrame([_reason(row) for row in rows]),
         ],
     )
 
@@ -109,7 +108,7 @@ def regimes(cube: xr.Dataset) -> list[Row]:
     """Return one row for all runs, then one for each regime that has any."""
     runs = with_models(cube.to_dataframe().reset_index())
     everywhere = runs.run.notna()
-    chosen = [(Regime("all", "every run", ""), everywhere)]
+    chosen = [(Regime("all", "every run"), everywhere)]
     chosen += [(regime, regime.holds(runs)) for regime in REGIMES]
     far = excesses(cube)
     return [_row(cube, regime, runs[some], far[some]) for regime, some in chosen if some.any()]
@@ -142,7 +141,7 @@ def _laws(cube: xr.Dataset) -> pd.DataFrame:
 
     far, stopped = excesses(cube), cube.status.values > 0
     kept = far <= 1.0
-    limits = {"backwards": "0", "not_finite": "0", "energy": f"{LIMIT:g} and more"}
+    limits = {"not_finite": "0", "energy": f"{LIMIT:g} and more"}
     counts = pd.DataFrame(
         {
             "runs": far.notna().sum(),
@@ -162,20 +161,11 @@ def _regime(row: Row) -> dict[str, str]:
     stops = [f"{n} {word}" for n, word in zip(row.outcomes[1:], words, strict=True) if n]
     return {
         "regime": row.regime.name,
+        "condition": label_of(row.regime.condition or "all of them"),
         "runs": str(row.runs),
         "stopped": ", ".join(stops) or "none",
         "broken": str(row.broken),
         **{label_of(law): _number(row.worst[law]) for law in GRADED},
-    }
-
-
-def _reason(row: Row) -> dict[str, str]:
-    point = ", ".join(f"{label_of(name)} {value:g}" for name, value in row.point.items())
-    return {
-        "regime": row.regime.name,
-        "condition": label_of(row.regime.condition or "all of them"),
-        "why": row.regime.reason,
-        "nearest to a limit": f"{label_of(row.law)}: {point}",
     }
 
 
