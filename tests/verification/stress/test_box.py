@@ -80,13 +80,6 @@ def test_starts_are_what_they_are_called():
     gap, rate = grazing[0][GAP], grazing[0][RATE]
     assert rate == pytest.approx(-math.sqrt(2.0 * gap), rel=1e-7)
     assert gap == pytest.approx(1e-8, rel=1e-6)
-    with pytest.raises(ValueError, match="unknown start 'moon': must be one of centre, wall"):
-        start_of("moon", 1.0)
-
-
-def test_corners_need_a_clearance():
-    with pytest.raises(ValueError, match="must include the clearance"):
-        corners({"restitution": [0.0]})
 
 
 def test_random_points_are_those_of_their_seed_and_number():

@@ -19,17 +19,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Errors of which a solver's order is estimated.
-ERRORS = (
-    "impact_time_error",
-    "accumulation_error",
-    "release_error",
-    "state_error",
-    "penetration",
-)
+ERRORS = ("impact_time_error", "accumulation_error", "release_error", "state_error")
 #: Rounding of an error in units of the last place, before it has grown with the motion.
 _ROUNDING = 100.0
-#: The same of a distance from a wall, which does not grow.
-_ON_THE_WALL = 1000.0
 _EPS = float(np.finfo(float).eps)
 #: Fewest levels above roundoff that give an order.
 _FEWEST = 3
@@ -153,8 +145,7 @@ def order_at(place: xr.Dataset, name: str) -> float:
         finer, its inverse) is halved. NaN if these are fewer than 3.
     """
     error, setting = place[name].values, place.setting.values
-    growth = _ROUNDING * max(float(place.sensitivity), float(place.until), 1.0)
-    floor = _EPS * (_ON_THE_WALL if name == "penetration" else growth)
+    floor = _ROUNDING * _EPS * max(float(place.sensitivity), float(place.until), 1.0)
     good = (place.outcome.values == GOOD) & (error > floor)
     points = list(zip(np.log(setting[good]), np.log(error[good]), strict=True))
     if len(points) < _FEWEST:

@@ -90,22 +90,10 @@ def events(
     state: Sequence[float] = (0, 0, 0, 0),
     **settings: Any,
 ) -> list[Event]:
-    """Return every event of the rigid impact damper up to a time.
+    """Return every event that `run` finds, of a damper and state ``(x, v, y, u)``.
 
-    Parameters
-    ----------
-    mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase : float or mpf
-        The model; floats count as the exact binary values they are.
-    state : sequence
-        ``(x, v, y, u)``: position and velocity of the primary, then of the free mass.
-    **settings
-        As in `run`.
-
-    Returns
-    -------
-    list of Event
-        In order of time. A start at rest relative to a wall that sticks gives a ``"stick"`` event
-        at once, but no impact. With no clearance there are no events.
+    A start at rest relative to a wall that sticks gives a ``"stick"`` event at once, but no impact.
+    With no clearance there are no events.
     """
     numbers = (mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase)
     return run(numbers, state, **settings).events

@@ -112,7 +112,7 @@ def _errors_row(place: xr.Dataset) -> dict[str, str]:
         one = place.isel(level=good[-1])
         row["setting"] = f"{label_of(place.setting_name.item())} {short(float(one.setting))}"
         for name, head in _HEADS.items():
-            order = float(place[f"order_{name}"])
+            order = float(place[f"order_{name}"]) if name in ERRORS else math.nan
             row[head] = short(float(one[name])) + (
                 f" ({order:.2f})" if math.isfinite(order) else ""
             )

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.figures.common.layout import wrap
-from damper.figures.common.style import BLUE, MISSING, ORANGE, PAGE, SKY, VERMILION
+from damper.figures.common.style import BLUE, ORANGE, PAGE, SKY, VERMILION
 from damper.verification.base import Made, OptionalCaption
-from damper.verification.labels import label_of
+from damper.verification.labels import label_of, short
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
@@ -70,34 +70,16 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
 
 def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     """Part of the runs beyond each violation, law by law."""
-    colours = (BLUE, VERMILION)
-    for number, name in enumerate(GRADED):
-        values = np.sort(far[name][np.isfinite(far[name])].values)
-        if not values.size:
-            continue
-        share = 1.0 - np.arange(values.size) / values.size
-        shown = values > 0.0
+    looks = [(colour, line) for colour in (BLUE, VERMILION) for line in _LINES]
+    for name, (colour, line) in zip(GRADED, looks, strict=False):
+        values = np.sort(far[name].dropna().values)[::-1]
         # A few hundred steps look the same as a hundred thousand.
-        keep = np.unique(np.geomspace(1, max(int(shown.sum()), 1), 300).astype(int))
-        x, y = values[shown][::-1][keep - 1], share[shown][::-1][keep - 1]
-        ax.plot(
-            x * LIMIT,
-            y,
-            lw=1.0,
-            color=colours[number // len(_LINES) % len(colours)],
-            ls=_LINES[number % len(_LINES)],
-            label=label_of(name),
-        )
+        keep = np.unique(np.geomspace(1, max((values > 0.0).sum(), 1), 300).astype(int))
+        if values.size:
+            x, y = LIMIT * values[keep - 1], keep / values.size
+            ax.plot(x, y, lw=1.0, color=colour, ls=line, label=label_of(name))
     ax.axvline(LIMIT, color="#777777", lw=0.8)
-    ax.annotate(
-        "limit",
-        (LIMIT, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(3, -2),
-        textcoords="offset points",
-        va="top",
-        fontsize=7.0,
-    )
+    ax.text(1.1 * LIMIT, 1.0, "limit", va="top", fontsize=7.0)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(1e-18, 10.0 * LIMIT)
@@ -118,23 +100,11 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     classes[np.isnan(ratios)] = np.nan
     ax.imshow(np.ma.masked_invalid(classes), cmap=colours, norm=norm, aspect="auto")
     for (row, column), value in np.ndenumerate(values):
-        if np.isnan(value):
-            ax.text(column, row, "\N{EN DASH}", ha="center", va="center", color=MISSING)
-            continue
-        beyond = ratios[row, column] > 1.0
-        ax.text(
-            column,
-            row,
-            _power(value),
-            ha="center",
-            va="center",
-            fontsize=6.5,
-            color="white" if beyond else "black",
-        )
+        ink = "white" if ratios[row, column] > 1.0 else "black"
+        ax.text(column, row, short(value), ha="center", va="center", fontsize=6.5, color=ink)
     ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED])
-    ax.set_yticks(
-        range(len(rows)), [f"{row.regime.name} ({row.runs}{_stops(row)})" for row in rows]
-    )
+    names = [f"{row.regime.name} ({row.runs}, {row.stopped})" for row in rows]
+    ax.set_yticks(range(len(rows)), names)
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     for side in ("left", "bottom"):
         ax.spines[side].set_visible(False)
@@ -152,18 +122,6 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
         bbox_to_anchor=(0.5, -0.01),
         ncols=4,
         frameon=False,
-        title="worst violation in a regime (runs in brackets, of them stopped early)",
+        title="worst violation in a regime (in brackets its runs, and those of them that stopped)",
         title_fontsize=7.0,
     )
-
-
-def _stops(row: Row) -> str:
-    stopped = sum(row.outcomes[1:])
-    return f", {stopped}" if stopped else ""
-
-
-def _power(value: float) -> str:
-    if value == 0.0:
-        return "0"
-    mantissa, _, exponent = f"{value:.0e}".partition("e")
-    return rf"${mantissa}\times 10^{{{int(exponent)}}}$"

@@ -53,6 +53,11 @@ class Row(NamedTuple):
         """All runs of the regime."""
         return sum(self.outcomes)
 
+    @property
+    def stopped(self) -> int:
+        """Runs that did not finish."""
+        return sum(self.outcomes[1:])
+
 
 class StressTable(Made):
     """What each law came to, over all runs and in each regime."""
@@ -157,13 +162,11 @@ def _laws(cube: xr.Dataset) -> pd.DataFrame:
 
 
 def _regime(row: Row) -> dict[str, str]:
-    words = ("budget", "search failed", "refused")
-    stops = [f"{n} {word}" for n, word in zip(row.outcomes[1:], words, strict=True) if n]
     return {
         "regime": row.regime.name,
         "condition": label_of(row.regime.condition or "all of them"),
         "runs": str(row.runs),
-        "stopped": ", ".join(stops) or "none",
+        "stopped": str(row.stopped),
         "broken": str(row.broken),
         **{label_of(law): _number(row.worst[law]) for law in GRADED},
     }
