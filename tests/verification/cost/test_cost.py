@@ -9,6 +9,7 @@ import pytest
 from figures.drawing import assert_nothing_overlaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from damper.engine.compiled import plain
 from damper.figures.common.style import style
 from damper.verification.cost import measure as measuring
 from damper.verification.cost.figures.cost import draw
@@ -40,7 +41,8 @@ def timings():
     columns = np.array([1.0, 1.1, 1.0, 1.5, 3.0, 2.0, 1.0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measuring, "take_turns", lambda timed, repeats: pace * columns[: len(timed)])
-        found = measure(CASES, runs=2, periods=30, repeats=3)
+        patch.setattr(measuring, "compile_at_once", lambda: None)
+        found = plain(measure)(CASES, runs=2, periods=30, repeats=3)
     return json.loads(json.dumps(found))
 
 
@@ -48,7 +50,7 @@ def test_ratios_are_taken_within_a_repeat_and_per_event(timings):
     assert timings["noise"] == pytest.approx([1.1] * 3)
     cases = timings["cases"]
     events = {name: case["events"] for name, case in cases.items()}
-    assert events["bare"] == bare(points_near(BASE, 2), 30)
+    assert events["bare"] == plain(bare)(points_near(BASE, 2), 30)
     assert cases["observed"]["over_bare"] == pytest.approx([1.5] * 3)
     assert cases["observed"]["observed"][1] == pytest.approx(1e6 * 3.0 / events["bare"])
     assert events["chattering"] > 2 * events["bare"]
@@ -70,9 +72,9 @@ def test_runs_differ_and_lie_about_the_scene():
 
 def test_a_run_that_stops_early_is_not_measured(monkeypatch):
     monkeypatch.setattr(measuring, "NO_BUDGET", 5)
-    for run in (lambda: bare([BASE], 50), lambda: observed([BASE], 50, SECTION)):
+    for run, rest in ((bare, ()), (observed, (SECTION,))):
         with pytest.raises(RuntimeError, match="did not finish"):
-            run()
+            plain(run)([BASE], 50, *rest)
 
 
 def test_table_keeps_digits_and_rounds_for_readers(timings):

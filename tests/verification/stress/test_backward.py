@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -27,6 +28,7 @@ CHATTERING = Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
 FEW = 60.0
 
 
+@plain
 def log_of(parameters, state=None, periods=20.0, events=100):
     return short_run(parameters, state, periods=periods, events=events).log
 
@@ -94,7 +96,6 @@ def test_a_late_release_is_found():
     assert worst(CHATTERING, log)["release"] > 1e9
 
 
-@pytest.mark.exhaustive
 def test_a_yielding_contact_has_its_own_restitution():
     p = Parameters(0.1, 0.05, 0.8, 1.0, 0.6, yield_speed=0.1)
     log = log_of(p)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, GAP, IMPACT, RATE, SPEED
 from damper.models import start_run
 from damper.sweep.points import read_point
@@ -46,6 +47,7 @@ FIRST = {
 }
 
 
+@plain
 def test_corners_are_the_whole_product_and_can_be_read():
     points = corners(VALUES)
     assert len(points) == 2 * 2 * 3 * 2 * len(STARTS)
@@ -57,6 +59,7 @@ def test_corners_are_the_whole_product_and_can_be_read():
         start_run(point.parameters, point.start())
 
 
+@plain
 def first_row(start, clearance):
     point = {
         "mass_ratio": 0.3,

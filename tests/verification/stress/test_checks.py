@@ -7,6 +7,7 @@ import pytest
 from new_process import in_new_process
 
 from damper import Parameters, State
+from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -27,9 +28,13 @@ from damper.engine.segment import (
 )
 from damper.models import start_run
 from damper.observers.common.base import Window
+from damper.verification.stress import checks
 from damper.verification.stress.box import corners, random_points
-from damper.verification.stress.checks import Laws, run_checks
+from damper.verification.stress.checks import Laws
 from damper.verification.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess
+
+# To compile them takes longer than these runs.
+run_checks = plain(checks.run_checks)
 
 REDUCED = {
     "damping_ratio": [0.0, 1.0 - 1e-12, 1.0 + 1e-12, 10.0],
@@ -44,7 +49,7 @@ RESONANT = REDUCED | {"damping_ratio": [0.0], "frequency_ratio": [1.0 - 1e-9, 1.
 @pytest.mark.exhaustive
 def test_every_law_holds_on_a_reduced_grid():
     runs = [*corners(REDUCED, ("approaching", "grazing")), *corners(RESONANT, ("centre",))]
-    found = run_checks(runs, 2, max_events=2000)
+    found = checks.run_checks(runs, 2, max_events=2000)
     assert len(runs) > 450
     assert not broken(found).any(), [runs[i] for i in np.flatnonzero(broken(found))]
     assert set(found["status"].tolist()) == {0, 1}
@@ -89,6 +94,7 @@ def test_every_law_holds_for_the_other_models_in_plain_python():
 
 
 @pytest.fixture(scope="module")
+@plain
 def run():
     """One run with impacts, tails, sticking and releases: trajectory and log."""
     p = Parameters(0.1, 0.05, 0.2, 0.25, 0.3)
@@ -99,6 +105,7 @@ def run():
     return trajectory, log
 
 
+@plain
 def laws(trajectory, log):
     """Return what the checks find in a log, read in two pieces."""
     observer = Laws()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from damper.engine.compiled import plain
 from damper.engine.segment import SPEED, V
 from damper.parameters import Parameters, State
 from damper.verification.stress import metamorphic, runs
@@ -21,10 +22,11 @@ from damper.verification.stress.metamorphic import (
     PASSED,
     PASSED_BY_STEPS,
     RELATIONS,
-    run_metamorphic,
 )
 from damper.verification.stress.verdicts import EPS
 
+# To compile it takes longer than these runs.
+run_metamorphic = plain(metamorphic.run_metamorphic)
 pytestmark = pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
 
 GENERIC = {
@@ -83,7 +85,7 @@ def test_a_chaotic_run_is_judged_step_by_step():
 
 @pytest.mark.exhaustive
 def test_random_points_of_the_whole_box_pass():
-    found = run_metamorphic(random_points(100, 1, BOX))
+    found = metamorphic.run_metamorphic(random_points(100, 1, BOX))
     for name, verdict in verdicts(found).items():
         assert set(verdict) <= {PASSED, PASSED_BY_STEPS}, name
         assert (verdict == PASSED).mean() > 0.7, name
@@ -157,6 +159,7 @@ def test_other_models_are_compared_too():
 # --- condition: how far roundoff alone may move events
 
 
+@plain
 def condition(parameters, state=None, periods=20, events=100, seed=1):
     size = {"periods": periods, "events": events}
     run = runs.short_run(parameters, state, **size)
@@ -189,6 +192,7 @@ def test_what_turns_on_a_hair_is_not_compared():
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+@plain
 def test_noise_is_of_the_size_that_it_says_and_deterministic(restitution):
     p = Parameters(0.1, 0.05, 0.2, 0.25, restitution)
     size = {"periods": 5, "events": 99}
