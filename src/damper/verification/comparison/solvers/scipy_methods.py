@@ -52,7 +52,7 @@ class Stopped(Exception):  # noqa: N818 - it is an outcome, no error
     """A run has come to no good end; its argument is the outcome."""
 
 
-class Run:
+class SolverRun:
     """One run of a scene: what has come of it so far, and what it has cost.
 
     Parameters
@@ -193,9 +193,9 @@ def solve_restarted(
     sticking : bool
         Whether a burst's end becomes sticking. Without it a complete burst stalls.
     scene, tolerance, max_evaluations
-        See `Run`.
+        See `SolverRun`.
     """
-    run = Run(scene, method, tolerance, max_evaluations)
+    run = SolverRun(scene, method, tolerance, max_evaluations)
     with warnings.catch_warnings():
         # LSODA warns where it gives up, solve_ivp where it raises rtol; both are outcomes here.
         warnings.simplefilter("ignore")
@@ -207,7 +207,7 @@ def solve_restarted(
     return run.solution(FINISHED, (x, v, x + away, v - side * rate))
 
 
-def _follow(run: Run, sticking: bool) -> tuple[float, list[float]]:
+def _follow(run: SolverRun, sticking: bool) -> tuple[float, list[float]]:
     """Go from event to event; return the wall and the state relative to it at the end."""
     p = run.scene.parameters
     r = p.restitution
@@ -247,7 +247,7 @@ def _follow(run: Run, sticking: bool) -> tuple[float, list[float]]:
         stuck = touches = False
 
 
-def _start(run: Run) -> tuple[float, list[float]]:
+def _start(run: SolverRun) -> tuple[float, list[float]]:
     """Wall that is nearer, and the state relative to it; a gap of roundoff is none.
 
     From the centre it is the one that the free mass will near, so that a mirrored scene is
@@ -262,7 +262,7 @@ def _start(run: Run) -> tuple[float, list[float]]:
     return side, [s.x, s.v, gap, -side * (s.u - s.v)]
 
 
-def _fly(run: Run, side: float, z: list[float]) -> tuple[float, list[float], bool]:
+def _fly(run: SolverRun, side: float, z: list[float]) -> tuple[float, list[float], bool]:
     """Fly to the next impact, and measure from the wall that it is on."""
     across = 2.0 * run.scene.parameters.clearance
     events = (falling_gap(z), lambda tau, z: across - float(z[2]))
@@ -290,17 +290,17 @@ def falling_gap(start: Sequence[float]) -> EventCallable:
     return lambda tau, z: float(z[2] / tau if tau > 0.0 else z[3])
 
 
-def _force_on(run: Run, side: float) -> EventCallable:
+def _force_on(run: SolverRun, side: float) -> EventCallable:
     return lambda tau, z: run.contact_force(side, z, tau)
 
 
-def _pushed(run: Run, side: float, z: Sequence[float]) -> bool:
+def _pushed(run: SolverRun, side: float, z: Sequence[float]) -> bool:
     """Whether masses in contact without relative velocity stick."""
     a, j = _derivatives(run, z[0], z[1])
     return -side * (a or j) > 0.0
 
 
-def _derivatives(run: Run, x: float, v: float) -> tuple[float, float]:
+def _derivatives(run: SolverRun, x: float, v: float) -> tuple[float, float]:
     """Second derivative of the primary in flight, and what decides where it vanishes: the third."""
     p = run.scene.parameters
     a = -run.contact_force(1.0, (x, v))
