@@ -144,7 +144,6 @@ def test_what_cannot_end_is_refused(tmp_path: Path, change: dict[str, Any], mess
         ("stress", {"periods": 10**12}),
         ("stress", {"long_runs": {"generic": {"periods": 10**12}}}),
         ("cost", {"periods": 10**12}),
-        ("cost", {"growth": {"periods": [1, 10**12]}}),
     ],
 )
 def test_checks_of_the_engine_end_as_well(name: str, change: dict[str, Any]) -> None:
