@@ -63,6 +63,7 @@ def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
             "restitution": 41,
             "sample": 20,
             "threshold": 3,
+            "impact": 60,
         }
         for name in ("title", "source", "references", "study", "code_digest", "accuracy"):
             assert cube.attrs[name]
