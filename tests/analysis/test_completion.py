@@ -99,6 +99,19 @@ def test_few_points_tell_no_slope() -> None:
     assert found["slope_points"] == 4
 
 
+def test_table_sums_up_all_points(cube: xr.Dataset) -> None:
+    found = completion_errors(cube)
+    text = make("accumulation", cube.assign_attrs(title="T"), {"within": 0.01}).markdown()
+    summary = [line for line in text.splitlines() if line.startswith("| order ")]
+    for order, line in enumerate(summary, start=1):
+        times = found[(found["order"] == order) & (found["quantity"] == "time")]
+        first = f"{times['first_impact_predicted'].sum()} of {times['bursts'].sum()}"
+        slopes = f"{times['slope'].min():.3f} to {times['slope'].max():.3f}"
+        assert line.startswith(f"| order {order} | w^{order + 1} | {slopes} |")
+        assert line.endswith(f"| {first} |")
+    assert len(summary) == 2
+
+
 def test_slopes_of_the_simulated_bursts(cube: xr.Dataset) -> None:
     found = completion_errors(cube)
     assert len(found) == 2 * 3 * 4
@@ -215,6 +228,7 @@ def test_table_says_what_was_found(cube: xr.Dataset) -> None:
     table = make("accumulation", cube, {"within": 0.01})
     assert table.data.equals(completion_errors(cube))
     rows = [line for line in table.markdown().splitlines() if line.startswith("|")]
+    rows = rows[4:]  # below what sums up all points
     assert len(rows) == 2 * (2 + 12)
     assert sum("| 0.97 | 1 | 0 | 0 | 0 of 0 | – |" in line for line in rows) == 4
     assert "within 1 % from impact" in rows[0]

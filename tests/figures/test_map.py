@@ -230,6 +230,15 @@ def test_best_of_equals_is_the_smallest_ordinate() -> None:
     assert [y for _, y in marks(ax)] == [0.5] * 4
 
 
+def test_steady_amplitude_over_the_map() -> None:
+    ax = chatter(theory="steady_amplitude").axes[0]
+    (line,) = ax.lines
+    omega, amplitude = np.array(line.get_data())
+    expected = 1.0 / np.abs(1.0 - omega**2 + 0.04j * omega)
+    np.testing.assert_allclose(amplitude, expected)
+    assert legend_texts(chatter(theory="steady_amplitude"))[-1].startswith("$d = A$")
+
+
 # --- panels and labels
 
 
