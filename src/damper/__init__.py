@@ -6,7 +6,7 @@ Rooms, each importing only those above it:
 - `engine`: one run, whatever the model: exact flow, certified search, event loop, segment log.
 - `models`: one file or folder for each damper. `theory`: closed forms to compare with.
 - `observers`: one file each, a pass over the segment log.
-- `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`.
+- `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`, `continue_orbit`.
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
@@ -26,6 +26,7 @@ HOME = {
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
     "PeriodicOrbit": "damper.sweep.orbits",
+    "continue_orbit": "damper.sweep.orbit_branches",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits",
     "run": "damper.notebook.run",
@@ -38,6 +39,7 @@ __all__ = [
     "SIParameters",
     "State",
     "__version__",
+    "continue_orbit",
     "events",
     "periodic_orbit",
     "run",

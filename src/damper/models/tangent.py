@@ -197,7 +197,9 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
             stay_on(model, s.periods, s.time, s.duration, deviations)
 
 
-def derivative(trajectory: Any, periods: float, time: float = 0.0) -> np.ndarray:
+def derivative(
+    trajectory: Any, periods: float, time: float = 0.0, keep: list[np.ndarray] | None = None
+) -> np.ndarray:
     """Derivative of the state at a moment by the state at the start of a run.
 
     Parameters
@@ -206,6 +208,8 @@ def derivative(trajectory: Any, periods: float, time: float = 0.0) -> np.ndarray
         At its start. It is run to the moment.
     periods, time : float
         Whole forcing periods, plus a time in [0, period).
+    keep : list of ndarray, optional
+        The log's pieces are appended to it.
 
     Returns
     -------
@@ -217,4 +221,6 @@ def derivative(trajectory: Any, periods: float, time: float = 0.0) -> np.ndarray
     for log in trajectory.segments(periods, time):
         follow(trajectory.model, log, deviations, begun)
         begun = True
+        if keep is not None:
+            keep.append(log.copy())
     return deviations

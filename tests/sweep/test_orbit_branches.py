@@ -1,0 +1,198 @@
+"""Branches of periodic motions against closed forms, and against motions found by themselves."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import damper
+from damper.engine.compiled import plain
+from damper.parameters import Parameters, State
+from damper.sweep.orbit_branches import Branch, SpecialPoint
+from damper.theory.two_impacts import largest_clearance, orbits
+from tests.reference.impact_oscillator import ImpactOscillator
+
+periodic_orbit = plain(damper.periodic_orbit)
+continue_orbit = plain(damper.continue_orbit)
+TWO_IMPACTS = Parameters(
+    mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0, clearance=5.0, restitution=0.5
+)
+CHATTER = Parameters(
+    mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3, clearance=0.05, restitution=0.73
+)
+#: The free mass is a fixed stop. It rests at REST, so x meets it at sigma = REST + clearance.
+REST = -10.0
+OSCILLATOR = ImpactOscillator(2.8, 0.8)
+
+
+def beside_a_stop(sigma: float) -> Parameters:
+    return Parameters(1e15, 0.0, 2.8, sigma - REST, 0.8)
+
+
+def points(branch: Branch, kind: str) -> list[SpecialPoint]:
+    return [point for point in branch.special_points if point.kind == kind]
+
+
+@pytest.fixture(scope="module")
+def oscillator() -> Branch:
+    """The impact oscillator's motion with one impact a period, followed along sigma."""
+    guess = State(-0.28, -0.57, REST, 0.0)
+    orbit = periodic_orbit(beside_a_stop(0.0), guess=guess)
+    assert orbit.word == "L1"
+    return continue_orbit(orbit, "clearance", -0.5 - REST, 0.2 - REST)
+
+
+def test_impact_oscillator(oscillator: Branch) -> None:
+    """Its period doubling, and where the impact is lost: at the amplitude of the steady motion."""
+    (doubling,) = points(oscillator, "period doubling")
+    assert doubling.value + REST == pytest.approx(OSCILLATOR.period_doubling(1.0), abs=1e-10)
+    assert doubling.value + REST == pytest.approx(-0.068575652279, abs=1e-11)
+    (grazing,) = points(oscillator, "grazing")
+    assert grazing.value + REST == pytest.approx(abs(OSCILLATOR.g), abs=1e-10)
+    assert oscillator.orbits[-1].word == ""
+    for orbit in oscillator.orbits[::20]:
+        if orbit.impacts:
+            sigma = orbit.parameters.clearance + REST
+            trace = OSCILLATOR.trace(orbit.slowest_impact, 1.0)
+            assert OSCILLATOR.stop(orbit.slowest_impact, 1.0) == pytest.approx(sigma, abs=1e-11)
+            assert orbit.multipliers.sum() == pytest.approx(trace, rel=1e-7)
+
+
+def unstable(part: float) -> damper.PeriodicOrbit:
+    """The impact oscillator's motion of a part of the impact speed that it has at the fold."""
+    speed = part * OSCILLATOR.fold_speed
+    x, v, time = OSCILLATOR.after_impact(speed, -1.0)
+    return periodic_orbit(beside_a_stop(x), guess=State(x, v, REST, 0.0, time))
+
+
+def test_fold_of_the_impact_oscillator() -> None:
+    branch = continue_orbit(unstable(0.97), "clearance", -1.79 - REST, -1.75 - REST)
+    (fold,) = points(branch, "fold")
+    assert fold.value + REST == pytest.approx(-OSCILLATOR.fold, abs=1e-10)
+    assert fold.value + REST == pytest.approx(-1.780235601, abs=1e-9)
+    assert {orbit.stable for orbit in branch.orbits} == {True, False}
+
+
+def test_a_corner_where_a_touch_begins() -> None:
+    """The branch turns back with the second impact, whose speed is zero there."""
+    branch = continue_orbit(unstable(0.14), "clearance", -0.5 - REST, -0.3 - REST)
+    (grazing,) = points(branch, "grazing")
+    assert min(branch.values) < grazing.value == pytest.approx(max(branch.values), abs=0.01)
+    words = [orbit.word for orbit in branch.orbits]
+    assert set(words) == {"L1", "L2"}
+    slowest = [orbit.slowest_impact for orbit in branch.orbits if orbit.word == "L2"]
+    values = [orbit.parameters.clearance for orbit in branch.orbits if orbit.word == "L2"]
+    # The speed is that of a smooth curve through the grazing.
+    (near, nearer), (v_near, v_nearer) = sorted(values)[-2:], sorted(slowest)[1::-1]
+    assert nearer + (nearer - near) / (v_near - v_nearer) * v_nearer == pytest.approx(
+        grazing.value, abs=1e-3
+    )
+
+
+def test_switch_to_the_doubled_branch(oscillator: Branch) -> None:
+    doubling = points(oscillator, "period doubling")[0]
+    doubled = plain(oscillator.switch)(doubling)
+    assert (doubled.period, doubled.word, doubled.stable) == (2, "L2", True)
+    value = doubling.value
+    branch = continue_orbit(doubled, "clearance", value - 0.005, value + 0.005)
+    assert any("motions of half the period near clearance = 9.93142" in end for end in branch.ends)
+    with pytest.raises(ValueError, match="no branch crosses at a point of the kind 'grazing'"):
+        oscillator.switch(points(oscillator, "grazing")[0])
+
+
+@pytest.fixture(scope="module")
+def two_impacts() -> Branch:
+    orbit = periodic_orbit(TWO_IMPACTS, guess=orbits(TWO_IMPACTS)[0].start)
+    return continue_orbit(orbit, "clearance", 4.5, 9.5, max_orbits=150)
+
+
+def test_two_impacts(two_impacts: Branch) -> None:
+    """Both motions of the closed form, the fold where they meet, and how they lose stability."""
+
+    def largest(clearance: float, root: int = 0) -> np.ndarray:
+        return orbits(at(clearance))[root].multipliers
+
+    def at(clearance: float) -> Parameters:
+        return Parameters(0.1, 0.1, 1.0, clearance, 0.5)
+
+    (fold,) = points(two_impacts, "fold")
+    assert fold.value == pytest.approx(largest_clearance(TWO_IMPACTS), abs=1e-10)
+    # The half period map has the multiplier -1: the mirror image of a deviation comes back.
+    (breaking,) = points(two_impacts, "symmetry breaking")
+    known = brentq(lambda d: largest(d)[0].real + 1.0, 4.5, 4.8, xtol=1e-13)
+    assert breaking.value == pytest.approx(known, abs=1e-9)
+    (torus,) = points(two_impacts, "torus")
+    known = brentq(lambda d: abs(largest(d)[0]) - 1.0, 8.5, 9.2, xtol=1e-13)
+    assert torus.value == pytest.approx(known, abs=1e-9)
+    for orbit in two_impacts.orbits[::10]:
+        theory = orbits(orbit.parameters)
+        matches = [each for each in theory if abs(each.stroboscopic()[0] - orbit.state.x) < 1e-9]
+        assert len(matches) == 1
+        growth = abs(matches[0].multipliers[0]) ** 2
+        assert abs(orbit.multipliers[0]) == pytest.approx(growth, rel=1e-8)
+
+
+def test_switch_to_the_asymmetric_branch(two_impacts: Branch) -> None:
+    breaking = points(two_impacts, "symmetry breaking")[0]
+    orbit = plain(two_impacts.switch)(breaking)
+    branch = continue_orbit(orbit, "clearance", 4.6, 4.7)
+    assert any("meets symmetric motions near clearance = 4.6161" in end for end in branch.ends)
+    assert branch.orbits[0].stable
+
+
+def test_border_of_complete_chatter() -> None:
+    """The motion on one side completes, the one on the other does not."""
+    branch = continue_orbit(
+        periodic_orbit(CHATTER, settle=60), "restitution", 0.73, 0.74, step=0.2, max_orbits=20
+    )
+    border = points(branch, "complete chatter")[0]
+    assert border.orbit.word == "RS LS"
+    for way, completes in ((-1e-8, True), (1e-8, False)):
+        p = Parameters(0.1, 0.02, 1.3, 0.05, border.value + way)
+        orbit = periodic_orbit(p, guess=border.orbit.state)
+        assert ("S" in orbit.word) == completes
+
+
+@pytest.mark.parametrize(
+    ("name", "stop", "more"),
+    [
+        ("mass_ratio", 0.2, {}),
+        ("damping_ratio", 0.0, {}),
+        ("phase", 1.0, {}),
+        ("yield_speed", 0.02, {"yield_speed": 0.01}),
+        ("support_stiffness_ratio", 0.02, {"support_stiffness_ratio": 0.01}),
+        ("modulation_depth", 0.0, {"modulation_depth": 0.1}),
+    ],
+)
+def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, float]) -> None:
+    """The end of the branch is the motion that is found there by itself."""
+    values = {**CHATTER.__dict__, "restitution": 0.3, **more}
+    values = {key: value for key, value in values.items() if key in Parameters.__annotations__}
+    first = periodic_orbit(Parameters(**values), settle=60)
+    branch = continue_orbit(first, name, values[name], stop, step=0.2)
+    end = branch.orbits[0 if stop < values[name] else -1]
+    assert getattr(end.parameters, name) == stop
+    known = periodic_orbit(Parameters(**{**values, name: stop}), guess=end.state)
+    assert end.state.x == pytest.approx(known.state.x, abs=1e-10)
+    assert any(f"{name} = {stop!r} is the end of the range" in text for text in branch.ends)
+
+
+def test_dataset(oscillator: Branch) -> None:
+    data = oscillator.to_dataset()
+    assert data.sizes == {"orbit": len(oscillator.orbits), "multiplier": 4, "point": 2}
+    assert data.clearance.values == pytest.approx(oscillator.values)
+    assert data.kind.values.tolist() == ["period doubling", "grazing"]
+    assert data.attrs["last_end"] == oscillator.ends[1]
+
+
+def test_bad_input(oscillator: Branch) -> None:
+    orbit = oscillator.orbits[0]
+    with pytest.raises(TypeError, match=r"unknown parameter 'clearence'.*mean 'clearance'"):
+        damper.continue_orbit(orbit, "clearence", 9.0, 10.0)
+    with pytest.raises(
+        ValueError, match=r"from 1\.0 to 2\.0: must be a range with the orbit's own"
+    ):
+        damper.continue_orbit(orbit, "clearance", 1.0, 2.0)
+    with pytest.raises(ValueError, match=r"restitution = 1\.2: must be a finite number"):
+        damper.continue_orbit(orbit, "restitution", 0.5, 1.2)
+    with pytest.raises(ValueError, match="step = 0"):
+        damper.continue_orbit(orbit, "clearance", 9.0, 10.5, step=0.0)
