@@ -1,0 +1,52 @@
+"""What following a periodic motion costs: orbits per second along several branches, on one core.
+
+    python benchmarks/orbits.py
+
+A branch is the motion of a run that has settled (or of a closed form), followed both ways. The last
+column is the time of 1000 orbits. Nothing here is a test: machines differ and are shared.
+"""
+
+import time
+
+import damper
+from damper.engine.compiled import compile_at_once
+from damper.theory.two_impacts import orbits
+from damper.verification.timing import machine, machine_text
+
+TWO_IMPACTS = damper.Parameters(0.1, 0.1, 1.0, 5.0, 0.5)
+CHATTER = damper.Parameters(0.1, 0.02, 1.3, 0.05, 0.3)
+STOP = damper.Parameters(1e15, 0.0, 2.8, 10.0, 0.8)
+#: What it is, where it starts, along what.
+BRANCHES = (
+    ("two impacts a period", TWO_IMPACTS, orbits(TWO_IMPACTS)[0].start, "clearance", 2.0, 9.5),
+    ("complete chatter", CHATTER, None, "frequency_ratio", 0.8, 2.0),
+    (
+        "impact oscillator",
+        STOP,
+        damper.State(-0.28, -0.57, -10.0, 0.0),
+        "clearance",
+        8.0,
+        10.5,
+    ),
+)
+
+
+def main() -> None:
+    """Print the costs."""
+    compile_at_once()
+    print(f"machine: {machine_text(machine())}")
+    print(f"{'branch':24}{'orbits':>8}{'points':>8}{'s':>8}{'orbits/s':>10}{'s of 1000':>11}")
+    for name, parameters, guess, along, start, stop in BRANCHES:
+        orbit = damper.periodic_orbit(parameters, guess=guess)
+        damper.continue_orbit(orbit, along, start, stop, max_orbits=3)  # compiles
+        began = time.perf_counter()
+        branch = damper.continue_orbit(orbit, along, start, stop, max_orbits=1000)
+        took, count = time.perf_counter() - began, len(branch.orbits)
+        print(
+            f"{name:24}{count:8}{len(branch.special_points):8}{took:8.2f}{count / took:10.0f}"
+            f"{1000.0 * took / count:11.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
