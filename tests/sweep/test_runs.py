@@ -56,6 +56,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "chatter_bursts": {"since": [0, 2]},
     "response": {},
     "lyapunov": {},
+    "motion": {"longest": 3},
     "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
 }

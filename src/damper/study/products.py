@@ -46,6 +46,14 @@ VARIABLES = {
     ),
     "accumulation": ("complete_bursts",),
     "lyapunov": ("largest_lyapunov_exponent", "lyapunov_residual", "slowest_impact"),
+    "motion": (
+        "motion_period",
+        "motion_symmetric",
+        "motion_impacts_left",
+        "motion_impacts_right",
+        "motion_completions_left",
+        "motion_completions_right",
+    ),
     "trajectory": ("trajectory_start", "trajectory_events_left_out"),
 }
 

@@ -1,0 +1,135 @@
+"""Motion: after how many forcing periods it repeats, and what the free mass does in that time."""
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.model import motion
+from damper.engine.segment import IMPACT, STICK, segment_at
+from damper.engine.trajectory import Trajectory
+from damper.observers.common.base import Observer, Window, record_type, since
+from damper.observers.common.sections import write_sample
+from damper.observers.common.settings import Setting
+from damper.parameters.variables import Variable
+
+#: Impacts on each wall outside complete chatter, chatter sequences that completed there, and how
+#: many impacts followed each other on which wall.
+_COUNTS = record_type("left", "right", "left_complete", "right_complete", "open", "wall")
+
+
+class Motion(Observer):
+    """After how many forcing periods the motion repeats, and what happens in that time.
+
+    The record's end is compared with itself half a forcing period by half a forcing period: a
+    motion of n periods is one whose last n periods are those before. Others are quasi-periodic or
+    chaotic, or have not settled: `lyapunov` tells which.
+    """
+
+    longest = Setting(8, "Longest period to look for.", "forcing periods", ge=1, le=1000)
+    tolerance = Setting(
+        1e-6, "Largest difference, over the largest displacement or velocity.", gt=0, le=0.1
+    )
+    variables = (
+        Variable(
+            "motion_period",
+            "forcing periods after which the motion repeats",
+            "1",
+            dtype="i4",
+            comment="0: it does not within the longest period looked for, or half of the record",
+        ),
+        Variable(
+            "motion_symmetric",
+            "whether half the motion is the mirror image of the other half",
+            "1",
+            dtype="i4",
+            comment="0 one of a mirror pair, 1 symmetric; missing where it does not repeat",
+        ),
+        *(
+            Variable(
+                f"motion_{what}_{wall}",
+                f"{text} on the {wall} wall until the motion repeats",
+                "1",
+                dtype="i4",
+                comment="missing where it does not repeat",
+            )
+            for what, text in (
+                ("impacts", "impacts outside complete chatter"),
+                ("completions", "chatter sequences that complete"),
+            )
+            for wall in ("left", "right")
+        ),
+    )
+
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        # Twice per period, a row with the state and the counts so far; of two motions in turn.
+        self._samples = np.empty((4 * self.longest + 1, 8))
+        self._taken = 0
+        self._counts = np.zeros(1, _COUNTS)
+
+    def observe(self, log: np.ndarray) -> None:
+        """Read the next piece of the log."""
+        self._taken = _sample(
+            self._model, log, self._window, self._samples, self._counts, self._taken
+        )
+
+    def finish(self, finished: bool) -> None:
+        """Write what the motion is; it stays missing where the run stopped early."""
+        if not finished:
+            return
+        rows = np.roll(self._samples, -(self._taken % len(self._samples)), axis=0)
+        rows = rows[-min(self._taken, len(rows)) :]
+        states, counts = rows[:, :4], rows[:, 4:]
+        near = self.tolerance * abs(states).max()
+        self._put({"motion_period": 0})
+        for period in range(1, (len(rows) - 1) // 4 + 1):
+            later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]
+            if abs(later - earlier).max() <= near:
+                half = states[-3 * period - 1 : -period]
+                mirrored = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
+                happened = counts[-1] - counts[-2 * period - 1]
+                self._put({"motion_period": period, "motion_symmetric": int(mirrored)})
+                names = [variable.name for variable in self.variables[2:]]
+                self._put(dict(zip(names, happened.astype(int), strict=True)))
+                return
+
+
+@compiled
+def _sample(model, log, window, samples, counts, taken):
+    count = counts[0]
+    for index in range(len(log)):
+        s = segment_at(log[index])
+        if since(s, model.period, window.periods, window.time) >= 0.0:
+            _count(s, count)
+        while taken <= 2.0 * window.length:
+            half = 0.5 * model.period * (taken % 2)
+            tau = -since(s, model.period, window.periods + taken // 2, window.time + half)
+            if tau > s.duration:
+                break
+            row = samples[taken % len(samples)]
+            write_sample(row[:4], model.clearance, s.side, motion(model, s, max(tau, 0.0)))
+            row[4] = count.left
+            row[5] = count.right
+            row[6] = count.left_complete
+            row[7] = count.right_complete
+            taken += 1
+    return taken
+
+
+@compiled
+def _count(s, count):
+    """Count the event that begins a segment."""
+    if s.cause == IMPACT:
+        count.open = count.open + 1.0 if s.side == count.wall else 1.0
+        count.wall = s.side
+        count.left += float(s.side < 0.0)
+        count.right += float(s.side > 0.0)
+    elif s.cause == STICK:
+        # The impacts before are those of a sequence that completes.
+        if s.side < 0.0:
+            count.left -= count.open
+            count.left_complete += 1.0
+        else:
+            count.right -= count.open
+            count.right_complete += 1.0
+        count.open = count.wall = 0.0
