@@ -113,7 +113,8 @@ def _follow(model, log, window, frame, growth, volume, totals):
                 growth[0, k] = growth[1, k]
         if s.cause == IMPACT and start >= 0.0:
             total.slowest = min(total.slowest, s.speed)
-            volume[0] += math.log(rebound_slope(model.law, s.speed) * s.rate / s.speed)
+            shrunk = rebound_slope(model.law, s.speed) * s.rate / s.speed
+            volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
             strike(model, s, frame)
             if s.mode == TAIL:
                 total.joined = 1.0
