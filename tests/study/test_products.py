@@ -506,7 +506,9 @@ def test_settings_are_the_arguments_of_draw(kind: str) -> None:
     arguments = inspect.signature(draw).parameters
     fields = FIGURES[kind].model_fields
     measured = {"section"} if kind == "bifurcation" else set()
-    assert set(arguments) - {"cube"} == set(fields) - {"kind", "each", "see"} | measured
+    assert set(arguments) - {"cube", "branches"} == (
+        set(fields) - {"kind", "each", "see"} | measured
+    )
     for name, argument in arguments.items():
         if name in fields:
             required = argument.default is inspect.Parameter.empty
@@ -619,3 +621,23 @@ def test_lyapunov_exponents_are_of_rigid_walls(tmp_path: Path) -> None:
         tmp_path, GOOD, observers=observers, parameters=parameters, figures={}, tables={}
     )
     assert "observers.lyapunov\n    deviations are not followed through compliant" in message
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"along": "clearence", "start": 1}, "did you mean 'clearance'?"),
+        ({"along": "clearance", "start": 5}, "orbits.two.start\n    'start' is outside of the"),
+    ],
+)
+def test_orbits_follow_an_axis_from_a_value_of_it(
+    tmp_path: Path, entry: dict[str, Any], message: str
+) -> None:
+    parts: dict[str, Any] = {"orbits": {"two": entry}, "figures": {}, "tables": {}}
+    assert message in blame(tmp_path, GOOD, **parts)
+
+
+def test_special_points_are_those_of_orbits(tmp_path: Path) -> None:
+    tables = {"points": {"kind": "special_points"}}
+    message = blame(tmp_path, GOOD, figures={}, tables=tables)
+    assert "shows periodic motions, but the study follows none" in message

@@ -11,8 +11,8 @@ def slices_of(wildcards):
 @once
 def gather_settings(study):
     study = STUDIES[study]
-    # Figures and tables do not change a cube.
-    measured = study.model_copy(update={"figures": {}, "tables": {}})
+    # Orbits, figures and tables do not change a cube.
+    measured = study.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
     return {
         "about": {"title": study.title, "source": study.source, "study": measured.to_yaml()},
         "notes": {"assumed": study.assumed, "stated": study.stated},

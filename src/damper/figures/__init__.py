@@ -40,6 +40,7 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
 
 
 def modules(kind: str, settings: Mapping[str, Any]) -> list[str]:
-    """Modules that draw a figure of these settings: that of its kind, and of its theory if any."""
+    """Modules that draw a figure of these settings: that of its kind, and of what is over it."""
     theory = settings.get("theory")
-    return [kind, *([THEORY[theory]] if theory else [])]
+    over = [THEORY[theory]] if theory else []
+    return [kind, *over, *(["damper.figures.overlays.orbits"] if settings.get("orbits") else [])]

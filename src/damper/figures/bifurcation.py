@@ -45,6 +45,7 @@ from damper.study.products import (
     Offer,
     Role,
     need,
+    need_orbits,
     need_section,
 )
 from damper.study.settings import SECTIONS
@@ -134,7 +135,16 @@ class Bifurcation(FigureSettings):
             "period, where it exists and where it is stable."
         ),
     ] = None
+    orbits: Annotated[
+        bool,
+        Field(description="Whether to draw the study's orbits over it, with their special points."),
+    ] = False
     caption: Caption = None
+
+    @property
+    def reads(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Files of the study that it shows."""
+        return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
     def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
         """Return the section, if theory is to be drawn on it."""
@@ -145,6 +155,9 @@ class Bifurcation(FigureSettings):
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         cls._need_variables(settings, offer, faults)
+        if settings.get("orbits") is True:
+            need_section(offer, faults)
+            need_orbits(("orbits",), offer, faults)
         if "mark" in settings and "bursts" not in offer.observers:
             faults.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
@@ -174,6 +187,7 @@ class Bifurcation(FigureSettings):
 
 def draw(
     cube: xr.Dataset,
+    branches: xr.Dataset | None = None,
     *,
     along: str,
     rows: str | None = None,
@@ -183,6 +197,7 @@ def draw(
     mark_label: str | None = None,
     theory: str | None = None,
     section: Mapping[str, Mapping[str, Any]] | None = None,
+    orbits: bool = False,
     caption: str | None = None,
 ) -> Figure:
     """Draw variables over one axis, a column of panels each.
@@ -194,6 +209,8 @@ def draw(
     ----------
     cube : xarray.Dataset
         With the variables; chatter ranges are marked if it has `chatter`.
+    branches : xarray.Dataset, optional
+        The study's orbits, from `damper.analysis.orbits.follow_orbits`; needed for `orbits`.
     along : str
         Axis of the abscissa.
     rows : str, optional
@@ -214,6 +231,8 @@ def draw(
         Draw the closed-form motion with two impacts per period over the points.
     section : mapping, optional
         The section's observer with its settings, which a cube does not hold; needed for `theory`.
+    orbits : bool, optional
+        Draw the orbits of the study over it: full where stable, dashed where not.
     caption : str, optional
         Heading above the line of parameters; the cube's title when not given.
 
@@ -260,6 +279,10 @@ def draw(
             for handle in import_module(THEORY[theory]).overlay(
                 dict(zip(variables, row, strict=True)), panel, along, section or {}
             ):
+                drawn[str(handle.get_label())] = handle
+        if orbits and branches is not None:
+            overlay = import_module("damper.figures.overlays.orbits").overlay
+            for handle in overlay(dict(zip(variables, row, strict=True)), panel, along, branches):
                 drawn[str(handle.get_label())] = handle
         for ax, name in zip(row, variables, strict=True):
             symbol = VARIABLE_SYMBOLS[name]

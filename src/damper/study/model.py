@@ -18,7 +18,7 @@ from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Product
 from damper.study.rules import corners, relate
-from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial
+from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, FollowedOrbit, Initial
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 
@@ -74,6 +74,14 @@ class Study(RunKeys, StudyFile):
             "defaults. No two may write one variable."
         ),
     ]
+    orbits: Annotated[
+        dict[str, FollowedOrbit],
+        Entries("motion"),
+        Field(
+            description="Periodic motions to follow, stable or not: name -> from where, along "
+            "which axis. Of a dimensionless study with rigid walls."
+        ),
+    ] = _NONE
     figures: Annotated[
         dict[str, Annotated[Product, FIGURES]],
         Entries("figure"),
@@ -139,6 +147,10 @@ class Study(RunKeys, StudyFile):
         """Axes that run inside a job."""
         return tuple(name for name, axis in self.axes.items() if not axis.fan)
 
+    def outputs(self) -> list[str]:
+        """Return the paths of everything that is made of the study, below its folder."""
+        return [*super().outputs(), *(["orbits.nc"] if self.orbits else [])]
+
     def slices(self) -> list[dict[str, float]]:
         """Return the coordinates of every slice; without fanned axes, one that has none."""
         fanned = {name: axis_values(axis) for name, axis in self.axes.items() if axis.fan}
@@ -167,6 +179,8 @@ class Study(RunKeys, StudyFile):
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
+        if not self.orbits:
+            del data["orbits"]
         for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)

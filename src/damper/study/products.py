@@ -109,6 +109,9 @@ class Offer:
     branches: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     """The values of the cube's dimensions beside the axes: direction, draw."""
 
+    orbits: Collection[str] = ()
+    """Names of the periodic motions that are followed."""
+
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...] | None]:
         """Axes and branches with their values."""
@@ -331,6 +334,13 @@ def count_values(
     if role.most is not None and len(values) > role.most:
         message = f"axis '{name}' has too many values ({len(values)})"
         faults.add(loc, message, f"an axis with at most {role.most} values, or one value in at")
+
+
+def need_orbits(loc: tuple[str, ...], offer: Offer, faults: Faults) -> None:
+    """Note that the study follows no periodic motion."""
+    if not offer.orbits:
+        message = "shows periodic motions, but the study follows none"
+        faults.add(loc, message, "orbits: {a name: {along: an axis, start: a value of it}}")
 
 
 def check_written(loc: tuple[str | int, ...], name: Any, offer: Offer, faults: Faults) -> None:

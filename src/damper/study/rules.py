@@ -60,6 +60,7 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         _check_stretch(study, faults)
         _check_parts(study, faults)
         _check_records(study, faults)
+        _check_orbits(study, faults)
     _follow_one(sound, faults)
     values = {name: axis_values(axis) if axis else None for name, axis in sound.items()}
     _limit_slices({n: len(axis_values(a)) for n, a in sound.items() if a and a.fan}, faults)
@@ -67,7 +68,8 @@ def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
         refuse_excess(study, faults)
     if not isinstance(observers, dict):
         return
-    offer = Offer(values, observers, _branch_values(sound, raw["initial"]))
+    orbits = raw["orbits"] if isinstance(raw["orbits"], dict) else {}
+    offer = Offer(values, observers, _branch_values(sound, raw["initial"]), orbits)
     for section, registry in (("figures", FIGURES), ("tables", TABLES)):
         entries = raw[section]
         for stem, settings in entries.items() if isinstance(entries, dict) else ():
@@ -122,6 +124,31 @@ def _check_records(study: Study, faults: Faults) -> None:
         if product.single_bursts:
             message = "shows bursts one by one, but the observer bursts lists none"
             faults.add((section, stem), message, "records >= 1 for bursts, such as records: 50")
+
+
+def _check_orbits(study: Study, faults: Faults) -> None:
+    """Refuse to follow a motion along what is no axis, out of it, or through compliant contact."""
+    if not study.orbits:
+        return
+    from damper.sweep.orbit_branches import FOLLOWED
+
+    axes = study.axis_values
+    if study.model == "compliant":
+        message = "periodic motions are not followed through compliant contact"
+        faults.add(("orbits",), message, "a study of rigid walls")
+    if is_si({**study.fixed, **axes}) or any(name in INITIAL_NAMES for name in axes):
+        message = "periodic motions are followed over dimensionless parameters alone"
+        faults.add(("orbits",), message, "a study without SI units and axes of initial quantities")
+    for name, entry in study.orbits.items():
+        if entry.along not in axes:
+            faults.unknown(("orbits", name, "along"), "axis", entry.along, axes)
+        elif entry.along not in FOLLOWED or len(axes[entry.along]) < 2:
+            message = f"a motion cannot be followed along {entry.along}"
+            faults.add(("orbits", name, "along"), message, "an axis of several values")
+        elif not min(axes[entry.along]) <= entry.start <= max(axes[entry.along]):
+            message = f"'start' is outside of the axis {entry.along} (value: {entry.start:g})"
+            allowed = f"{min(axes[entry.along]):g} to {max(axes[entry.along]):g}"
+            faults.add(("orbits", name, "start"), message, allowed)
 
 
 def corners(study: Study) -> list[Parameters]:

@@ -191,6 +191,25 @@ class Initial(Strict):
             faults.add(("draws",), message, "integer >= 1")
 
 
+class FollowedOrbit(Strict):
+    """A periodic motion to follow along an axis, stable or not, at each value of the others."""
+
+    along: Annotated[Text, Field(description="Axis to follow it along, over its whole range.")]
+    start: Annotated[
+        float,
+        Unit(THE_PARAMETERS),
+        Field(
+            description="Value of that axis at which a run from rest shows it, after the transient."
+        ),
+    ]
+    period: Annotated[
+        int, Unit("forcing periods"), Field(ge=1, le=64, description="After which it repeats.")
+    ] = 1
+    max_orbits: Annotated[
+        int, Field(ge=1, le=100_000, description="Orbits after which to stop, either way.")
+    ] = 500
+
+
 class Threshold(Strict):
     """The approach speed from which an impact is visible: `fraction` of the first, or `speed`."""
 

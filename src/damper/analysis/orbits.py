@@ -1,0 +1,113 @@
+"""Branches of periodic motions for a study: followed at each place of its other axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product as combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from damper.parameters import Parameters
+from damper.parameters.quantities import ALL
+from damper.sweep.orbit_branches import Branch, continue_orbit
+from damper.sweep.orbits import PeriodicOrbit, pass_over, periodic_orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def follow_orbits(
+    entries: Mapping[str, Mapping[str, Any]],
+    fixed: Mapping[str, float],
+    axes: Mapping[str, Sequence[float]],
+    at: float = 0.0,
+) -> xr.Dataset:
+    """Follow periodic motions along an axis, at each place of the other axes.
+
+    Parameters
+    ----------
+    entries : mapping
+        Name of the motion -> `along`, the axis; `start`, the value at which a run from rest that
+        has settled shows it; `period`; `settle`, periods of that run; `max_orbits`.
+    fixed, axes : mapping
+        Values of the study's quantities.
+    at : float, default 0
+        Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `orbit` and `point`, all orbits and special points, with the number of their branch;
+        along `branch`, its name, the values of the other axes, and why it ends. Along `turn`, the
+        forcing periods of an orbit.
+    """
+    import xarray as xr
+
+    found = []
+    for name, entry in entries.items():
+        along = entry["along"]
+        others = {axis: values for axis, values in axes.items() if axis != along}
+        for place in combinations(*others.values()):
+            where = dict(zip(others, place, strict=True))
+            found.append((name, along, where, _branch(entry, {**fixed, **where}, axes[along])))
+    turns = max((entry["period"] for entry in entries.values()), default=1)
+    orbits = [(k, o) for k, (*_, branch) in enumerate(found) for o in branch.orbits]
+    points = [(k, p) for k, (*_, branch) in enumerate(found) for p in branch.special_points]
+    variables: dict[str, Any] = {
+        "motion": ("branch", _texts(name for name, *_ in found)),
+        "along": ("branch", _texts(along for _, along, *_ in found)),
+        "first_end": ("branch", _texts(branch.ends[0] for *_, branch in found)),
+        "last_end": ("branch", _texts(branch.ends[1] for *_, branch in found)),
+        **{
+            axis: ("branch", np.array([where.get(axis, np.nan) for _, _, where, _ in found], float))
+            for axis in axes
+        },
+        "value": (
+            "orbit",
+            np.array([getattr(o.parameters, found[k][1]) for k, o in orbits], float),
+        ),
+        "stable": ("orbit", np.array([o.stable for _, o in orbits], "i1")),
+        "growth": ("orbit", np.array([abs(o.multipliers[0]) for _, o in orbits], float)),
+        "slowest_impact": ("orbit", np.array([o.slowest_impact for _, o in orbits], float)),
+        "kind": ("point", _texts(p.kind for _, p in points)),
+        "point_value": ("point", np.array([p.value for _, p in points], float)),
+    }
+    for dim, prefix, each in (
+        ("orbit", "", orbits),
+        ("point", "point_", [(k, point.orbit) for k, point in points]),
+    ):
+        section = np.full((len(each), turns, 2), np.nan)
+        for row, (_, orbit) in zip(section, each, strict=True):
+            row[: orbit.period] = _on_section(orbit, at)
+        variables |= {
+            f"{prefix}branch": (dim, np.array([k for k, _ in each], "i4")),
+            f"{prefix}word": (dim, _texts(orbit.word for _, orbit in each)),
+            f"{prefix}displacement": ((dim, "turn"), section[:, :, 0]),
+            f"{prefix}velocity": ((dim, "turn"), section[:, :, 1]),
+        }
+    return xr.Dataset(variables, coords={name: fixed[name] for name in ALL if name in fixed})
+
+
+def _branch(
+    entry: Mapping[str, Any], values: Mapping[str, float], along: Sequence[float]
+) -> Branch:
+    """One branch; without orbits, and with the reason, where no motion is found."""
+    name, ends = entry["along"], (min(along), max(along))
+    p = Parameters(**{**values, name: entry["start"]})
+    try:
+        orbit = periodic_orbit(p, entry["period"], settle=entry["settle"])
+    except ValueError as error:
+        return Branch(name, (), (), (str(error), str(error)))
+    return continue_orbit(orbit, name, *ends, max_orbits=entry["max_orbits"])
+
+
+def _on_section(orbit: PeriodicOrbit, at: float) -> np.ndarray:
+    """Displacement and velocity of the primary at a part of each forcing period; (period, 2)."""
+    passed = pass_over(orbit.parameters, orbit.start, 0.0, float(orbit.period))
+    times = (np.arange(orbit.period) + at) * orbit.parameters.period
+    return np.array([passed.state_after(time)[:2] for time in times])
+
+
+def _texts(words: Any) -> np.ndarray:
+    return np.array(list(words), dtype=object)

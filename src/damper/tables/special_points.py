@@ -1,0 +1,61 @@
+"""Special points: where periodic motions are born and die, or change their kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from damper.study.messages import Faults
+from damper.study.products import Offer, Product, need_orbits
+from damper.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class SpecialPoints(Product):
+    """Folds, bifurcations and grazing of the study's orbits, and why their branches end."""
+
+    reads: ClassVar[tuple[str, ...]] = ("orbits.nc",)
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need_orbits((), offer, faults)
+
+
+def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
+    """Show the points of all branches; see `damper.tables.make`."""
+    import pandas as pd
+
+    others = [str(name) for name in branches.data_vars if branches[name].attrs.get("axis")]
+    rows, ends = [], []
+    for k in range(branches.sizes["branch"]):
+        branch = branches.isel(branch=k)
+        along = str(branch.along.item())
+        where = {name: float(branch[name]) for name in others if name != along}
+        place = {"motion": branch.motion.item(), **where}
+        points = branches.isel(point=branches.point_branch.values == k)
+        rows += [
+            {**place, "point": kind, "along": along, "value": value, "word": word}
+            for kind, value, word in zip(
+                points.kind.values.tolist(),
+                points.point_value.values.tolist(),
+                points.point_word.values.tolist(),
+                strict=True,
+            )
+        ]
+        shown = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in where.items())
+        ends.append(
+            f"{branch.motion.item()}{f' ({shown})' if shown else ''}: from "
+            f"{branch.first_end.item()} to {branch.last_end.item()}."
+        )
+    data = pd.DataFrame(rows, columns=["motion", *others, "point", "along", "value", "word"])
+    data = data.dropna(axis="columns", how="all") if len(data) else data
+    cells = data.map(lambda cell: f"{cell:.10g}" if isinstance(cell, float) else cell)
+    body = [
+        "In the order of each branch. The word lists the impacts of the motion: R3 L2 RS are three "
+        "on the right wall, two on the left one, then chatter on the right that completes.",
+        cells,
+        *ends,
+    ]
+    return Table("special points of periodic motions", data, body)

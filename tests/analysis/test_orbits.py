@@ -1,0 +1,60 @@
+"""Periodic motions of a study: its branches as a dataset, drawn and tabulated."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damper.analysis.orbits import follow_orbits
+from damper.engine.compiled import plain
+from damper.figures.overlays.orbits import overlay
+from damper.parameters import Parameters
+from damper.tables.special_points import make
+from damper.theory.two_impacts import orbits as closed_form
+
+FIXED = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "phase": 0.0}
+AXES = {"restitution": (0.4, 0.5), "clearance": (4.5, 4.8)}
+ENTRY = {"along": "clearance", "start": 4.7, "period": 1, "max_orbits": 50, "settle": 60}
+
+
+@pytest.fixture(scope="module")
+def branches() -> xr.Dataset:
+    found = plain(follow_orbits)({"two": ENTRY}, FIXED, AXES, 0.25)
+    for name in AXES:
+        found[name].attrs["axis"] = 1
+    return found
+
+
+def test_branches_at_each_place_of_the_other_axes(branches: xr.Dataset) -> None:
+    """Displacement and velocity are those of the closed form, a quarter of a period on."""
+    assert branches.motion.values.tolist() == ["two"] * 2
+    assert branches.restitution.values.tolist() == [0.4, 0.5]
+    orbits = branches.isel(orbit=branches.branch.values == 1)
+    assert (orbits.value.min(), orbits.value.max()) == AXES["clearance"]
+    for k in (0, -1):
+        orbit = orbits.isel(orbit=k, turn=0)
+        p = Parameters(0.1, 0.1, 1.0, float(orbit.value), 0.5)
+        known = closed_form(p)[0].stroboscopic(0.25)
+        np.testing.assert_allclose([orbit.displacement, orbit.velocity], known, rtol=1e-9)
+        assert bool(orbit.stable) == closed_form(p)[0].stable
+
+
+def test_table(branches: xr.Dataset) -> None:
+    table = make(branches, {})
+    first = table.data[table.data.restitution == 0.5].iloc[0]
+    assert (first.motion, first.point, first.word) == ("two", "symmetry breaking", "R1 L1")
+    assert first.value == pytest.approx(4.616152418, abs=1e-9)
+    assert "clearance = 4.8 is the end of the range" in str(table.body[2])
+
+
+def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
+    """Only those of the row's place; stable and unstable pieces, and the points."""
+    from matplotlib.figure import Figure
+
+    ax = Figure().subplots()
+    panel = xr.Dataset(coords={"clearance": [4.5, 4.8], "restitution": 0.5})
+    handles = overlay({"displacement": ax}, panel, "clearance", branches)
+    labels = [str(handle.get_label()) for handle in handles]
+    assert labels[:2] == ["periodic motion, stable", "periodic motion, unstable"]
+    assert "symmetry breaking" in labels
+    nowhere = panel.assign_coords(restitution=0.7)
+    assert overlay({"displacement": ax}, nowhere, "clearance", branches) == []
