@@ -16,7 +16,7 @@ from damper.parameters.variables import Variable
 _COUNTS = record_type("left", "right", "left_complete", "right_complete", "open", "wall")
 
 
-class Motion(Observer):
+class ObservedMotion(Observer):
     """After how many forcing periods the motion repeats, and what happens in that time.
 
     The record's end is compared with itself half a forcing period by half a forcing period: a
