@@ -497,15 +497,15 @@ class _Point:
         parts = np.minimum(since - start, end - since) / (end - start)
         return float(parts.max(0).min())
 
-    def recentred(self) -> "_Point":
-        """The point with moments in the middle of the longest flights."""
+    def recentred(self, part: float = 0.5) -> "_Point":
+        """The point with moments in the middle, or at another part, of the longest flights."""
         curve, flights = self.curve, self.flights
         if not len(flights):
             return self
         lengths = flights[:, 1] - flights[:, 0]
         long = np.argsort(-lengths, kind="stable")[:_MOMENTS]
         long = long[lengths[long] > _MARGIN * lengths.max()]
-        middle = flights[long].mean(1) / self.parameters.period
+        middle = (flights[long, 0] + part * lengths[long]) / self.parameters.period
         moments = np.sort((curve.moments[0] + middle) % curve.period)
         there = replace(curve, moments=moments, state=self.found.passes[0].start)
         ends = []
@@ -579,9 +579,14 @@ class _Walk:
                 point = self.points[-1] = point.recentred()
             if self._take(point, size):
                 size = min(step, 1.4 * size)
-            elif size > _LEAST and not (size < _CORNER and self._turn(point)):
+            elif size < _CORNER and (
+                # A moment at which the gap is smallest would count the touch twice.
+                self._turn(point) or self._turn(point.recentred(0.3))
+            ):
+                continue
+            elif size > _LEAST:
                 size *= 0.4
-            elif size <= _LEAST:
+            else:
                 self.end = f"no orbit found beyond {point.curve.name} = {point.value!r}"
 
     def _ends(self, most: int) -> bool:
@@ -606,9 +611,9 @@ class _Walk:
             np.append(point.found.state(0.0) / point.curve.size, point.at[-1])
             for point in (self.points[0], *self.points[-2:])
         )
-        return bool(
-            (first - a) @ (b - a) > 0.0 and np.linalg.norm(first - b) < np.linalg.norm(b - a)
-        )
+        # The state at time 0 jumps where an impact passes it; the parameter does not.
+        between = min(a[-1], b[-1]) <= first[-1] <= max(a[-1], b[-1])
+        return bool(between and np.linalg.norm(first - b) < np.linalg.norm(b - a))
 
     def _take(self, a: _Point, size: float) -> bool:
         """Go a step; False where it has to be smaller."""
