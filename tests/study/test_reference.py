@@ -495,7 +495,7 @@ def test_schema_accepts_whatever_the_loader_accepts(tmp_path):
             assert list(STUDY.iter_errors(data)) == []
         else:
             refused += not STUDY.is_valid(data)
-    assert accepted > 10
+    assert accepted > 5
     assert refused > 130
 
 
