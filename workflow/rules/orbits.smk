@@ -3,7 +3,7 @@
 ORBITS = {name: study for name, study in STUDIES.items() if study.orbits}
 
 
-@cache
+@once
 def orbits_settings(study):
     study = STUDIES[study]
     return {
