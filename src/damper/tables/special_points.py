@@ -46,8 +46,8 @@ def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         ]
         shown = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in where.items())
         ends.append(
-            f"{branch.motion.item()}{f' ({shown})' if shown else ''}: from "
-            f"{branch.first_end.item()} to {branch.last_end.item()}."
+            f"{branch.motion.item()}{f' ({shown})' if shown else ''} ends where "
+            f"{branch.first_end.item()}, and where {branch.last_end.item()}."
         )
     data = pd.DataFrame(rows, columns=["motion", *others, "point", "along", "value", "word"])
     data = data.dropna(axis="columns", how="all") if len(data) else data
