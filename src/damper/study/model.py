@@ -244,6 +244,7 @@ RULES = (
         "gather",
         "figure",
         "table",
+        "orbits",
         "claims",
         "papers",
         "report",

@@ -203,7 +203,7 @@ def continue_orbit(
     ...                       clearance=5.0, restitution=0.5)
     >>> branch = damper.continue_orbit(damper.periodic_orbit(p), "clearance", 4.5, 6.0)
     >>> [(point.kind, round(point.value, 9)) for point in branch.special_points]
-    [('fold', 5.520420682)]
+    [('symmetry breaking', 4.616152418)]
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
