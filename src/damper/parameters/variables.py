@@ -49,5 +49,6 @@ OWN_DIMENSIONS = {
     "complete_burst": ("complete burst in the record, from 1", "1"),
     "burst_impact": ("impact of the burst, from 1", "1"),
     "exponent": ("Lyapunov exponent, the largest first", "1"),
+    "segment": ("segment of the run, in the order of time", "1"),
     "instant": ("sample or event of the trajectory", "1"),
 }

@@ -1,0 +1,92 @@
+"""Segments: the solution itself over the last periods of the record, a row for each segment.
+
+Between events the motion is known in closed form, so these rows hold it exactly and in less space
+than samples would take: the page of results draws its runs from them.
+"""
+
+import numpy as np
+
+from damper.engine.segment import (
+    CAUSE,
+    COLUMNS,
+    COMPLETION,
+    DURATION,
+    GAP,
+    MODE,
+    NOTHING,
+    PERIODS,
+    RATE,
+    SIDE,
+    TAIL,
+    TIME,
+    V,
+    X,
+)
+from damper.engine.trajectory import Trajectory
+from damper.observers.common.base import Observer, Window
+from damper.observers.common.settings import Setting
+from damper.parameters.variables import LENGTH, SPEED, Variable
+from damper.parameters.variables import TIME as TIME_UNIT
+
+#: Name -> column of the log, meaning, units.
+_FIELDS: dict[str, tuple[int, str, str]] = {
+    "time": (TIME, "start of a segment since the start of the stretch", TIME_UNIT),
+    "displacement": (X, "primary displacement at its start", LENGTH),
+    "velocity": (V, "primary velocity at its start", SPEED),
+    "gap": (GAP, "gap to the segment's wall at its start", LENGTH),
+    "gap_rate": (RATE, "rate of the gap at its start", SPEED),
+    "completion": (COMPLETION, "time to the completion point of a closed burst, else 0", TIME_UNIT),
+    "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
+    "mode": (MODE, "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact", "1"),
+    "cause": (CAUSE, "what began it: 0 impact, 1 stick, 2 release, -1 none, -2 separation", "1"),
+}
+
+
+class Segments(Observer):
+    """The solution itself: every segment of the last periods of the record.
+
+    The first segment is cut where the stretch begins, unless it is the closed rest of a burst.
+    Where there are too many, the first ones are missing.
+    """
+
+    periods = Setting(5, "Length of the stretch, at most the record's.", "forcing periods", ge=1)
+    rows = Setting(200, "Most segments to keep.", ge=1, le=1_000_000)
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What it writes."""
+        return [
+            Variable(f"segment_{name}", meaning, units, ("segment",))
+            for name, (_, meaning, units) in _FIELDS.items()
+        ]
+
+    def size(self, dim: str, window_length: int) -> int:
+        """Most segments."""
+        return self.rows
+
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        self._motion_in = trajectory.motion_in
+        self._rows = np.empty((0, COLUMNS))
+
+    def observe(self, log: np.ndarray) -> None:
+        """Keep what lies in the stretch."""
+        within = self._times(log) + log[:, DURATION] > 0.0
+        self._rows = np.concatenate([self._rows, log[within]])[-self.rows :]
+
+    def finish(self, finished: bool) -> None:
+        """Write the rows."""
+        rows = self._rows
+        times = self._times(rows)
+        if len(rows) and times[0] < 0.0 and rows[0, MODE] != TAIL:
+            rows[0, X : RATE + 1] = self._motion_in(rows[0], -times[0])
+            rows[0, CAUSE], times[0] = NOTHING, 0.0
+        for name, (column, _, _) in _FIELDS.items():
+            values = times if column == TIME else rows[:, column]
+            self.arrays[f"segment_{name}"][self._run, : len(rows)] = values
+
+    def _times(self, rows: np.ndarray) -> np.ndarray:
+        window = self._window
+        first = window.periods + window.length - min(self.periods, window.length)
+        return (rows[:, PERIODS] - first) * self._model.period + (rows[:, TIME] - window.time)
