@@ -57,7 +57,7 @@ for parameters, state, until in (run for run in runs if run[0].model == MODEL):
     found.append([[float(v).hex() for v in row] for row in rows.tolist()])
     together = [["response", "bursts", "impacts", "stroboscopic_section"]]
     if MODEL == "rigid":
-        together += [["impact_section", "accumulation", "trajectory"]]
+        together += [["impact_section", "accumulation", "trajectory", "motion"]]
     for observers in together:
         # One that its events do not last for, too.
         for periods, max_events in ((1, 1000), (3, 20)):

@@ -122,8 +122,8 @@ def _count(s, count):
     if s.cause == IMPACT:
         count.open = count.open + 1.0 if s.side == count.wall else 1.0
         count.wall = s.side
-        count.left += float(s.side < 0.0)
-        count.right += float(s.side > 0.0)
+        count.left += 1.0 if s.side < 0.0 else 0.0
+        count.right += 1.0 if s.side > 0.0 else 0.0
     elif s.cause == STICK:
         # The impacts before are those of a sequence that completes.
         if s.side < 0.0:
