@@ -157,6 +157,17 @@ def test_accumulation_is_of_the_rigid_damper_with_constant_restitution(tmp_path:
     assert "observers.accumulation\n    its formulas have a constant restitution" in message
 
 
+def test_interactive_figures_are_of_rigid_walls(tmp_path: Path) -> None:
+    entry = MAP | {"variable": "status", "each": "mass_ratio", "interactive": True}
+    observers = {"response": None}
+    study = load(tmp_path, entry, observers=observers)
+    assert list(study.interactive) == ["one"]
+    assert not any("interactive" in settings for _, settings in study.files("figures").values())
+    parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
+    message = blame(tmp_path, entry, parameters=parameters, observers=observers)
+    assert "figures.one.interactive\n    the page evaluates motions of the rigid damper" in message
+
+
 # What is refused.
 
 MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
@@ -507,7 +518,7 @@ def test_settings_are_the_arguments_of_draw(kind: str) -> None:
     fields = FIGURES[kind].model_fields
     measured = {"section"} if kind == "bifurcation" else set()
     assert set(arguments) - {"cube", "branches"} == (
-        set(fields) - {"kind", "each", "see"} | measured
+        set(fields) - {"kind", "each", "see", "interactive"} | measured
     )
     for name, argument in arguments.items():
         if name in fields:

@@ -42,6 +42,7 @@ from damper.study.products import (
     Caption,
     Each,
     FigureSettings,
+    Interactive,
     Offer,
     Role,
     need,
@@ -63,7 +64,7 @@ _RELATIVE = ("relative_displacement", "relative_velocity")
 #: With one value at each point, drawn as lines.
 _AMPLITUDES = ("peak_displacement", "rms_displacement")
 #: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
-_LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
+LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
 _MEANINGS = {
     "relative_displacement": "relative displacement\n",
     "relative_velocity": "relative velocity\n",
@@ -71,7 +72,7 @@ _MEANINGS = {
     "peak_displacement": "largest displacement\n",
     "rms_displacement": "rms displacement\n",
 }
-_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *_LOGARITHMIC)
+_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC)
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
@@ -139,6 +140,7 @@ class Bifurcation(FigureSettings):
         bool,
         Field(description="Whether to draw the study's orbits over it, with their special points."),
     ] = False
+    interactive: Interactive = False
     caption: Caption = None
 
     @property
@@ -249,7 +251,7 @@ def draw(
 
     if mark is not None and "chatter" not in cube:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
-    cube = _with_relative(cube, variables)
+    cube = with_relative(cube, variables)
     known = [name for name in (*variables, "chatter") if name in cube]
     own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
     keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
@@ -299,7 +301,7 @@ def draw(
     return figure
 
 
-def _with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
+def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
     """Return the cube with the relative motion that is asked for, over the clearance."""
     if not set(_RELATIVE) & set(variables):
         return cube
@@ -371,7 +373,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     if not finite.size:
         say(ax)
         return
-    if name in _LOGARITHMIC and (finite := finite[finite > 0.0]).size:
+    if name in LOGARITHMIC and (finite := finite[finite > 0.0]).size:
         ax.set_yscale("log")
         ax.set_ylim(finite.min() / 1.2, finite.max() * 1.2)
         few_decades(ax)
@@ -439,7 +441,7 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
 
 def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
     remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
-    sampled = [name for name in variables if name not in _LOGARITHMIC]
+    sampled = [name for name in variables if name not in LOGARITHMIC]
     # "primary displacement once per forcing period" -> where the section lies
     text = place[sampled[0]].attrs.get("long_name", "") if sampled else ""
     section = text.removeprefix("primary displacement ").removeprefix("primary velocity ")

@@ -53,6 +53,7 @@ from damper.study.products import (
     Caption,
     Each,
     FigureSettings,
+    Interactive,
     Offer,
     Role,
     check_written,
@@ -88,7 +89,7 @@ _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
 #: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
-_ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
+ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
 #: Ratios beyond this and its inverse have the colours of these.
 _LARGEST_RATIO = 10.0
 #: A ratio is 1 within this where the masses never touch: transients have not quite died.
@@ -148,6 +149,7 @@ class Map(FigureSettings):
             "and clearance."
         ),
     ] = None
+    interactive: Interactive = False
     equal: Annotated[
         bool,
         Field(
@@ -227,16 +229,7 @@ def draw(
     -------
     matplotlib.figure.Figure
     """
-    classes = list(_CLASSES.get(variable, ()))
-    if variable == _ATTRACTOR:
-        motions, names = attractors(cube)
-        cube = cube.assign({variable: motions})
-        classes = list(zip(names, _MOTIONS, strict=False))
-    beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
-    place = select(cube, [variable, *beside], at, (x, y, panels)).sortby([x, y])
-    touched = contact(place)
-    if variable == "chatter":
-        classes = _split_no_chatter(place, touched, classes)
+    place, touched, classes = classified(cube, variable, at, x, y, panels)
     if theory is None:
         place = in_millimetres(place)
     written = {name: place[name].values for name in (x, y)} if equal else {}
@@ -283,6 +276,23 @@ def draw(
     return figure
 
 
+def classified(
+    cube: xr.Dataset, variable: str, at: Mapping[str, Any] | None, x: str, y: str, *keep: str | None
+) -> tuple[xr.Dataset, xr.DataArray | None, list[tuple[str, str]]]:
+    """Return the piece of a cube to show, where walls are touched, names and colours of classes."""
+    classes = list(_CLASSES.get(variable, ()))
+    if variable == _ATTRACTOR:
+        motions, names = attractors(cube)
+        cube = cube.assign({variable: motions})
+        classes = list(zip(names, _MOTIONS, strict=False))
+    beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
+    place = select(cube, [variable, *beside], at, (x, y, *keep)).sortby([x, y])
+    touched = contact(place)
+    if variable == "chatter":
+        classes = _split_no_chatter(place, touched, classes)
+    return place, touched, classes
+
+
 def _split_no_chatter(
     place: xr.Dataset, touched: xr.DataArray | None, classes: list[tuple[str, str]]
 ) -> list[tuple[str, str]]:
@@ -324,7 +334,7 @@ def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Col
     low, high = _range(array)
     if array.name in RATIOS:
         most = min(max(high, 1.0 / low, 1.01), _LARGEST_RATIO)
-        ratios = LinearSegmentedColormap.from_list("ratios", _ABOUT_ONE)
+        ratios = LinearSegmentedColormap.from_list("ratios", ABOUT_ONE)
         return ratios.with_extremes(bad=MISSING), LogNorm(1.0 / most, most)
     colours = colormaps["cividis"].with_extremes(bad=MISSING)
     if whole(array) and high - low < _MOST_STEPS:

@@ -121,5 +121,6 @@ _WRITERS: dict[str, Callable[[Path, str], None]] = {
     ".npz": _stamp_npz,
     ".png": _stamp_png,
     ".json": _stamp_json,
+    ".js": partial(_append, comment="// {}"),
     **dict.fromkeys((".svg", ".md", ".html"), _comment),
 }

@@ -176,6 +176,27 @@ class Study(RunKeys, StudyFile):
         origins = {name: f"assumed: {text}" for name, text in self.assumed.items()}
         return origins | {name: f"stated: {text}" for name, text in self.stated.items()}
 
+    @property
+    def interactive(self) -> dict[str, dict[str, Any]]:
+        """Figures that the page shows interactively as well -> their settings, without words."""
+        return {
+            name: figure.model_dump(exclude={"caption", "see"}, exclude_none=True)
+            for name, figure in self.figures.items()
+            if getattr(figure, "interactive", False)
+        }
+
+    def about(self) -> dict[str, Any]:
+        return super().about() | {
+            "interactive": [
+                (
+                    f"{self.name}/interactive/{name}",
+                    getattr(self.figures[name], "caption", None) or self.title,
+                    getattr(self.figures[name], "see", None) or "",
+                )
+                for name in self.interactive
+            ]
+        }
+
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
@@ -247,6 +268,7 @@ RULES = (
         "orbits",
         "claims",
         "papers",
+        "interactive",
         "report",
         "tidy",
     ),

@@ -180,6 +180,13 @@ Caption = Annotated[
     Text | None,
     Field(description="Heading above the line of parameters; the study's title when not given."),
 ]
+Interactive = Annotated[
+    bool,
+    Field(
+        description="Whether the page of results has it interactively as well: values at the "
+        "pointer, other axes by choice, and the motion at some hundred points. Of rigid walls."
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -224,7 +231,7 @@ class FigureSettings(Product):
                 cls._without_place(name, values, settings, faults)
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        settings = self.model_dump(exclude={"each", "see"}, exclude_none=True)
+        settings = self.model_dump(exclude={"each", "see", "interactive"}, exclude_none=True)
         settings = {"at": {}} | settings | self.measured(study.observer_settings())
         each = getattr(self, "each", None)
         if each is None:

@@ -181,6 +181,9 @@ def _check_dampers(study: Study, faults: Faults) -> None:
     if study.model == "compliant" and "lyapunov" in study.observers:
         message = "deviations are not followed through compliant contact"
         faults.add(("observers", "lyapunov"), message, "a study of rigid walls")
+    for name in study.interactive if study.model != "rigid" else ():
+        message = f"the page evaluates motions of the rigid damper, this is the {study.model} one"
+        faults.add(("figures", name, "interactive"), message, "false")
     if study.model != "rigid":
         message = f"its formulas are those of the rigid damper, this is the {study.model} one"
     elif laws := {point.law for point in points} - {"constant"}:
