@@ -7,15 +7,24 @@ are not in it but in a file of their own, which it shows.
 from __future__ import annotations
 
 import csv
+import platform
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import damper
 from damper.report.stopped import stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
 SHOWN_ROWS = 40
+#: What studies are listed under, by their source.
+SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
+#: What the foot of the page has of each cube's attributes, and the packages that it lists.
+PROVENANCE = ("code_digest", "accuracy", "transient_periods", "recorded_periods", "runs")
+PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plotly", "snakemake")
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,18 @@ class Chapter:
     figures: Sequence[Figure] = ()
     tables: Sequence[ShownTable] = field(default_factory=tuple)
     stopped: str = ""
+    interactive: Sequence[tuple[str, str, str]] = ()
+    """Path of each interactive figure, without suffix, its caption, and what to see in it."""
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    """What its cube says of how it was made."""
+    of_dampers: bool = True
+    """Whether it is about dampers; others check the engine."""
+
+    @property
+    def subject(self) -> str:
+        """What it is listed under."""
+        paper = self.source[:7]
+        return paper if paper in SUBJECTS else SUBJECTS[2 if self.of_dampers else 3]
 
     @property
     def all_values(self) -> str:
@@ -95,7 +116,27 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         [Figure(*figure) for figure in about["figures"]],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
+        about.get("interactive", ()),
+        _provenance(cube) if cube.is_file() else {},
+        "interactive" in about,
     )
+
+
+def _provenance(cube: Path) -> dict[str, str]:
+    from netCDF4 import Dataset
+
+    with Dataset(cube) as file:
+        known = all(hasattr(file, name) for name in PROVENANCE)
+        return {name: f"{getattr(file, name)}" for name in PROVENANCE} if known else {}
+
+
+def _versions() -> dict[str, str]:
+    """Versions of Python, of this package and of those that results depend on."""
+    found = {"Python": platform.python_version(), "damper": damper.__version__}
+    for name in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def _table(path: str, kind: str, results: Path) -> ShownTable:
@@ -155,12 +196,24 @@ def page(
     how_to_read : mapping
         From `captions`.
     template : Path
-        A Jinja template.
+        A Jinja template; the page's script, of the same name, lies beside it.
     """
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    chapters = sorted(chapters, key=lambda one: SUBJECTS.index(one.subject))
+    subjects = {name: [one for one in chapters if one.subject == name] for name in SUBJECTS}
+    studies = [{path.partition("/")[0] for path in row["figures"].split()} for row in verdicts]
     text = environment.from_string(template.read_text(encoding="utf-8")).render(
-        chapters=chapters, verdicts=verdicts, how_to_read=how_to_read
+        chapters=chapters,
+        subjects=subjects,
+        verdicts=[
+            {**row, "shown_by": [one for one in chapters if one.name in names]}
+            for row, names in zip(verdicts, studies, strict=True)
+        ],
+        how_to_read=how_to_read,
+        provenance=PROVENANCE,
+        versions=_versions(),
+        script=template.with_suffix(".js").read_text(encoding="utf-8"),
     )
     return text if text.endswith("\n") else f"{text}\n"
