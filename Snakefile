@@ -15,6 +15,7 @@ include: "workflow/rules/stress.smk"
 include: "workflow/rules/cost.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
+include: "workflow/rules/interactive.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/report.smk"
 

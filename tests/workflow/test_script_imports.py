@@ -18,6 +18,10 @@ JOBS = {
         ["damper.figures.map", "matplotlib.figure", "xarray"],
         {"xarray", "pandas", "netCDF4", "matplotlib", "pydantic"},
     ),
+    "interactive": (
+        ["damper.models.rigid", "damper.observers.segments", "xarray"],
+        {"numba", "xarray", "pandas", "netCDF4", "pydantic"},
+    ),
     "report": ([], {"jinja2", "docutils"}),
 }
 CODE = """

@@ -213,10 +213,14 @@ def test_what_no_entry_makes_any_more_is_named_and_removed_when_asked(made):
     old = made / "results/small/figures/section.svg"
     figures = {"model": MODEL, "bifurcation": SECTION}
     write_small(made, **PRODUCTS | {"figures": figures})
+    motions = made / "results/small/interactive/section.js"
+    motions.parent.mkdir()
+    motions.touch()
     output = snakemake(made)
     assert "`snakemake --cores 1 tidy`" in output
     assert f"  {old.relative_to(made)}\n" in output
     snakemake(made, "tidy")
+    assert not motions.exists()
     left = sorted(path.name for path in old.parent.iterdir())
     assert left == ["bifurcation.png", "bifurcation.svg", "model.png", "model.svg"]
 

@@ -3,6 +3,10 @@
 CAPTIONS = HOME / "workflow/report"
 
 
+# What draws the interactive figures; without any, the page does without.
+PLOTLY = [f"{RESULTS}/plotly.min.js"] if DEFAULT_INTERACTIVE else []
+
+
 def report_if_complete():
     """The page."""
     return [f"{RESULTS}/report.html"] if COMPLETE else []
@@ -27,6 +31,7 @@ def report_settings():
         "studies": [study.about() for study in DEFAULT.values()],
         "kinds": _page_kinds(),
         "code": digest("report.py", "damper.report.page"),
+        "interactive": [fingerprint(interactive_settings(name)) for name in DEFAULT_INTERACTIVE],
         "claims": fingerprint(claims_settings()) if COMPLETE else "",
         "shown": [
             fingerprint(settings(name))
@@ -42,10 +47,12 @@ rule report:
         _page_inputs,
         claims=claims_if_complete(),
         captions=[CAPTIONS / f"{kind}.rst" for kind in _page_kinds()],
+        interactive=[f"{RESULTS}/{name}.js" for name in DEFAULT_INTERACTIVE],
         template=CAPTIONS / "page.html",
+        page_script=CAPTIONS / "page.js",
         newer=changed(report_settings, f"{RESULTS}/report.html"),
     output:
-        f"{RESULTS}/report.html",
+        [f"{RESULTS}/report.html", *PLOTLY],
     log:
         f"{LOGS}/report.log",
     benchmark:

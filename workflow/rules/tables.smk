@@ -30,11 +30,11 @@ def left_over():
     """Figures and tables that no entry of their study makes any more, such as one renamed."""
     made = {f"{name}.{end}" for name in FIGURES for end in SUFFIXES["figures"]}
     made |= {f"{name}.{end}" for name in TABLES for end in SUFFIXES["tables"]}
+    made |= {f"{name}.js" for name in INTERACTIVE}
     return [
         path
         for study in CONFIG.studies
-        for section in SUFFIXES
-        for folder in (section, f"timed/{section}")
+        for folder in (*SUFFIXES, *(f"timed/{section}" for section in SUFFIXES), "interactive")
         for path in sorted(Path(RESULTS, study, folder).glob("*"))
         if path.relative_to(RESULTS).as_posix() not in made
     ]

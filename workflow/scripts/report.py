@@ -2,7 +2,9 @@
 
 import csv
 import sys
+from importlib.resources import files
 from pathlib import Path
+from shutil import copyfile
 
 from damper.report.page import captions, chapter, page
 from damper.study.fingerprint import stamp
@@ -26,4 +28,6 @@ text = page(
     template,
 )
 Path(snakemake.output[0]).write_text(text, encoding="utf-8", newline="\n")
-stamp(snakemake.output, job)
+stamp(snakemake.output[:1], job)
+for path in snakemake.output[1:]:
+    copyfile(files("plotly") / "package_data/plotly.min.js", path)

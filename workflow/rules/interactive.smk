@@ -1,0 +1,54 @@
+"""Interactive figures of the page: scripts with their values and with motions to be clicked on."""
+
+INTERACTIVE = {
+    f"{study.name}/interactive/{name}": (study, settings)
+    for study in STUDIES.values()
+    for name, settings in study.interactive.items()
+}
+
+
+@once
+def interactive_settings(figure):
+    study, settings = INTERACTIVE[figure]
+    return {
+        "settings": settings,
+        "study": {
+            "fixed": study.fixed,
+            "axes": study.axis_values,
+            "initial": study.initial.settings(),
+            "follow": study.follow,
+            "run": study.run | ENGINE,
+        },
+        "code": digest(
+            "interactive.py",
+            *simulation_modules(study),
+            "damper.observers.segments",
+            "damper.observers.motion",
+        ),
+        "shown": made_of(f"{RESULTS}/{study.name}/cube.nc"),
+    }
+
+
+# Those of the page.
+DEFAULT_INTERACTIVE = [name for name, (study, _) in INTERACTIVE.items() if study.name in DEFAULT]
+
+
+rule interactive:
+    input:
+        cube=lambda wildcards: f"{RESULTS}/{INTERACTIVE[wildcards.figure][0].name}/cube.nc",
+        compiled=ancient(lambda wildcards: compiled_for(INTERACTIVE[wildcards.figure][0])),
+        newer=changed(interactive_settings, f"{RESULTS}/{{figure}}.js"),
+    output:
+        f"{RESULTS}/{{figure}}.js",
+    log:
+        f"{LOGS}/{{figure}}.log",
+    benchmark:
+        f"{TIMES}/{{figure}}.tsv"
+    wildcard_constraints:
+        figure=one_of(INTERACTIVE),
+    params:
+        job=job(interactive_settings),
+    message:
+        "Prepare {wildcards.figure} for the page"
+    script:
+        "../scripts/interactive.py"
