@@ -274,6 +274,7 @@ def test_no_swing_into_a_wall_is_missed() -> None:
 SWINGING = (0.3, 10.0, 0.01, 1.0, 0.0, 0.0, 1.2e6, 0.0)
 
 
+@pytest.mark.exhaustive
 def test_fast_swings_that_cannot_reach_a_wall_do_not_lose_the_search() -> None:
     """Three periods of the slow force, a million swings a tenth of the clearance wide."""
     run = start_run(parameters((*SWINGING[:3], 3.0, *SWINGING[4:])), State(0.0, 0.0, 0.3, 0.0))
@@ -281,6 +282,7 @@ def test_fast_swings_that_cannot_reach_a_wall_do_not_lose_the_search() -> None:
     assert (run.status, run.events) == (0, 0)
 
 
+@pytest.mark.exhaustive
 def test_a_contact_after_many_swings_is_that_of_fifty_digits() -> None:
     """Time to its own roundoff, and the speed of approach."""
     run = start_run(parameters(SWINGING), State(0.0, 0.0, 1.0, 1.0))

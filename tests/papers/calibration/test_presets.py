@@ -108,6 +108,7 @@ def test_stiff_walls_have_the_bursts_of_rigid_ones() -> None:
         ), name
 
 
+@pytest.mark.exhaustive
 def test_preset_of_paper_a_with_walls_that_give() -> None:
     """A3 holds there with each stiffness, A4 with none.
 
