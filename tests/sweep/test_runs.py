@@ -59,6 +59,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "motion": {"longest": 3},
     "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
+    "segments": {"periods": 2, "rows": 30},
 }
 
 
