@@ -211,10 +211,11 @@ def test_grazing_contacts(k: float, tension: int) -> None:
             assert run.status == 0
 
 
-def test_corners_of_the_range_finish_or_say_so() -> None:
+@pytest.mark.parametrize("runs", [40, pytest.param(400, marks=pytest.mark.exhaustive)])
+def test_corners_of_the_range_finish_or_say_so(runs: int) -> None:
     chance = random.Random(2)
     stopped = 0
-    for _ in range(120):
+    for _ in range(runs):
         tension = chance.choice([0, 1])
         d = chance.choice([0.0, 10 ** chance.uniform(-6, 1)])
         scene = (
