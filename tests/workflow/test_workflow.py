@@ -40,11 +40,11 @@ def small(tmp_path) -> Path:
     return folder
 
 
-SECTION = {"kind": "bifurcation", "along": "restitution", "rows": "mass_ratio"}
+SECTION = {"kind": "bifurcation", "along": "restitution", "at": {"mass_ratio": 0.1}}
 
 PRODUCTS = {
     "figures": {"model": MODEL, "section": SECTION},
-    "tables": {"edges": {"kind": "intervals", "along": "restitution"}},
+    "tables": {"edges": {"kind": "intervals", "along": "restitution", "resolution": 0.1}},
 }
 
 
