@@ -150,9 +150,9 @@ def made_of(path):
     return fingerprint(SETTINGS[kind, file](name))
 
 
-def of_papers(wildcards):
-    """Priority of a job: what the papers' verdicts need comes first, to be seen early."""
-    return int(next(iter(wildcards)).partition("/")[0] in JUDGED_BY)
+def of_papers(priority):
+    """Function of wildcards: this priority for a job of a study that the verdicts judge, else none."""
+    return lambda wildcards: priority * (next(iter(wildcards)).partition("/")[0] in JUDGED_BY)
 
 
 EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]

@@ -36,7 +36,7 @@ rule figure:
         f"{TIMES}/{{figure}}.tsv"
     wildcard_constraints:
         figure=one_of(FIGURES),
-    priority: of_papers
+    priority: of_papers(1)
     params:
         job=job(figure_settings),
     message:

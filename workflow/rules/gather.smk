@@ -45,7 +45,7 @@ rule gather:
         f"{TIMES}/{{study}}/gather.tsv"
     wildcard_constraints:
         study=one_of(STUDIES),
-    priority: of_papers
+    priority: of_papers(2)
     resources:
         mem_mb=lambda wildcards: taken_by(wildcards.study).gather_resources["mem_mb"],
         runtime=lambda wildcards: taken_by(wildcards.study).gather_resources["runtime"],

@@ -43,7 +43,7 @@ rule simulate:
     wildcard_constraints:
         study=one_of(STUDIES),
         place=one_of({place for _, place in PLACES}),
-    priority: of_papers
+    priority: of_papers(2)
     resources:
         mem_mb=lambda wildcards: taken_by(wildcards.study).simulate_resources["mem_mb"],
         runtime=lambda wildcards: taken_by(wildcards.study).simulate_resources["runtime"],

@@ -77,7 +77,7 @@ rule table:
         f"{TIMES}/{{table}}.tsv"
     wildcard_constraints:
         table=one_of(TABLES),
-    priority: of_papers
+    priority: of_papers(1)
     params:
         job=job(table_settings),
     message:

@@ -40,7 +40,7 @@ rule claims:
         f"{LOGS}/claims.log",
     benchmark:
         f"{TIMES}/claims/claims.tsv"
-    priority: 2
+    priority: 3
     params:
         job=job(claims_settings),
     message:
