@@ -101,7 +101,7 @@ def test_compiled_and_plain_give_the_same_bytes(model: str) -> None:
     for one, other in zip(fast[2], plain[2], strict=True):
         assert one == other
     rows = [row for found in plain[2] if isinstance(found, list) for row in found]
-    assert len(rows) > 60
+    assert len(rows) > 40
     assert not [row for row in rows if "nan" in row or "inf" in row]
 
 
