@@ -313,9 +313,7 @@ call(10**9 - 1, {workers})
     [
         ("events", [], 1),
         ("transient", ["impacts"], 1),
-        ("transient", ["impacts"], 2),
         ("periods", ["impacts"], 2),
-        ("periods", [], 2),
     ],
 )
 def test_interrupt_within_a_long_run(what: str, observers: list[str], workers: int) -> None:
