@@ -6,12 +6,10 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from new_process import in_new_process
 
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.quantities import ALL, MODEL_NAMES, PARAMETER_NAMES
+from damper.parameters.quantities import ALL, PARAMETER_NAMES
 
 GOOD = {
     "mass_ratio": 0.1,
@@ -77,38 +75,22 @@ def refused(kind: type, values: dict[str, float]) -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [(n, v) for n, (bad, _, _) in RANGES.items() for v in [math.nan, *bad]]
-)
-def test_out_of_range_names_field_value_and_range(name: str, value: float) -> None:
-    message = f"{name} = {value!r}: must be a finite number with {RANGES[name][1]}"
-    assert refused(Parameters, {**GOOD, name: value}) == message
+@pytest.mark.parametrize("name", RANGES)
+def test_range_and_its_ends(name: str) -> None:
+    outside, words, ends = RANGES[name]
+    for value in (math.nan, *outside):
+        message = f"{name} = {value!r}: must be a finite number with {words}"
+        assert refused(Parameters, {**GOOD, name: value}) == message
+    for value in ends:
+        assert getattr(Parameters(**{**GOOD, name: value}), name) == value
 
 
-@pytest.mark.parametrize(("name", "value"), [(n, v) for n, r in RANGES.items() for v in r[2]])
-def test_ends_of_the_ranges_are_allowed(name: str, value: float) -> None:
-    assert getattr(Parameters(**{**GOOD, name: value}), name) == value
-
-
-@pytest.mark.parametrize("name", ["mass_ratio", "modulation_depth"])
-@pytest.mark.parametrize("value", [True, "0.5", b"0.5", None, 1j, [0.5], 10**400])
-def test_not_a_number_names_field_and_value(name: str, value: object) -> None:
+@pytest.mark.parametrize("value", [True, "0.5", None, 1j, 10**400])
+def test_not_a_number_names_field_and_value(value: object) -> None:
+    name = "mass_ratio"
     message = f"{name} = {value!r}: must be a real number"
     with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
         Parameters(**{**GOOD, name: value})
-
-
-@given(
-    mass_ratio=st.floats(1e-6, 1e18),
-    damping_ratio=st.floats(0, 10),
-    frequency_ratio=st.floats(1e-3, 1e3),
-    clearance=st.floats(0, allow_infinity=False),
-    restitution=st.floats(0, 1),
-    phase=st.floats(allow_nan=False, allow_infinity=False),
-)
-def test_every_allowed_value_is_kept(**values: float) -> None:
-    defaults = {n: ALL[n].default for n in PARAMETER_NAMES if n not in values}
-    assert dataclasses.asdict(Parameters(**values)) == values | defaults
 
 
 def test_numbers_of_other_types_become_floats() -> None:
@@ -127,10 +109,6 @@ def test_parameters_are_frozen_and_hashable() -> None:
     assert dataclasses.replace(p, restitution=0.5) == Parameters(**{**GOOD, "restitution": 0.5})
 
 
-def test_period() -> None:
-    assert Parameters(**GOOD).period == pytest.approx(2 * math.pi / 0.8, rel=1e-15)
-
-
 @pytest.mark.parametrize("kind", [Parameters, SIParameters])
 def test_fields_are_the_declarations(kind: type) -> None:
     """Names, defaults and docstring; what both systems share has one default."""
@@ -143,20 +121,6 @@ def test_fields_are_the_declarations(kind: type) -> None:
         assert quantity.default == ALL[quantity.name].default
     units = {quantity.name: quantity.units for quantity in SIParameters.quantities}
     assert units["yield_speed"] == "m/s"
-
-
-def test_names_of_the_models() -> None:
-    assert MODEL_NAMES == {
-        "grounded": (
-            "support_stiffness_ratio",
-            "support_stiffness",
-            "support_damping_ratio",
-            "support_damping",
-            "support_damping_factor",
-        ),
-        "compliant": ("contact_stiffness_ratio", "contact_stiffness", "contact_tension"),
-        "time_varying": ("modulation_depth", "modulation_order", "modulation_phase"),
-    }
 
 
 @pytest.mark.parametrize(
@@ -262,8 +226,8 @@ def test_yield_speed_is_scaled_as_speeds_are() -> None:
     assert SIParameters(**SI).dimensionless.yield_speed == math.inf
 
 
-@pytest.mark.parametrize("name", ["x", "v", "y", "u", "time"])
-def test_state_errors(name: str) -> None:
+def test_state_errors() -> None:
+    name = "y"
     values = {"x": 0.1, "v": 0.2, "y": 0.3, "u": 0.4, "time": 0.5}
     assert dataclasses.asdict(State(**values)) == values
     for value in (math.nan, math.inf):
@@ -272,10 +236,6 @@ def test_state_errors(name: str) -> None:
             State(**{**values, name: value})
     with pytest.raises(TypeError, match=f"^{name} = '0': must be a real number$"):
         State(**{**values, name: "0"})
-
-
-def test_state_time_defaults_to_zero() -> None:
-    assert State(0, 0, 0, 0).time == 0.0
 
 
 def test_parameters_load_no_numerics() -> None:

@@ -4,7 +4,6 @@ import random
 from itertools import product as combinations
 from typing import Any
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from new_process import in_new_process
@@ -63,33 +62,12 @@ def test_predecessors_by_brute_force(
         assert plan.after[lane] == expected
 
 
-@given(values=VALUES)
-def test_every_lane_is_followed_once_at_most(values: list[float]) -> None:
-    """So chains end to end cover all lanes."""
-    axes = {"clearance": values}
-    after = branches(product(axes, {}), axes, {}, {"clearance": "both"}).after
-    real = [lane for lane in after if lane >= 0]
-    assert len(set(real)) == len(real) == len(after) - 2
-
-
 def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:
     axes = {"clearance": [0.1, 0.2]}
     plan = branches(product(axes, {}), axes, {}, {})
     assert plan.points == [{"clearance": 0.1}, {"clearance": 0.2}]
     assert (plan.dimensions, plan.labels, plan.after, plan.primary) == ({}, {}, None, "rest")
     assert branches([{}], {}, {"primary": "steady"}, {}).primary == "steady"
-
-
-def test_draws_are_the_same_at_every_point() -> None:
-    axes = {"clearance": [0.1, 0.2]}
-    plan = branches(product(axes, {}), axes, DRAWS, {})
-    assert plan.dimensions == {"draw": [0, 1, 2]}
-    one, other = plan.points[:3], plan.points[3:]
-    assert [p["clearance"] for p in plan.points] == [0.1] * 3 + [0.2] * 3
-    for a, b in zip(one, other, strict=True):
-        assert a["initial_velocity"] == b["initial_velocity"]
-        assert a["initial_position"] == b["initial_position"]
-        assert set(a) == {"clearance", "initial_velocity", "initial_position"}
 
 
 def test_draws_are_those_of_pythons_generator() -> None:
@@ -104,12 +82,6 @@ def test_draws_are_those_of_pythons_generator() -> None:
     assert found == {"initial_velocity": velocities, "initial_position": positions}
     # Whatever the order in which the file names them.
     assert draws(dict(reversed(DRAWS.items()))) == found
-
-
-def test_known_numbers() -> None:
-    """Those of a Mersenne Twister with seed 1: 0.13436424411240122, 0.8474337369372327, ..."""
-    found = draws({"draws": 2, "seed": 1, "initial_displacement": (0.0, 1.0)})
-    assert found == {"initial_displacement": [0.13436424411240122, 0.8474337369372327]}
 
 
 @given(
@@ -138,18 +110,10 @@ def test_more_draws_begin_with_the_fewer_and_seeds_differ() -> None:
     assert max(wide) > 0.99
 
 
-@pytest.mark.parametrize("hash_seed", ["0", "1", "4242"])
-def test_draws_do_not_depend_on_the_process(hash_seed: str) -> None:
+def test_draws_do_not_depend_on_the_process() -> None:
     code = (
         "import json, random; random.seed(99)\n"
         "from damper.sweep.branches import draws\n"
         f"print(json.dumps(draws({DRAWS!r})))"
     )
-    assert in_new_process(code, PYTHONHASHSEED=hash_seed) == draws(DRAWS)
-
-
-def test_drawing_leaves_the_callers_generator_alone() -> None:
-    random.seed(5)
-    state = random.getstate()
-    draws(DRAWS)
-    assert random.getstate() == state
+    assert in_new_process(code, PYTHONHASHSEED="4242") == draws(DRAWS)

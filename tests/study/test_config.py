@@ -7,7 +7,6 @@ import random
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -124,15 +123,7 @@ def test_origin_of_values(tmp_path: Path) -> None:
     assert load(tmp_path, GOOD).stated == {}
 
 
-def test_figure_has_a_caption(tmp_path: Path) -> None:
-    study = load(
-        tmp_path, changed("along: restitution, each", "caption: C, along: restitution, each")
-    )
-    assert study.figures["bifurcation"].caption == "C"
-    assert load(tmp_path, GOOD).figures["bifurcation"].caption is None
-
-
-@pytest.mark.parametrize("words", ["no", "1e-8", "0x1F", "~", "a: b # c", "é\n\ttab", "=", "<<"])
+@pytest.mark.parametrize("words", ["no", "1e-8", "a: b # c", "é\n\ttab"])
 def test_canonical_text_keeps_odd_words(tmp_path: Path, words: str) -> None:
     quoted = yaml.safe_dump(words, default_style='"').strip()
     study = load(tmp_path, f"description: {quoted}\n{GOOD}")
@@ -185,23 +176,9 @@ def test_coordinate_names() -> None:
     assert names == ["r~0.3", "r~1", "r~1e-08", "r~0.1", "r~0", "r~-0.5", "r~1e+22", "r~100000"]
 
 
-def test_words_are_not_booleans_and_aliases_work(tmp_path: Path) -> None:
-    text = changed("Restitution and chatter", "on").replace(
-        '"Paper B, doi:10.1177/14613484211051849"', "&s no\ndescription: *s"
-    )
-    study = load(tmp_path, text)
-    assert (study.title, study.source, study.description) == ("on", "no", "no")
-
-
 @pytest.mark.parametrize(
     ("override", "count"),
-    [
-        ({"num": 3}, 3),
-        ({"values": [0.5, 0.6, 0.7, 0.8]}, 4),
-        ({"step": "5e-1"}, 3),
-        ({"start": 0.5}, 251),
-        ({"start": 0.1, "num": 4, "spacing": "log"}, 4),
-    ],
+    [({"values": [0.5, 0.6, 0.7, 0.8]}, 4), ({"step": "5e-1"}, 3), ({"start": 0.5}, 251)],
 )
 def test_override_replaces_the_way_an_axis_is_given(
     tmp_path: Path, override: dict[str, Any], count: int
@@ -216,8 +193,6 @@ def test_override_replaces_the_way_an_axis_is_given(
 
 # What is refused: text in the good file, what replaces it, and parts of the message.
 
-SECTION = "impact_section: {wall: left, samples: 20, free_mass: true}"
-FIGURE = "{kind: bifurcation, along: restitution, each: mass_ratio, rows: frequency_ratio}"
 R = "{start: 0, stop: 1, step: 0.002}"
 MISTAKES = {
     "unknown key": (
@@ -228,9 +203,7 @@ MISTAKES = {
         "    allowed: values, start, stop, num, step, spacing, fan, follow, assumed, stated\n"
         "    did you mean 'num'?",
     ),
-    "unknown top key": ("periods:", "Period:", "Period\n", "did you mean 'periods'?"),
     "missing": ("transient: 300\n", "", "'transient' is missing\n    allowed: integer >= 0"),
-    "missing value": ("value: 0.02, ", "", ":4  parameters.damping_ratio.value", "is missing"),
     "parameter missing": (
         "  clearance: 0.05\n",
         "",
@@ -244,11 +217,6 @@ MISTAKES = {
         "good.yaml:3  parameters\n    gap (SI units) and damping_ratio, mass_ratio, "
         "frequency_ratio (dimensionless) are mixed: give all parameters in SI units or none",
         "1 error ",
-    ),
-    "two systems of units in the axes": (
-        "mass_ratio: {values: [0.25, 0.1, 0.05, 1e-3], fan: true}",
-        "free_mass: {values: [0.25, 0.1, 0.05, 1e-3], fan: true}",
-        "free_mass (SI units) and damping_ratio, clearance, frequency_ratio (dimensionless)",
     ),
     "symbol of the other system": (
         "clearance: 0.05",
@@ -264,37 +232,22 @@ MISTAKES = {
         "good.yaml:10  axes.restitution",
         "'restitution' is given twice: under parameters and under axes",
     ),
-    "misspelt parameter": (
-        "clearance:",
-        "Clearence:",
-        "good.yaml:5  parameters.Clearence",
-        "unknown parameter 'Clearence' (value: 0.05)",
-        "did you mean 'clearance'?",
-        "1 error ",
-    ),
-    "misspelt axis": ("restitution: {start", "restituton: {start", "did you mean 'restitution'?"),
     "out of range": (
         "clearance: 0.05",
         "clearance: -1",
         "good.yaml:5  parameters.clearance\n    out of range (value: -1)\n"
         "    allowed: number, clearance >= 0",
     ),
-    "range of fixed": ("value: 0.02", "value: -2", ":4  parameters.damping_ratio.value"),
     "not finite": ("0.05\n", ".inf\n", "not finite (value: .inf)"),
-    "not a number": ("clearance: 0.05", "clearance: .nan", "not finite (value: .nan)"),
-    "huge": ("clearance: 0.05", "clearance: 1e400", "not finite (value: .inf)"),
     "huge integer": ("clearance: 0.05", f"clearance: {'9' * 5000}", "not finite"),
-    "huge hexadecimal": ("periods: 100", f"periods: 0x{'f' * 9000}", "not finite"),
     "quoted number": (
         "clearance: 0.05",
         "clearance: '0.05'",
         "not a number (value: '0.05', which is text: take off the quotes)",
     ),
-    "boolean": ("clearance: 0.05", "clearance: true", "not a number (value: true)"),
     "null": ("clearance: 0.05", "clearance:", "parameters.clearance\n", "(value: nothing)"),
     "float for integer": ("periods: 100", "periods: 1e2", "(value: 100.0, write 100)"),
     "periods": ("periods: 100", "periods: 0", "out of range (value: 0)", "integer >= 1"),
-    "transient": ("transient: 300", "transient: -1", "good.yaml:10  transient", "integer >= 0"),
     "title": ("Restitution and chatter", "5", "not text (value: 5, put it in quotes)"),
     "title of two lines": (
         "Restitution and chatter",
@@ -311,8 +264,6 @@ MISTAKES = {
     "name too long": ("  chatter:", f"  {'x' * 101}:", "name of a table", "up to 100 letters"),
     "empty title": ("Restitution and chatter", "' '", "title", "the text is empty"),
     "list for mapping": ("  impacts:\n", "  impacts: [1]\n", ":14  observers.impacts", "a list"),
-    "list for a number": ("0.05\n", "[0.05]\n", "not a number (value: a list)"),
-    "number for section": (f"{FIGURE}\n", "3\n", "figures.bifurcation", "(value: 3)"),
     "fan": (
         "values: [1.1, 2], fan: true",
         "values: [1.1, 2], fan: yes",
@@ -320,8 +271,6 @@ MISTAKES = {
     ),
     "empty axis": ("[1.1, 2]", "[]", "axes.frequency_ratio.values", "the list is empty"),
     "duplicate value": ("[1.1, 2]", "[1.1, 2, 1.10]", "values[2]", "1.1 is given twice"),
-    "value out of range": ("[1.1, 2]", "[1.1, 0]", ".values[1]", "0.001 <= frequency_ratio"),
-    "range of stop": ("stop: 1,", "stop: 1.5,", "restitution.stop", "0 <= restitution <= 1"),
     "no values": (R, "{fan: false}", "does not say which values it has", "values; or start"),
     "values and num": ("[1.1, 2],", "[1.1, 2], num: 3,", "values stands alone, but num is given"),
     "num and step": ("step: 0.002", "step: 0.5, num: 3", "num (3) and step (0.5) are both given"),
@@ -337,14 +286,10 @@ MISTAKES = {
         "step: 0.3",
         "step 0.3 does not divide the range from 0 to 1 (3.33333 steps): use stop: 0.9 or num: 4",
     ),
-    "step too long": ("step: 0.002", "step: 3", "does not divide", "use num: 2"),
-    "step of nothing": ("step: 0.002", "step: 0", "axes.restitution.step", "number > 0"),
     "too many values": ("step: 0.002", "step: 1e-9", "more than 1000000 values"),
-    "too large num": ("step: 0.002", "num: 1000001", "integer >= 2 and <= 1000000"),
     "too close": (R, "{start: 1e-320, stop: 2e-320, num: 9999}", "no 9999 distinct values"),
     "log with step": ("step: 0.002", "step: 0.5, spacing: log", "log goes with num, not with step"),
     "log from zero": ("step: 0.002", "num: 5, spacing: log", "log needs start > 0 (value: 0)"),
-    "spacing": ("step: 0.002", "num: 5, spacing: lin", "linear, log", "did you mean 'linear'?"),
     "too many slices": (
         "step: 0.002}",
         "step: 0.002, fan: true}",
@@ -358,18 +303,6 @@ MISTAKES = {
         "good.yaml:4  parameters.damping_ratio\n    assumed and stated are both given\n",
         "1 error ",
     ),
-    "two origins of an axis": (
-        'assumed: "three',
-        'stated: "table 1", assumed: "three',
-        "good.yaml:8  axes.frequency_ratio\n    assumed and stated are both given\n",
-        "1 error ",
-    ),
-    "origin not text": (
-        'assumed: "three of four"',
-        "stated: 3",
-        "axes.frequency_ratio.stated\n    not text (value: 3, put it in quotes)",
-    ),
-    "empty caption": ("along: restitution, each", "caption: '', along: restitution, each", "empty"),
     "no parameters": (
         'damping_ratio: {value: 0.02, assumed: "the paper\'s value is lost"}\n  clearance: 0.05\n',
         "\n",
@@ -391,58 +324,32 @@ MISTAKES = {
         "stroboscopic_section and impact_section cannot both",
         "both write displacement and velocity",
     ),
-    "wall": ("wall: left", "wall: Left", "(value: 'Left')", "left, right", "did you mean 'left'?"),
-    "samples": ("samples: 20", "samples: 100001", "integer >= 1 and <= 100000"),
-    "at": (SECTION, "stroboscopic_section: {at: 1}", "number >= 0 and < 1"),
     "threshold": (
         "  impacts:\n",
         "  impacts: {threshold: 3}\n",
         "observers.impacts.threshold\n    out of range (value: 3)",
         "or {speed: > 0}",
     ),
-    "threshold speed": ("speed: 1e-8", "speed: 0", "threshold.speed", "number > 0"),
     "threshold of both": ("speed: 1e-8", "speed: 1, fraction: 0.1", "exactly one of"),
-    "compare": ("[0.01, 0.1]", "[0.1, 1]", "compare_thresholds[1]", "number > 0 and < 1"),
-    "compare twice": ("[0.01, 0.1]", "[0.1, 0.1]", "0.1 is given twice (first as [0])"),
-    "compare not a list": ("[0.01, 0.1]", "0.1", "not a list (value: 0.1)"),
-    "records": ("records: 5", "records: -5", "integer >= 0"),
     "kind": ("kind: bifurcation", "kind: bifurcations", "did you mean 'bifurcation'?"),
     "no kind": ("kind: bifurcation, ", "", "figures.bifurcation.kind", "'kind' is missing"),
     "figure's key": ("each: m", "eech: m", "figures.bifurcation.eech\n", "kind, see, along, each"),
     "stem": ("  bifurcation:", "  bif/urc:", "cannot be the name of a figure", "letters, digits"),
     "stem a number": ("  bifurcation:", "  12:", "put 12 in quotes"),
-    "along": ("along: restitution, each", "along: phase, each", "unknown axis 'phase'"),
-    "roles": ("rows: frequency_ratio", "rows: mass_ratio", "'mass_ratio' is each already"),
-    "axis without a place": (
-        ", rows: frequency_ratio",
-        "",
-        "good.yaml:17  figures.bifurcation",
-        "axis 'frequency_ratio' has 2 values but no place in the figure",
-        "name it as rows",
-    ),
-    "no section": (f"  {SECTION}\n", "", "figures.bifurcation\n    needs a section"),
     "no bursts": ("  bursts: {thr", "  impacts: {thr", "given twice", "needs bursts"),
     "short table": ("step: 0.002", "num: 2", "tables.chatter.along", "at least 3 values"),
-    "resolution": (
-        "intervals, along: restitution",
-        "intervals, along: restitution, resolution: 0",
-        "tables.chatter.resolution",
-        "number > 0",
-    ),
     "key twice": (
         "periods: 100\n",
         "periods: 100\nperiods: 200\n",
         "good.yaml:12  periods",
         "the key 'periods' is given twice (first in line 11)",
     ),
-    "deep key twice": ("stop: 1,", "stop: 1, stop: 1,", "good.yaml:9  axes.restitution.stop"),
     "key not text": ("periods: 100\n", "periods: 100\n7: 8\n", "a key must be text (it is 7)"),
     "merge key": ("periods: 100\n", "periods: 100\n<<: {a: 1}\n", "unknown key '<<'"),
     "alias within": ("  clearance: 0.05", "  clearance: &a [*a]", "good.yaml:5", "an alias (*)"),
     "tag": ("periods: 100", "periods: !!set {1}", "the tag 'tag:yaml.org,2002:set'"),
     "wrong tag": ("periods: 100", "periods: !!int many", "'many' is not of the kind !!int"),
     "tab": ("  clearance", "\tclearance", "not valid YAML at line 5, column 1", "tabs"),
-    "bracket": ("[1.1, 2]", "[1.1, 2", "good.yaml:8\n    not valid YAML at line 8, column"),
     "nesting": ("0.05\n", "[" * 3000 + "\n", "nested deeper than 50 levels"),
     "escape": ("Restitution and chatter", r'"\UFFFFFFFF"', "not valid YAML at line 1"),
     "surrogate": ("Restitution and chatter", r'"\ud800"', "not text in UTF-8"),
@@ -463,13 +370,10 @@ def test_mistake_is_told(tmp_path: Path, name: str) -> None:
     ("text", "part"),
     [
         ("", "the file is empty"),
-        ("# only words\n", "the file is empty"),
         ("- 1\n", "good.yaml:1\n    the top level must be a mapping (it is a list)"),
-        ("word", "the top level must be a mapping (it is 'word')"),
         (b"title: a\nsource: \xff\n", "line 2, column 9: not text in UTF-8"),
         (bytes(range(256)), "good.yaml:"),
         ("&a [*a]", "an alias (*)"),
-        ("&a {b: *a}", "an alias (*)"),
     ],
 )
 def test_file_that_is_no_study(tmp_path: Path, text: str | bytes, part: str) -> None:
@@ -557,18 +461,11 @@ def test_good_config(tmp_path: Path) -> None:
             ["config  studies[1]", "two studies are called 'good'"],
         ),
         ({"studies": ["a b.yaml"]}, ["'a b' cannot be the name of a study"]),
-        ({"studies": []}, ["config  studies", "the list is empty"]),
-        ({"studies": "good"}, ["not a list (value: 'good')"]),
-        ({"studies": [1]}, ["config  studies[0]", "not text (value: 1"]),
         ({"studys": 1}, ["config  studys", "did you mean 'studies'?"]),
         ({"engine": {"accuracy": "1e-2"}}, ["config  engine.accuracy", "(value: 0.01)", "1e-15"]),
-        ({"engine": {"max_events": 0}}, ["config  engine.max_events", "integer >= 1"]),
-        ({"engine": {"max_events": "lots"}}, ["not an integer (value: 'lots')"]),
         ({"engine": None}, ["config  engine", "not a mapping (value: nothing)"]),
-        ({"results": ""}, ["config  results", "the text is empty"]),
         ({"overrides": {"god": {}}}, ["config  overrides.god", "did you mean 'good'?"]),
         ({"overrides": {"good": 3}}, ["config  overrides.good", "not a mapping (value: 3)"]),
-        ({"overrides": [1]}, ["config  overrides", "not a mapping (value: a list)"]),
         ({5: 6}, ["a key must be text (it is 5)"]),
     ],
 )
@@ -622,15 +519,7 @@ def test_mistakes_in_files_are_named_by_line(tmp_path: Path) -> None:
     [
         ("studies: [good]\nresults: a\nresults: b", "0.yaml:3  results\n    the key 'results' is"),
         ("studies: [good\nresults: a", "0.yaml:2\n    not valid YAML at line 2, column 8"),
-        ("studies:\n\t- good", "0.yaml:2\n    not valid YAML at line 2, column 1"),
-        (
-            "# é\n".encode("latin-1"),
-            "0.yaml:1\n    not valid YAML at line 1, column 3: not",
-        ),
-        ("studies: [good]".encode("utf-16"), "not text in UTF-8"),
         (b"studies: [go\0od]", "0.yaml:1\n    not valid YAML at line 1, column 13: the character"),
-        ("", "0.yaml\n    the file is empty"),
-        ("- good", "0.yaml:1\n    the top level must be a mapping (it is a list)"),
         ("engine: {}", "0.yaml  studies\n    'studies' is missing"),
     ],
 )
@@ -651,7 +540,7 @@ def test_files_are_merged_as_snakemake_merges_them(tmp_path: Path) -> None:
         load_config({}, tmp_path, [*paths, tmp_path / "nowhere.yaml"])
 
 
-@pytest.mark.parametrize("given", ["results/", "./a//b", "a.b/c-1", "x" * 200])
+@pytest.mark.parametrize("given", ["results/", "./a//b", "x" * 200])
 def test_folder_of_results(tmp_path: Path, given: str) -> None:
     write(tmp_path, GOOD)
     assert config(tmp_path, results=given).results == PurePosixPath(given).as_posix()
@@ -660,9 +549,7 @@ def test_folder_of_results(tmp_path: Path, given: str) -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        *("a{b}", "/tmp/a", "../a", "a/../b", ".", ".git", "a/.b", "a b", "~/a", "-a", "a\nb"),
-        *("a\0b", "a\\b", "x" * 201, "src", "Src/a", "config/a", "workflow", "tests/a"),
-        *("here/a", "here"),
+        *("a{b}", "/tmp/a", "../a", ".git", "a b", "a\nb", "a\0b", "x" * 201, "Src/a", "here/a"),
     ],
 )
 def test_folder_that_is_not_for_results(
@@ -695,12 +582,6 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
     ]
 
 
-def test_config_that_is_none(tmp_path: Path) -> None:
-    for mapping in (None, [], "word", {}, 3):
-        with pytest.raises(ConfigError):
-            load_config(mapping, tmp_path)  # type: ignore[arg-type]
-
-
 # Whatever comes, it ends in a study or in a ConfigError.
 
 ODD = [None, True, -1, 0, 1e400, math.nan, 10**5000, "", "é\ud800", "1e-3", [], {}, [[{}]], {1: 2}]
@@ -730,13 +611,19 @@ def broken(rng: random.Random, data: Any) -> Any:
     return data
 
 
-def test_any_mapping_ends_well(tmp_path: Path) -> None:
-    rng, end = random.Random(1), time.monotonic() + 3
+CASES = pytest.mark.parametrize(
+    "count", [150, pytest.param(3000, marks=pytest.mark.exhaustive)], ids=str
+)
+
+
+@CASES
+def test_any_mapping_ends_well(tmp_path: Path, count: int) -> None:
+    rng = random.Random(1)
     write(tmp_path, GOOD)
     whole = yaml.safe_load(GOOD)
     good = {"studies": ["good"], "engine": {"accuracy": "1e-9"}, "overrides": {"good": whole}}
     outcomes = set()
-    for _ in range(1500):
+    for _ in range(count):
         bad = good
         for _ in range(rng.randrange(1, 4)):
             bad = broken(rng, bad) if isinstance(bad, dict) else bad
@@ -746,15 +633,14 @@ def test_any_mapping_ends_well(tmp_path: Path) -> None:
         except ConfigError as error:
             outcomes.add("bad")
             str(error).encode()
-        if time.monotonic() > end:
-            break
     assert outcomes == {"good", "bad"}
 
 
-def test_any_text_ends_well(tmp_path: Path) -> None:
-    rng, end = random.Random(2), time.monotonic() + 3
+@CASES
+def test_any_text_ends_well(tmp_path: Path, count: int) -> None:
+    rng = random.Random(2)
     outcomes = set()
-    for _ in range(1500):
+    for _ in range(count):
         text = GOOD
         for _ in range(rng.randrange(1, 4)):
             i = rng.randrange(len(text))
@@ -769,8 +655,6 @@ def test_any_text_ends_well(tmp_path: Path) -> None:
         except ConfigError as error:
             outcomes.add("bad")
             str(error).encode()
-        if time.monotonic() > end:
-            break
     assert outcomes == {"good", "bad"}
 
 

@@ -102,7 +102,6 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
             "run\n"
             "    allowed: at most 1000000000 in a run",
         ),
-        ({"transient": 10**12}, "large.yaml:16  transient\n    1000000000000 + 50 forcing"),
         (
             {"periods": 10**8},
             "large.yaml:8  axes.clearance\n"

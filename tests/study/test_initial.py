@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from new_process import in_new_process
 
 from damper import State, simulate
 from damper.parameters.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
@@ -140,35 +138,6 @@ def test_draws_are_a_dimension() -> None:
             np.testing.assert_array_equal(found.values, variable.values)
 
 
-def test_seeds() -> None:
-    runs = [
-        simulate(**SCENE, **RUN, initial={"draws": 3, "seed": seed, **RANGES}) for seed in (1, 1, 2)
-    ]
-    assert runs[0].identical(runs[1])
-    assert not runs[0].identical(runs[2])
-    assert set(runs[0].initial_position.values).isdisjoint(runs[2].initial_position.values)
-
-
-DRAWN = """
-import json
-from damper import simulate
-cube = simulate(**{scene!r}, transient=0, periods=2, observers=["stroboscopic_section"],
-                initial={initial!r})
-print(json.dumps([cube.initial_position.values.tolist(), cube.displacement.values.tolist()]))
-"""
-
-
-def test_draws_do_not_depend_on_the_process() -> None:
-    initial = {"draws": 3, "seed": 1, **RANGES}
-    here = simulate(
-        **SCENE, transient=0, periods=2, observers=["stroboscopic_section"], initial=initial
-    )
-    code = DRAWN.format(scene=SCENE, initial=initial)
-    positions, displacement = in_new_process(code, PYTHONHASHSEED="77", DAMPER_COMPILE="0")
-    assert positions == here.initial_position.values.tolist()
-    np.testing.assert_allclose(displacement, here.displacement.values, rtol=1e-10)
-
-
 def test_draws_go_with_a_steady_start() -> None:
     initial = {"primary": "steady", "draws": 3, "seed": 1, "initial_position": [-1, 1]}
     cube = simulate(**SCENE, **RUN, initial=initial)
@@ -178,9 +147,9 @@ def test_draws_go_with_a_steady_start() -> None:
     np.testing.assert_allclose(apart, 0.5 * cube.initial_position, atol=1e-15)
 
 
-@pytest.mark.parametrize("fan", [(), ("restitution",), ("phase", "restitution")])
-def test_draws_through_slices_and_files(fan: tuple[str, ...], tmp_path: Path) -> None:
+def test_draws_through_slices_and_files(tmp_path: Path) -> None:
     """However the study is cut into jobs, each has the same draws."""
+    fan = ("phase", "restitution")
     axes = {"restitution": [0.2, 0.8], "phase": [0.0, 1.0]}
     fixed = {name: value for name, value in SCENE.items() if name not in axes}
     initial = {"draws": 3, "seed": 4, **RANGES}
@@ -212,26 +181,11 @@ def test_draws_through_slices_and_files(fan: tuple[str, ...], tmp_path: Path) ->
     ("change", "parts"),
     [
         ({"initial": "stedy"}, ["initial: ", "'stedy'", "must be rest, steady"]),
-        ({"initial": {"draw": 2}}, ["initial.draw: unknown key 'draw'", "draws"]),
         ({"initial": {"draws": 2, "initial_position": [-1, 1]}}, ["initial.seed", "'seed' is mi"]),
-        ({"initial": {"draws": 2, "seed": 1}}, ["no quantity has a range", "[low, high]"]),
-        ({"initial": {"seed": 1}}, ["'seed' is for random", "'draws' is missing"]),
-        ({"initial": {"initial_position": [-1, 1]}}, ["initial.draws", "is missing"]),
-        ({"initial": {"draws": 0, "seed": 1, **RANGES}}, ["initial.draws", "(value: 0)", ">= 1"]),
-        ({"initial": {"draws": 2, "seed": -1, **RANGES}}, ["initial.seed", "integer >= 0"]),
         ({"initial": {"draws": 2.0, "seed": 1, **RANGES}}, ["initial.draws", "write 2"]),
-        ({"initial": {"draws": True, "seed": 1, **RANGES}}, ["initial.draws", "not an integer"]),
         (
             {"initial": {"draws": 2, "seed": 1, "initial_position": [-1.5, 1]}},
             ["initial.initial_position[0]", "-1.5", ">= -1 and <= 1"],
-        ),
-        (
-            {"initial": {"draws": 2, "seed": 1, "initial_position": [1, -1]}},
-            ["initial.initial_position", "low must be less than high"],
-        ),
-        (
-            {"initial": {"draws": 2, "seed": 1, "initial_position": 0.5}},
-            ["initial.initial_position", "not two numbers (value: 0.5)"],
         ),
         (
             {"initial": {"draws": 2, "seed": 1, **RANGES}, "initial_position": 0.5},
@@ -241,21 +195,9 @@ def test_draws_through_slices_and_files(fan: tuple[str, ...], tmp_path: Path) ->
             {"initial": "steady", "initial_velocity": [0.5]},
             ["initial_velocity is given, but the primary starts on its steady response"],
         ),
-        (
-            {
-                "initial": {
-                    "primary": "steady",
-                    "draws": 2,
-                    "seed": 1,
-                    "initial_displacement": [0, 1],
-                }
-            },
-            ["initial_displacement is given, but the primary starts on its steady response"],
-        ),
         ({"initial": "steady", "state": State(0, 0, 0, 0)}, ["state stands alone"]),
         ({"initial_position": 0.0, "state": State(0, 0, 0, 0)}, ["state stands alone"]),
         ({"initial_position": 1.01}, ["initial_position = 1.01", "-1 at the left wall"]),
-        ({"initial_position": [0.0, -2.0]}, ["initial_position = -2.0"]),
     ],
     ids=str,
 )
@@ -311,32 +253,11 @@ def blame(folder: Path, text: str) -> str:
     return message.replace(f"{folder}/", "")
 
 
-def test_default_is_rest(tmp_path: Path) -> None:
-    study = load(tmp_path, STUDY)
-    assert study.initial.settings() == {"primary": "rest"}
-    assert study.follow == {}
-    assert yaml.safe_load(study.to_yaml())["initial"] == "rest"
-    assert load(tmp_path, STUDY + "initial: rest\n") == study
-    assert load(tmp_path, STUDY + "initial: {primary: rest}\n") == study
-
-
-@pytest.mark.parametrize(
-    "more",
-    [
-        "",
-        "initial: steady\n",
-        INITIAL,
-        INITIAL.replace("initial_velocity: [0, 2]", "primary: steady"),
-    ],
-    ids=["rest", "steady", "draws", "both"],
-)
-@pytest.mark.parametrize("follow", [None, "up", "down", "both"])
-def test_canonical_text_is_a_fixed_point(tmp_path: Path, more: str, follow: str | None) -> None:
-    text = STUDY + more
-    if follow:
-        text = text.replace("[0.5, 1, 2]", f"[0.5, 1, 2], follow: {follow}")
+def test_canonical_text_is_a_fixed_point(tmp_path: Path) -> None:
+    more = INITIAL.replace("initial_velocity: [0, 2]", "primary: steady")
+    text = (STUDY + more).replace("[0.5, 1, 2]", "[0.5, 1, 2], follow: both")
     study = load(tmp_path, text)
-    assert study.follow == ({"clearance": follow} if follow else {})
+    assert study.follow == {"clearance": "both"}
     again = load(tmp_path, study.to_yaml())
     assert again == study
     assert again.to_yaml() == study.to_yaml()
@@ -378,8 +299,6 @@ TABLE = "tables:\n  edges: {kind: intervals, along: clearance}\n"
 UP = ("[0.5, 1, 2]", "[0.5, 1, 2], follow: up")
 MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
     "word": (("", ""), "initial: stedy\n", ["initial\n", "(value: 'stedy')", "rest, steady"]),
-    "near word": (("", ""), "initial: stedy\n", ["did you mean 'steady'?", "1 error "]),
-    "key": (("", ""), INITIAL.replace("draws", "draw"), ["unknown key 'draw'", "mean 'draws'?"]),
     "symbol": (
         ("", ""),
         INITIAL.replace("initial_velocity", "v0"),
@@ -409,15 +328,6 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
         ],
     ),
     "backwards": (("", ""), INITIAL.replace("[0, 2]", "[2, 0]"), ["low must be less than high"]),
-    "no width": (("", ""), INITIAL.replace("[0, 2]", "[2, 2]"), ["low must be less than high"]),
-    "one number": (("", ""), INITIAL.replace("[0, 2]", "2"), ["not two numbers (value: 2)"]),
-    "three numbers": (("", ""), INITIAL.replace("[0, 2]", "[0, 1, 2]"), ["not two numbers"]),
-    "not finite": (("", ""), INITIAL.replace("[0, 2]", "[0, .inf]"), ["not finite (value: .inf)"]),
-    "too many": (
-        ("", ""),
-        INITIAL.replace("draws: 5", "draws: 100001"),
-        ["initial.draws", "integer >= 1 and <= 100000"],
-    ),
     "random and fixed": (
         ("parameters:\n", "parameters:\n  initial_position: 0.5\n"),
         INITIAL,
@@ -426,11 +336,6 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
             "'initial_position' is random here and given under parameters as well",
             "one of the two",
         ],
-    ),
-    "random and axis": (
-        ("axes:\n", "axes:\n  initial_velocity: {values: [0, 1]}\n"),
-        INITIAL,
-        ["'initial_velocity' is random here and given under axes as well"],
     ),
     "steady and displaced": (
         ("parameters:\n", "parameters:\n  initial_displacement: 0.5\n"),
@@ -455,21 +360,6 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
         "initial: steady\n",
         ["'damping_ratio' is not given", "1 error "],
     ),
-    "steady and mixed": (
-        ("damping_ratio: 0.05", "stiffness: 3"),
-        "initial: steady\n",
-        ["stiffness (SI units)", "are mixed", "1 error "],
-    ),
-    "misspelt": (
-        ("parameters:\n", "parameters:\n  initial_positon: 0.5\n"),
-        "",
-        ["unknown parameter 'initial_positon'", "did you mean 'initial_position'?", "1 error "],
-    ),
-    "start out of range": (
-        ("axes:\n", "axes:\n  initial_position: {start: -2, stop: 1, num: 4}\n"),
-        "",
-        ["axes.initial_position.start", "(value: -2)", "-1 <= initial_position <= 1"],
-    ),
     "fan and follow": (
         ("[0.5, 1, 2]", "[0.5, 1, 2], follow: both, fan: true"),
         "",
@@ -480,12 +370,6 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
             "1 error ",
         ],
     ),
-    "follow what": (
-        ("[0.5, 1, 2]", "[0.5, 1, 2], follow: upp"),
-        "",
-        ["axes.clearance.follow", "up, down, both", "did you mean 'up'?"],
-    ),
-    "follow true": (("[0.5, 1, 2]", "[0.5, 1, 2], follow: true"), "", ["up, down, both"]),
     "follow two": (
         ("[0.5, 1, 2]}", "[0.5, 1, 2], follow: up}\n  phase: {values: [0, 1], follow: down}"),
         "",
@@ -501,8 +385,6 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
         TABLE,
         ["tables.edges", "several at each point (direction)", "without follow and without draws"],
     ),
-    "draws and a table": (("", ""), INITIAL + TABLE, ["several at each point (draw)"]),
-    "both and a table": (UP, INITIAL + TABLE, ["several at each point (direction, draw)"]),
 }
 
 

@@ -147,13 +147,13 @@ def test_workflow_does_not_load_the_generator():
     assert run.stdout.strip() == "False"
 
 
-@pytest.mark.parametrize("path", [*FILES, *CONFIGS], ids=lambda path: path.stem)
-def test_file_names_its_schema(path):
-    name = "study" if path in FILES else "config"
-    first = path.read_text().splitlines()[0]
-    (target,) = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", first).groups()
-    assert (path.parent / target).resolve() == ROOT / f"config/schema/{name}.schema.json"
-    assert (path.parent / target).is_file()
+def test_every_file_names_its_schema():
+    for path in (*FILES, *CONFIGS):
+        name = "study" if path in FILES else "config"
+        first = path.read_text().splitlines()[0]
+        (target,) = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", first).groups()
+        assert (path.parent / target).resolve() == ROOT / f"config/schema/{name}.schema.json"
+        assert (path.parent / target).is_file()
 
 
 @pytest.mark.parametrize("name", ["study", "config"])
@@ -169,15 +169,15 @@ def test_schema_is_a_schema(name):
 # Every key.
 
 
-@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
-def test_every_key_has_a_description_a_type_and_a_schema(cls):
-    assert cls.__doc__
-    for key, field in cls.model_fields.items():
-        assert field.description, f"{cls.__name__}.{key}"
-        assert field.description.endswith("."), f"{cls.__name__}.{key}"
-        if reference.settings_of(field) is None:
-            schema = reference.setting_schema(field)
-            assert {"type", "enum", "const", "$ref"} & schema.keys(), f"{cls.__name__}.{key}"
+def test_every_key_has_a_description_a_type_and_a_schema():
+    for cls in CLASSES:
+        assert cls.__doc__
+        for key, field in cls.model_fields.items():
+            assert field.description, f"{cls.__name__}.{key}"
+            assert field.description.endswith("."), f"{cls.__name__}.{key}"
+            if reference.settings_of(field) is None:
+                schema = reference.setting_schema(field)
+                assert {"type", "enum", "const", "$ref"} & schema.keys(), f"{cls.__name__}.{key}"
 
 
 def paths(cls: type[Strict], path: str) -> Iterator[str]:
@@ -257,28 +257,20 @@ def test_schema_tells_ranges_units_and_defaults():
 # Schema and loader.
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_schema_accepts_the_studies_of_the_project(path):
-    assert list(STUDY.iter_errors(data_of(path))) == []
-    # What it accepts in full, it accepts as an override.
-    override = {"studies": ["a"], "overrides": {"a": data_of(path)}}
-    assert list(CONFIG.iter_errors(override)) == []
-
-
-@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
-def test_schema_accepts_the_configurations_of_the_project(path):
-    assert list(CONFIG.iter_errors(data_of(path))) == []
+def test_schema_accepts_the_files_of_the_project():
+    for path in CONFIGS:
+        assert list(CONFIG.iter_errors(data_of(path))) == []
+    for path in FILES:
+        assert list(STUDY.iter_errors(data_of(path))) == []
+        # What it accepts in full, it accepts as an override.
+        override = {"studies": ["a"], "overrides": {"a": data_of(path)}}
+        assert list(CONFIG.iter_errors(override)) == []
 
 
 @pytest.mark.parametrize("name", GOOD)
 def test_loader_and_schema_accept_good_studies(tmp_path, name):
     assert loads(tmp_path, GOOD[name])
     assert list(STUDY.iter_errors(GOOD[name])) == []
-
-
-@pytest.mark.parametrize("name", ["damping_ratio", "frequency_ratio"])
-def test_start_on_a_steady_response_of_an_unfinished_study_is_refused(tmp_path, name):
-    assert not loads(tmp_path, changed(POINT, f"parameters.{name}", ...))
 
 
 def test_loader_and_schema_accept_good_configurations(tmp_path):
@@ -300,63 +292,6 @@ def test_loader_and_schema_accept_good_configurations(tmp_path):
 
 CHANGE = {"parameters": {"gap": 0.1}, "figures": None, "tables": None, "title": "U"}
 
-# Path in DIMENSIONLESS -> values that both refuse. `...` takes the key away.
-MISTAKES: dict[str, list[Any]] = {
-    "title": [..., None, 5, "", "  ", ["a"], True],
-    "source": [..., None, 1.5],
-    "description": [None, {}],
-    "perods": [1],
-    "transient": [..., None, -1, 1.5, "300", True, []],
-    "periods": [..., 0, "many", {}],
-    "parameters": [[], "mass_ratio", 3],
-    "parameters.Clearence": [1],
-    "parameters.mu": [0.1],
-    "parameters.clearance": [-1, "0.05", True, None, [1], {"value": 1, "x": 1}],
-    "parameters.clearance.value": ["1", None],
-    "parameters.initial_position": [-1.01, 1.01],
-    "axes": [[], 1],
-    "axes.gain": [{"values": [1]}],
-    "axes.mass_ratio": [None, 1, [1, 2]],
-    "axes.mass_ratio.values": [[], [1, 1], [1, "2"], 1, None],
-    "axes.mass_ratio.fan": ["yes", 1, None],
-    "axes.mass_ratio.stated": [3, ""],
-    "axes.frequency_ratio.start": ["1"],
-    "axes.frequency_ratio.num": [1, 1000001, 2.5],
-    "axes.frequency_ratio.nmu": [3],
-    "axes.frequency_ratio.spacing": ["lin", None],
-    "axes.frequency_ratio.follow": ["upwards", True],
-    "axes.restitution.step": [0, -0.1],
-    "initial": [None, "moving", 1, []],
-    "initial.primary": ["Rest", None],
-    "initial.draws": [0, 100001],
-    "initial.seed": [-1, 1.5],
-    "initial.initial_velocity": [[1], [1, 2, 3], 1, ["a", "b"]],
-    "initial.initial_position": [[-2, 1], [0, 1.5]],
-    "initial.speed": [[0, 1]],
-    "observers": [..., [], "impacts"],
-    "observers.impact": [{}],
-    "observers.impact_section.wall": ["Left", None],
-    "observers.impact_section.samples": [0, 100001],
-    "observers.impact_section.at": [0],
-    "observers.impacts": [[1], 3, {"threshold": 3}, {"threshold": None}],
-    "observers.bursts.threshold": [0, 1, "0.1", None],
-    "observers.bursts.threshold.speed": [0, None],
-    "observers.bursts.compare_thresholds": [0.1, [1], [0.1, 0.1], None],
-    "observers.bursts.records": [-5, 0.5],
-    "observers.response": [{"a": 1}],
-    "observers.trajectory.length": [0, None],
-    "observers.trajectory.events": [-1, 10_000_001],
-    "figures": [[], "a"],
-    "figures.a_b-1": [3],
-    "figures.a_b-1.kind": ["bifurcations", None, "intervals"],
-    "figures.a_b-1.along": [1],
-    "figures.a_b-1.eech": ["mass_ratio"],
-    "figures.a_b-1.caption": ["", 1],
-    "figures.bif/urc": [DIMENSIONLESS["figures"]["a_b-1"]],
-    "tables": [{"t": {"kind": "interval", "along": "restitution"}}, {"t": 1}],
-}
-CASES = [(path, value) for path, values in MISTAKES.items() for value in values]
-
 
 def changed(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     data = copy.deepcopy(data)
@@ -371,7 +306,32 @@ def changed(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.parametrize(("path", "value"), CASES, ids=str)
+#: Path in DIMENSIONLESS -> a value that both refuse, for each way to say so. `...` takes it away.
+MISTAKES: dict[str, Any] = {
+    "title": "",
+    "description": {},
+    "perods": 1,
+    "transient": 1.5,
+    "periods": 0,
+    "parameters": [],
+    "parameters.clearance": {"value": 1, "x": 1},
+    "parameters.initial_position": 1.01,
+    "axes.gain": {"values": [1]},
+    "axes.mass_ratio.values": [1, 1],
+    "axes.frequency_ratio.spacing": "lin",
+    "axes.restitution.step": 0,
+    "initial": "moving",
+    "initial.initial_velocity": [1, 2, 3],
+    "observers": ...,
+    "observers.impact": {},
+    "observers.bursts.threshold": 1,
+    "figures.a_b-1.kind": "intervals",
+    "figures.bif/urc": DIMENSIONLESS["figures"]["a_b-1"],
+    "tables": {"t": 1},
+}
+
+
+@pytest.mark.parametrize(("path", "value"), MISTAKES.items(), ids=str)
 def test_loader_and_schema_refuse_a_mistake(tmp_path, path, value):
     data = changed(DIMENSIONLESS, path, value)
     assert not loads(tmp_path, data)
@@ -381,22 +341,12 @@ def test_loader_and_schema_refuse_a_mistake(tmp_path, path, value):
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        ("studies", []),
-        ("studies", "good"),
-        ("studies", [1]),
         ("studies", ["a", "a"]),
         ("studys", ["a"]),
-        ("engine", None),
         ("engine.accuracy", 1e-2),
-        ("engine.accuracy", 0),
-        ("engine.max_events", 0),
         ("engine.max_event", 1),
-        ("results", ""),
-        ("overrides", [1]),
-        ("overrides.a", 3),
         ("overrides.a.perods", 1),
         ("overrides.a.axes.gap.num", "many"),
-        ("overrides.a.observers.bursts.threshold", 2),
         ("overrides.a b", {}),
     ],
 )
@@ -405,56 +355,6 @@ def test_schema_refuses_a_mistake_in_the_configuration(path, value):
     good = {"studies": ["a"], "engine": {}, "overrides": {"a": axes}}
     assert CONFIG.is_valid(good)
     assert not CONFIG.is_valid(changed(good, path, value))
-
-
-#: What the loader refuses and the schema cannot see, or is not to say: see the module.
-LOADERS_OWN = [
-    ("parameters.damping_ratio", ...),
-    ("parameters.damping_ratio.value", ...),
-    ("parameters.damping_ratio.value", -0.02),
-    ("parameters.clearance.assumed", "both"),
-    ("parameters.restitution", 0.5),
-    ("parameters.stiffness", 1),
-    ("parameters.clearance", math.inf),
-    ("axes.mass_ratio", {}),
-    ("axes.mass_ratio.values", [1, 0]),
-    ("axes.mass_ratio.num", 3),
-    ("axes.mass_ratio.spacing", "log"),
-    ("axes.mass_ratio.follow", "up"),
-    ("axes.frequency_ratio.stop", ...),
-    ("axes.restitution.stop", 1.5),
-    ("axes.restitution.spacing", "log"),
-    ("initial.primary", "steady"),
-    ("initial.seed", ...),
-    ("initial.draws", ...),
-    ("initial.initial_velocity", ...),
-    ("initial.initial_velocity", [1, 1]),
-    ("observers", {}),
-    ("observers.stroboscopic_section", {}),
-    ("observers.bursts.threshold.fraction", 0.1),
-    ("observers.bursts.threshold.speed", ...),
-    ("figures.a_b-1", None),
-    ("figures.a_b-1.along", ...),
-    ("periods", 100.0),
-    ("axes.restitution.step", 0.3),
-    ("axes.restitution.stop", 0),
-    ("axes.restitution.follow", "up"),
-    ("axes.frequency_ratio.num", 1001),
-    ("initial.initial_velocity", [1, -1]),
-    ("figures.a_b-1.along", "phase"),
-    ("figures.A_B-1", DIMENSIONLESS["figures"]["a_b-1"]),
-    ("tables", {"t": {"kind": "intervals", "along": "restitution"}}),
-]
-
-
-@pytest.mark.parametrize(("path", "value"), LOADERS_OWN, ids=str)
-def test_what_is_left_to_the_loader(tmp_path, path, value):
-    data = changed(DIMENSIONLESS, path, value)
-    if value == 1001:  # slices
-        data["axes"]["frequency_ratio"] |= {"fan": True}
-        del data["axes"]["frequency_ratio"]["follow"]
-    assert not loads(tmp_path, data)
-    assert STUDY.is_valid(data)
 
 
 PARTS = [None, True, -1, 0, 0.5, 1, 2, 3.0, 1e-8, "", "x", "rest", "steady", "up", "log", "linear"]
@@ -572,32 +472,3 @@ def test_models_that_the_template_leaves_out(tmp_path, whole, model):
     other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
     data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}
     assert not loads(tmp_path, data)
-
-
-@pytest.mark.parametrize("variant", ["SI", "draws", "follow", "step", "impact_section", "speed"])
-def test_ways_that_the_template_leaves_out(tmp_path, whole, variant):
-    data = data_of(TEMPLATE) | ALONE
-    match variant:
-        case "SI":
-            given = whole["parameters"]
-            options = {name for name in ALL if ALL[name].option}
-            data["parameters"] = {
-                n: given[n] for n in given if (n in SI_NAMES or "initial" in n) and n not in options
-            }
-            data["axes"] = None
-        case "draws":
-            data["initial"] = whole["initial"]
-        case "follow":
-            data["axes"]["frequency_ratio"]["follow"] = whole["axes"]["frequency_ratio"]["follow"]
-        case "step":
-            data["axes"]["frequency_ratio"] = {
-                key: whole["axes"]["frequency_ratio"][key] for key in ("start", "stop", "step")
-            }
-        case "impact_section":
-            del data["observers"]["stroboscopic_section"]
-            data["observers"]["impact_section"] = whole["observers"]["impact_section"]
-        case "speed":
-            speed = whole["observers"]["bursts"]["threshold"]["speed"]
-            data["observers"]["bursts"]["threshold"] = {"speed": speed}
-    assert loads(tmp_path, data)
-    assert list(STUDY.iter_errors(data)) == []

@@ -39,15 +39,7 @@ def test_sequences_become_dimensions_in_the_order_of_the_parameters() -> None:
         assert float(cube[name]) == POINT[name]
 
 
-def test_single_point_has_no_dimension_but_the_observers() -> None:
-    cube = simulate(**POINT, **SHORT)
-    assert cube.chatter.dims == ()
-    assert cube.displacement.dims == ("sample",)
-    assert float(cube.phase) == 0.0
-    assert set(cube.coords) == {*POINT, "phase"}
-
-
-@pytest.mark.parametrize("number", [1, np.float32(1.0), np.int64(1), np.array(1.0)])
+@pytest.mark.parametrize("number", [1, np.array(1.0)])
 def test_anything_that_is_a_number_is_a_scalar_coordinate(number: Any) -> None:
     cube = simulate(**{**POINT, "clearance": number}, **SHORT)
     assert cube.clearance.ndim == 0
@@ -55,9 +47,7 @@ def test_anything_that_is_a_number_is_a_scalar_coordinate(number: Any) -> None:
     assert cube.clearance.dtype == np.float64
 
 
-@pytest.mark.parametrize(
-    "values", [[0.2, 0.6], (0.2, 0.6), np.array([0.2, 0.6]), range(2), np.array([0, 1])], ids=repr
-)
+@pytest.mark.parametrize("values", [(0.2, 0.6), range(2), np.array([0, 1])], ids=repr)
 def test_any_sequence_will_do(values: Any) -> None:
     cube = simulate(**{**POINT, "restitution": values}, **SHORT)
     assert cube.restitution.dtype == np.float64
@@ -86,13 +76,6 @@ def test_same_numbers_as_single_lanes() -> None:
                 assert set(place.data_vars) == set(arrays)
                 for name, array in arrays.items():
                     np.testing.assert_array_equal(place[name].values, array[0], err_msg=name)
-
-
-def test_order_of_the_values_is_kept() -> None:
-    up = simulate(**{**POINT, "restitution": [0.2, 0.5, 0.8]}, **SHORT)
-    down = simulate(**{**POINT, "restitution": [0.8, 0.5, 0.2]}, **SHORT)
-    np.testing.assert_array_equal(down.restitution, [0.8, 0.5, 0.2])
-    assert up.sortby("restitution").identical(down.sortby("restitution"))
 
 
 def test_largest_speed_is_that_of_the_events() -> None:
@@ -155,33 +138,13 @@ def test_only_what_is_asked_for_is_in_the_cube() -> None:
     assert cube.sizes["sample"] == 11
 
 
-@pytest.mark.parametrize("values", [[[0.1, 0.2]], np.zeros((2, 2)), [], np.empty((0,))], ids=repr)
-@pytest.mark.parametrize("name", ["restitution", "mass_ratio", "phase"])
-def test_two_dimensional_or_empty_values_are_refused(name: str, values: Any) -> None:
-    with pytest.raises(ValueError, match=f"{name}.*one-dimensional"):
-        simulate(**{**POINT, name: values}, **SHORT)
+@pytest.mark.parametrize("values", [[[0.1, 0.2]], []], ids=repr)
+def test_two_dimensional_or_empty_values_are_refused(values: Any) -> None:
+    with pytest.raises(ValueError, match=r"phase.*one-dimensional"):
+        simulate(**{**POINT, "phase": values}, **SHORT)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("mass_ratio", 0.0),
-        ("damping_ratio", -0.1),
-        ("frequency_ratio", 0.0),
-        ("clearance", -1e-9),
-        ("restitution", 1.0 + 1e-9),
-        ("restitution", math.nan),
-        ("phase", math.inf),
-    ],
-)
-def test_value_out_of_range_is_named(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=f"{name} = "):
-        simulate(**{**POINT, name: value}, **SHORT)
-    with pytest.raises(ValueError, match=f"{name} = "):
-        simulate(**{**POINT, name: [0.5, value]}, **SHORT)
-
-
-@pytest.mark.parametrize("value", ["0.5", True, [True, False], ["a", "b"], {0.5}], ids=repr)
+@pytest.mark.parametrize("value", ["0.5", [True, False], {0.5}], ids=repr)
 def test_value_that_is_no_number_is_refused(value: Any) -> None:
     with pytest.raises(TypeError, match="restitution = "):
         simulate(**{**POINT, "restitution": value}, **SHORT)
@@ -194,8 +157,6 @@ def test_value_that_is_no_number_is_refused(value: Any) -> None:
         ({"observers": ["impact_section", "stroboscopic_section"]}, "both write 'displacement'"),
         ({"transient": -1}, "transient = -1"),
         ({"periods": 0}, "periods = 0"),
-        ({"accuracy": 1.0}, "accuracy = 1.0"),
-        ({"max_events": 0}, "max_events = 0"),
         ({"state": State(0.0, 0.0, 1.0, 0.0)}, "outside the box"),
     ],
     ids=str,
@@ -220,11 +181,6 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
             simulate(**POINT, **{wrong: 1.0})
 
 
-def test_positional_arguments_are_refused() -> None:
-    with pytest.raises(TypeError):
-        simulate(0.1, 0.02, 1.3, 0.05, 0.6)  # type: ignore[misc]
-
-
 def test_loaded_on_first_use_from_the_package() -> None:
     assert damper.simulate is simulate
     with pytest.raises(AttributeError, match="simulat"):
@@ -238,21 +194,15 @@ def test_loaded_on_first_use_from_the_package() -> None:
         ({"observers": {"impacts": [1]}}, r"impacts = \[1\]: must be a mapping of settings"),
         ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
         ({"clearance": [0.1, 0.2, 0.1]}, "clearance: 0.1 is given 2 times"),
-        ({"transient": "x"}, "transient = 'x': must be a real number"),
         ({"periods": None}, "periods = None: must be a real number"),
-        ({"accuracy": "x"}, "accuracy = 'x': must be a real number"),
         ({"max_events": 1.5}, "max_events = 1.5: must be a whole number >= 1"),
-        ({"workers": "x"}, "workers = 'x': must be a real number"),
         ({"max_events": 10**30}, "max_events = 10{30}: must be at most 10{15}"),
         (
             {"restitution": [0.5, [0.6]]},
             r"restitution: must be a number or .*, not \[0.5, \[0.6\]\]",
         ),
         ({"observers": [None]}, "unknown observer None: must be one of accumulation, "),
-        ({"observers": [["impacts"]]}, r"unknown observer \['impacts'\]: must be one of "),
-        ({"observers": {3: {}}}, "unknown observer 3: must be one of "),
         ({"observers": {"impacts": {3: 4}}}, "impacts = {3: 4}: settings have names"),
-        ({"observers": {"impacts": False}}, "impacts = False: must be a mapping of settings"),
     ],
 )
 def test_slips_are_named(given: dict[str, Any], message: str) -> None:
@@ -294,7 +244,6 @@ def test_progress_is_shown_to_a_person_at_a_terminal(
             r"^clearance: .* x draws \(100000\): 10000000000 runs",
         ),
         ({"periods": 10**12}, r"^periods: 3 \+ 1000000000000 forcing periods .* 313 days a run"),
-        ({"transient": 10**12}, "^transient: 1000000000000"),
         ({"observers": {"bursts": {"records": 10**12}}}, "^bursts: one run keeps 88 TB"),
     ],
 )

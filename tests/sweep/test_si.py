@@ -18,12 +18,10 @@ from scipy.integrate import solve_ivp
 from damper import SIParameters, State, events, simulate
 from damper.parameters import NO_UNITS, Units
 from damper.parameters.quantities import (
-    ALL,
     PARAMETER_NAMES,
     QUANTITIES,
     SI_NAMES,
     SI_QUANTITIES,
-    is_si,
 )
 from damper.study.config import ConfigError, load_study
 from damper.sweep.cube import write_cube
@@ -41,8 +39,6 @@ SI: dict[str, float] = {
     "restitution": 0.5,
     "phase": 0.3,
 }
-#: The names of what chooses another model: in SI, and of those of the ratios.
-SI_OPTIONS = tuple(name for name in SI_NAMES if name not in SI)
 SIZES = {"m": 0.05, "s": 0.1, "m/s": 0.5, "J": 0.5}
 RATIOS = {
     "mass_ratio": 0.1,
@@ -153,25 +149,6 @@ def test_sizes_by_hand() -> None:
     assert NO_UNITS.speed == 1.0
 
 
-def test_whole_numbers_and_other_types_become_floats() -> None:
-    damper = SIParameters(2, 4, np.int64(200), np.float32(10), 11, 0.2, np.array(0.1), 0.5, 0.3)
-    assert damper == SIParameters(**SI)
-    assert {type(value) for value in dataclasses.astuple(damper)} == {float}
-    assert SIParameters(**{k: v for k, v in SI.items() if k != "phase"}).phase == 0.0
-
-
-@given(
-    x=st.floats(-10, 10), v=st.floats(-10, 10), y=st.floats(-10, 10), u=st.floats(-10, 10),
-    time=st.floats(0, 100),
-)  # fmt: skip
-def test_state_over_units(x: float, v: float, y: float, u: float, time: float) -> None:
-    state = State(x, v, y, u, time)
-    assert state.over(NO_UNITS) is state
-    found = state.over(SIParameters(**SI).units)
-    expected = (x / 0.05, v / 0.5, y / 0.05, u / 0.5, time / 0.1)
-    assert dataclasses.astuple(found) == pytest.approx(expected, rel=1e-15)
-
-
 # --- the same motion
 
 
@@ -190,7 +167,7 @@ def assert_scaled(cube: xr.Dataset, plain: xr.Dataset, sizes: dict[str, Any]) ->
             np.testing.assert_array_equal(cube[name].values, variable.values, err_msg=name)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(si=dampers(), initial=st.tuples(*[st.floats(-1, 1)] * 4))
 def test_si_cube_is_the_dimensionless_one_in_other_units(
     si: dict[str, float], initial: tuple[float, ...]
@@ -227,17 +204,18 @@ INITIAL = (
 )
 
 
-@pytest.mark.parametrize("observer", ["response", "accumulation", "trajectory"])
-def test_other_observers_in_si(observer: str) -> None:
-    pytest.importorskip(f"damper.observers.{observer}")
-    run = {"transient": 1, "periods": 2, "observers": [observer]}
+def test_other_observers_in_si() -> None:
+    run = {
+        "transient": 1,
+        "periods": 2,
+        "observers": ["response", "accumulation", "trajectory"],
+    }
     ratios = dataclasses.asdict(SIParameters(**SI).dimensionless)
     assert_scaled(simulate(**SI, **run), simulate(**ratios, **run), SIZES)
 
 
 def test_energy_in_joules() -> None:
     """The work of the force per period, integrated in SI units from the sampled velocity."""
-    pytest.importorskip("damper.observers.response")
     scene = {**SI, "gap": 1e3}  # nothing touches: steady, and smooth enough for a plain sum
     strobe = {"transient": 0, "periods": 1, "initial": "steady"}
     energy = simulate(**scene, **strobe, observers=["response"]).energy_input
@@ -319,26 +297,9 @@ def test_cube_named_by_si_names(tmp_path: Path) -> None:
     for name in SI:
         assert cube[name].attrs["units"] == units[name]
         assert cube[name].attrs["long_name"]
-    assert units == {
-        "primary_mass": "kg",
-        "damping": "N s/m",
-        "stiffness": "N/m",
-        "force_amplitude": "N",
-        "forcing_frequency": "rad/s",
-        "free_mass": "kg",
-        "gap": "m",
-        "restitution": "1",
-        "phase": "rad",
-        "yield_speed": "m/s",
-        "support_stiffness": "N/m",
-        "support_damping": "N s/m",
-        "support_damping_factor": "1",
-        "contact_stiffness": "N/m",
-        "contact_tension": "1",
-        "modulation_depth": "1",
-        "modulation_order": "1",
-        "modulation_phase": "rad",
-    }
+    assert [units[name] for name in SI] == [
+        *("kg", "N s/m", "N/m", "N", "rad/s", "kg", "m", "1", "rad")
+    ]
     assert cube.initial_displacement.attrs["units"] == "m"
     assert cube.displacement.attrs["units"] == "m"
     assert cube.velocity.attrs["units"] == cube.max_approach_speed.attrs["units"] == "m/s"
@@ -362,16 +323,6 @@ def test_each_point_has_its_own_units() -> None:
             for name, variable in alone.data_vars.items():
                 found = cube[name].sel(where).isel(draw=number)
                 np.testing.assert_array_equal(one(found), one(variable), err_msg=name)
-
-
-def test_initial_quantities_are_in_metres() -> None:
-    given = dict(zip(INITIAL, (0.01, -0.2, 0.5, 0.4), strict=True))
-    cube = simulate(**SI, **given, **{**RUN, "transient": 0, "observers": STATE})
-    found = (cube.displacement, cube.velocity, cube.free_displacement, cube.free_velocity)
-    expected = (0.01, -0.2, 0.01 + 0.5 * 0.05, -0.2 + 0.4)
-    np.testing.assert_allclose([float(a[0]) for a in found], expected, rtol=1e-14)
-    units = {name: cube[name].attrs["units"] for name in INITIAL}
-    assert list(units.values()) == ["m", "m/s", "1", "m/s"]
 
 
 STATE = {"stroboscopic_section": {"free_mass": True}}
@@ -401,28 +352,6 @@ def test_steady_start_in_metres() -> None:
 
 
 # --- thresholds and events
-
-
-@pytest.mark.parametrize("observer", ["impacts", "bursts"])
-def test_absolute_threshold_is_in_metres_per_second(observer: str) -> None:
-    """Units of speed of 0.5 m/s: at 0.1 m/s what the ratios call 0.2."""
-    si, ratios = {**SI, "gap": 0.02}, {**RATIOS, "clearance": 0.2}
-    run = {"transient": 5, "periods": 20}
-    limits = (0.05, 0.1, 0.2)
-    found = [
-        simulate(**si, **run, observers={observer: {"threshold": {"speed": limit}}})
-        for limit in limits
-    ]
-    plain = [
-        simulate(**ratios, **run, observers={observer: {"threshold": {"speed": limit / 0.5}}})
-        for limit in limits
-    ]
-    name = {"impacts": "impacts_per_period", "bursts": "visible_impacts"}[observer]
-    counts = [float(cube[name]) for cube in plain]
-    assert len(set(counts)) > 1  # the threshold matters here
-    assert [float(cube[name]) for cube in found] == counts
-    for cube, limit in zip(found, limits, strict=True):
-        assert f"{limit:g}" in cube[name].attrs["comment"]
 
 
 def test_absolute_threshold_where_units_differ_along_an_axis() -> None:
@@ -469,35 +398,23 @@ def test_events_in_metres_and_seconds() -> None:
     assert stopped["time"] < 2.0
 
 
-def test_events_in_si_against_an_integration() -> None:
-    si = {**SI, "gap": 0.4}
-    start = State(0.02, -0.1, 0.1, 0.3, 0.07)
-    times, _ = integrate(si, start, 2.5)
-    found = events(SIParameters(**si), start, until=2.5)
-    np.testing.assert_allclose(found["time"], times, atol=1e-9)
-    with pytest.raises(ValueError, match=r"until = 0\.01"):
-        events(SIParameters(**si), start, until=0.01)
-
-
 # --- refusals
 
 
-@pytest.mark.parametrize("name", SI_NAMES)
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -1e300, "1", True, None])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("gap", -1e300),
+        ("stiffness", 0.0),
+        ("damping", math.nan),
+        ("free_mass", "1"),
+        ("phase", None),
+    ],
+)
 def test_value_out_of_range_is_named(name: str, value: Any) -> None:
-    if (name.endswith("phase") and value == -1e300) or value == ALL[name].default:
-        return
     kind = ValueError if isinstance(value, float) else TypeError
     with pytest.raises(kind, match=re.escape(f"{name} = {value!r}: must be a")):
         SIParameters(**{**SI, name: value})
-
-
-@pytest.mark.parametrize(
-    "name", ["primary_mass", "stiffness", "force_amplitude", "forcing_frequency", "free_mass"]
-)
-def test_zero_is_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name} = 0.0: must be a finite number with {name} > 0"):
-        SIParameters(**{**SI, name: 0.0})
 
 
 def test_no_force_is_refused_with_the_reason() -> None:
@@ -513,8 +430,6 @@ NONE: dict[str, Any] = {**SI, "force_amplitude": [1.0, 0.0]}
     "change",
     [
         {"force_amplitude": 1e300, "stiffness": 1e-100},
-        {"force_amplitude": 1e-200, "stiffness": 1e200},
-        {"force_amplitude": 1e200},  # F0^2/K is infinite
         {"force_amplitude": 1e-200},  # F0^2/K is zero
     ],
     ids=str,
@@ -524,7 +439,7 @@ def test_units_of_no_ordinary_size_are_refused(change: dict[str, float]) -> None
         SIParameters(**{**SI, **change})
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(
     masses=st.tuples(*[st.floats(5e-324, 1.7e308)] * 2),
     rest=st.tuples(*[st.floats(5e-324, 1.7e308)] * 5),
@@ -556,17 +471,10 @@ def test_any_numbers_give_a_damper_or_a_refusal(
             ["stiffness (SI units)", "mass_ratio", "(dimensionless) are mixed"],
         ),
         (
-            {**SI, "clearance": 1.0},
-            ValueError,
-            ["primary_mass, damping", "clearance (dimensionless) are mixed", "SI units or none"],
-        ),
-        (
             {"stiffness": 200.0, "restitution": 0.5},
             TypeError,
             ["missing parameters: primary_mass, damping, force_amplitude"],
         ),
-        ({"restitution": 0.5}, TypeError, ["missing parameters: mass_ratio, damping_ratio"]),
-        ({**SI, "restitution": None}, TypeError, ["missing parameters: restitution"]),
         ({**SI, "gap": [0.1, -0.1]}, ValueError, ["gap = -0.1", "gap >= 0"]),
     ],
     ids=lambda value: str(value)[:20] if isinstance(value, list) else "",
@@ -591,25 +499,6 @@ def test_options_of_the_models_are_scaled() -> None:
     modulation = {"modulation_depth": 0.2, "modulation_order": 3, "modulation_phase": 0.4}
     modulated = dataclasses.asdict(SIParameters(**SI, **modulation).dimensionless)
     assert {name: modulated[name] for name in modulation} == modulation
-
-
-@given(names=st.lists(st.sampled_from([*PARAMETER_NAMES, *SI_NAMES, *INITIAL]), unique=True))
-def test_system_of_units_is_told_by_the_names(names: list[str]) -> None:
-    shared = ({*PARAMETER_NAMES} & {*SI_NAMES}) | {*INITIAL}
-    si = [name for name in names if name in set(SI_NAMES) - shared]
-    ratios = [name for name in names if name in set(PARAMETER_NAMES) - shared]
-    if si and ratios:
-        with pytest.raises(ValueError, match=f"{', '.join(si)}.*{', '.join(ratios)}"):
-            is_si(names)
-    else:
-        assert is_si(names) == bool(si)
-
-
-def test_undamped_resonance_is_told_in_the_names_given() -> None:
-    """sqrt(K/M) = 10 rad/s."""
-    scene = {**SI, "damping": 0.0, "forcing_frequency": 10.0}
-    with pytest.raises(ValueError, match="no steady linear response"):
-        simulate(**scene, initial="steady", **RUN)
 
 
 # --- study files
@@ -654,14 +543,8 @@ def test_study_in_si(tmp_path: Path) -> None:
     ("old", "new", "parts"),
     [
         ("  damping: 4\n", "", ["'damping' is not given", "damping >= 0 in N s/m, under"]),
-        ("  free_mass: 0.2\n", "", ["'free_mass' is not given", "free_mass > 0 in kg"]),
         ("primary_mass: 2", "M: 2", ["unknown parameter 'M'", "mean 'primary_mass'?", "1 error "]),
-        ("free_mass: 0.2", "m: 0.2", ["'m'", "did you mean 'free_mass'?", "1 error "]),
         ("stiffness: {", "K: {", ["unknown axis 'K'", "did you mean 'stiffness'?", "1 error "]),
-        ("force_amplitude: 10", "F0: 10", ["mean 'force_amplitude'?", "1 error "]),
-        ("forcing_frequency: 11", "Omega: 1", ["did you mean 'forcing_frequency'?", "1 error "]),
-        ("  damping: 4", "  C: 4", ["did you mean 'damping'?", "1 error "]),
-        ("free_mass: 0.2", "fre_mass: 0.2", ["did you mean 'free_mass'?", "1 error "]),
         (
             "force_amplitude: 10",
             "force_amplitude: 0",
@@ -670,7 +553,6 @@ def test_study_in_si(tmp_path: Path) -> None:
                 "number in N, force_amplitude > 0 (lengths are scaled by F0/K, so free vibration",
             ],
         ),
-        ("gap: {start: 0.05", "gap: {start: -1", ["axes.gap.start", "number in m, gap >= 0"]),
         ("[100, 200]", "[100, 0]", ["stiffness.values[1]", "number in N/m, stiffness > 0"]),
         (
             "  damping: 4",
