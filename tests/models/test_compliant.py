@@ -96,7 +96,7 @@ def test_changes_against_many_digits(scene: tuple, k: float, tension: int, until
 
 
 @pytest.mark.parametrize("tension", [0, 1])
-@pytest.mark.parametrize("r", [0.2, 0.7, 0.99])
+@pytest.mark.parametrize("r", [0.2, 0.99])
 def test_free_contact_has_the_restitution_to_first_order(r: float, tension: int) -> None:
     """What spring and force do meanwhile vanishes as the time of contact, k^(-1/2)."""
     errors = []
@@ -123,7 +123,7 @@ def test_a_contact_sticks_once_it_has_lasted_one_period() -> None:
     assert rows[stick + 1, CAUSE] == RELEASE
 
 
-@pytest.mark.parametrize("z", [1e-4, 0.05, 0.7, 0.99])
+@pytest.mark.parametrize("z", [0.05, 0.99])
 def test_under_a_constant_force_no_longer_contact_reopens(z: float) -> None:
     """Why one period: scan the approach speeds of the damped oscillator that is pressed."""
     longest = 0.0
@@ -183,8 +183,7 @@ def test_without_clearance_a_start_into_a_wall_touches_that_one(tension: int) ->
         assert -first[SIDE] * first[RATE] == pytest.approx(2.0 * toward)
 
 
-@pytest.mark.parametrize("phase", [0.0, 1.0, -2.0])
-@pytest.mark.parametrize("k", [1.0, 1e4, 1e8])
+@pytest.mark.parametrize(("k", "phase"), [(1.0, 1.0), (1e8, -2.0)])
 def test_without_clearance_a_start_at_rest_is_that_of_a_tiny_one(k: float, phase: float) -> None:
     def end(clearance: float) -> tuple[float, ...]:
         run = start_run(compliant((0.1, 0.05, 0.2, clearance, 0.6), k, 0, phase=phase))
@@ -211,7 +210,7 @@ def test_grazing_contacts(k: float, tension: int) -> None:
             assert run.status == 0
 
 
-@pytest.mark.parametrize("runs", [40, pytest.param(400, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("runs", [12, pytest.param(400, marks=pytest.mark.exhaustive)])
 def test_corners_of_the_range_finish_or_say_so(runs: int) -> None:
     chance = random.Random(2)
     stopped = 0

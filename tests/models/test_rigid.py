@@ -12,14 +12,13 @@ from cases import thinned
 from event_pairs import KINDS, assert_agree, distance, paired
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mpmath import mp, mpf
+from mpmath import mpf
 from reference.accumulation import accumulation_time
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import damper
 from damper import Parameters, State
-from damper.engine.search import HORIZON
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -31,7 +30,6 @@ from damper.engine.segment import (
     RATE,
     RELEASE,
     SIDE,
-    SPEED,
     STICK,
     STICKING,
     TAIL,
@@ -60,35 +58,11 @@ def log_of(run: Trajectory, until: float) -> np.ndarray:
 # --- against many digits
 
 CHATTER = (0.1, 0.05, 0.2, 0.25, 0.6)
-LOW_RESTITUTION = (0.1, 0.05, 0.2, 0.25, 0.3)
-
-
-def test_known_numbers() -> None:
-    """Model section 7."""
-    found = events(CHATTER, until=47.0)
-    impacts = found[found["kind"] == 0]
-    assert impacts["side"][:3].tolist() == [-1, 1, 1]
-    printed = [2.15860318928243951, 5.25460925811892195, 14.2978156676934251]
-    assert np.abs(impacts["time"][:3] - printed).max() < 2e-14
-    rest = found[found["kind"] > 0]
-    assert (rest["kind"].tolist(), rest["side"].tolist()) == ([1, 2], [1, 1])
-    assert np.abs(rest["time"] - [44.249718778208865, 46.2709500002439]).max() < 1e-12
-    period = Parameters(*LOW_RESTITUTION).period
-    found = events(LOW_RESTITUTION, until=200 * period)
-    rest = found[found["kind"] > 0]
-    assert np.abs(rest["time"][:2] - [17.868561780955439, 18.992457098508703]).max() < 1e-12
-    assert (found["kind"] == 1).sum() == 399
 
 
 @pytest.mark.parametrize(
     "scene",
-    [
-        (0.1, 0.05, 0.8, 1.0, 0.6),
-        (0.1, 0.0, 1.0, 3.0, 0.6),
-        (2.0, 0.1, 1.3, 0.5, 0.8),
-        (0.05, 0.2, 0.9, 1.0, 1.0),
-        (0.2, 3.0, 0.5, 0.2, 0.9),
-    ],
+    [(0.1, 0.05, 0.8, 1.0, 0.6), (0.1, 0.0, 1.0, 3.0, 0.6), (0.05, 0.2, 0.9, 1.0, 1.0)],
     ids=str,
 )
 def test_first_twenty_impacts_to_fifty_digits(scene: tuple) -> None:
@@ -188,7 +162,7 @@ def random_scene(rng: random.Random) -> tuple[tuple, tuple]:
 
 
 @pytest.mark.parametrize(
-    ("seed", "scenes"), [(0, 8), pytest.param(1, 100, marks=pytest.mark.exhaustive)]
+    ("seed", "scenes"), [(0, 3), pytest.param(1, 100, marks=pytest.mark.exhaustive)]
 )
 def test_random_scenes_against_thirty_digits(seed: int, scenes: int) -> None:
     rng = random.Random(seed)
@@ -213,51 +187,6 @@ def test_slow_chatter_to_what_a_double_position_allows() -> None:
     assert_agree(pairs[-1:], 4 * EPS / omega**3)
 
 
-def test_flights_against_forty_digits() -> None:
-    """Random single flights: same wall and time; errors as the approach speed conditions them.
-
-    The velocity is good to roundoff of itself and of what the force adds, however fast the free
-    mass flies.
-    """
-    rng = random.Random(3)
-    hits = 0
-    for _ in range(60):
-        zeta = rng.choice([0.0, 10 ** rng.uniform(-3, 1)])
-        omega = rng.choice([1.0, 10 ** rng.uniform(-2, 1)])
-        size = 1 / max(math.hypot(1 - omega**2, 2 * zeta * omega), 0.2)
-        d = size * 10 ** rng.uniform(-4, 0.5)
-        x, v = rng.uniform(-1, 1) * size, rng.uniform(-1, 1) * size * omega
-        gap = rng.choice([0.0, 1e-6, rng.random()]) * d * 1.9
-        rate = rng.uniform(-1, 1) * size * 10 ** rng.uniform(-4, 3)
-        rate = abs(rate) if gap == 0.0 else rate
-        phase, y, u = rng.uniform(-4, 4), x + (d - gap), v - rate
-        run = start_run(Parameters(0.1, zeta, omega, d, 0.5, phase), State(x, v, y, u))
-        row, *rest = log_of(run, 0.99 * HORIZON)
-        with mp.workdps(40):
-            p = reference.PreciseParameters(*map(mpf, (0.1, zeta, omega, d, 0.5, phase)))
-            now = (mpf(0), mpf(x), mpf(v))
-            flight = (mpf(float(row[GAP])), mpf(float(row[RATE])))
-            until = mpf(0.99 * HORIZON)
-            exact = reference.fly(p, now, 1 if row[SIDE] > 0 else -1, flight, until, gap == 0.0)
-        if exact is None:
-            assert not rest
-            continue
-        hits += 1
-        end, tau = rest[0], row[DURATION]
-        assert end[SIDE] == exact.side
-        # The gap is known to roundoff of what it is made of; the speed turns that into time.
-        noise = 8 * EPS * (d + abs(rate) * tau + abs(x) + size * (1 + omega * tau))
-        late = abs(tau - exact.time)
-        assert late <= noise / exact.approach_speed + 4 * EPS * tau
-        force = 2 * size * (1 + omega**2 + 2 * zeta) + abs(v)
-        allowed = force * float(late) + noise * (1 + zeta + omega) + 4 * EPS * end[SPEED]
-        assert abs(end[SPEED] - exact.approach_speed) <= allowed
-        size = abs(v) + min(tau, 1.0) * (1.0 + abs(x) + abs(v))
-        allowed = float(late) * (1 + omega) * (1.0 + abs(x) + abs(v)) + 30 * EPS * size
-        assert abs(end[V_BEFORE] - exact.v) <= allowed
-    assert hits > 30
-
-
 # --- the accuracy setting
 
 
@@ -270,7 +199,7 @@ def completion_time(scene: tuple) -> float:
     return next(float(event.time) for event in exact if event.kind == "stick")
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-7, 1e-11, 1e-15])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-11])
 @pytest.mark.parametrize("scene", [CHATTER, (5.0, 0.3, 0.4, 0.1, 0.8)])
 def test_accuracy_is_the_error_of_the_completion_time(scene: tuple, accuracy: float) -> None:
     """And of nothing else: what lies before the tail is bit-identical."""
@@ -332,7 +261,7 @@ def work(p: Parameters, run: Trajectory, row: np.ndarray) -> tuple[float, float]
     return total, size
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(p=parameters, start=starts)
 def test_energy_and_place(p: Parameters, start: tuple) -> None:
     """In each flight and each stretch of sticking, from the motion inside it.
@@ -378,9 +307,8 @@ def test_energy_and_place(p: Parameters, start: tuple) -> None:
 # --- cases that have a rule each
 
 
-@pytest.mark.parametrize("p", [(0.1, 0.05, 0.2, 0.1, 0.0), (0.1, 0.05, 2.0, 0.3, 0.0)])
-def test_plastic_impact_sticks_at_the_same_time_or_flies(p: tuple) -> None:
-    _, zeta, omega, _, _ = p
+def test_plastic_impact_sticks_at_the_same_time_or_flies() -> None:
+    _, zeta, omega, _, _ = p = (0.1, 0.05, 2.0, 0.3, 0.0)
     found = events(p, until=400.0)
     impacts = np.flatnonzero(found["kind"] == 0)[:-1]
     stuck = 0
@@ -404,7 +332,7 @@ def test_elastic_impacts_never_stick() -> None:
     assert (found["kind"] == 0).sum() == 20_000
 
 
-@pytest.mark.parametrize(("zeta", "u"), [(0.0, 0.7), (0.05, -0.2), (2.0, 0.7)])
+@pytest.mark.parametrize(("zeta", "u"), [(0.05, -0.2), (2.0, 0.7)])
 def test_no_clearance_moves_as_one(zeta: float, u: float) -> None:
     """No events; the pair is the oscillator of mass 1 + mu, started with the momentum kept."""
     p = Parameters(0.4, zeta, 0.8, 0.0, 0.6, 0.3)
@@ -476,7 +404,7 @@ def test_roundoff_outside_the_wall_is_on_the_wall() -> None:
         start_run(p, State(x, 0.0, y + 1e-12, 0.0))
 
 
-@pytest.mark.parametrize(("zeta", "omega"), [(0.05, 1.7), (0.0, 0.6), (1.5, 0.9)])
+@pytest.mark.parametrize(("zeta", "omega"), [(0.05, 1.7), (1.5, 0.9)])
 def test_grazing(zeta: float, omega: float) -> None:
     """The free mass rests at 0; with the wall just beyond max|x| nothing ever happens."""
     until = 30.0

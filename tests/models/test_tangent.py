@@ -9,7 +9,7 @@ from damper.models import start_run
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
 
-SCENES = 25
+SCENES = 8
 KINDS = ("rigid", "yielding", "grounded", "time_varying")
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [

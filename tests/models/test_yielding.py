@@ -103,10 +103,9 @@ def test_momentum_and_restitution_at_each_impact(model: str) -> None:
     assert np.count_nonzero(speed < 0.3) > 10
 
 
-@pytest.mark.parametrize("model", MODELS)
 @plain
-def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution(model: str) -> None:
-    scene = {**SCENE, **MODELS[model], "clearance": 0.3}
+def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution() -> None:
+    scene = {**SCENE, "clearance": 0.3}
     found = events(Parameters(**scene, yield_speed=0.3), until=60.0)
     stick = int(np.flatnonzero(found["kind"] == STICK)[0])
     slow = stick - 1
@@ -137,35 +136,3 @@ def test_high_yield_speed_changes_no_byte(model: str) -> None:
     high = events(Parameters(**SCENE, **MODELS[model], yield_speed=1e300), until=100.0)
     assert len(plain) > 50
     assert high.tobytes() == plain.tobytes()
-
-
-@pytest.mark.parametrize("model", MODELS)
-@plain
-def test_energy_balance(model: str) -> None:
-    cube = simulate(
-        **SCENE, **MODELS[model], yield_speed=0.3, transient=20, periods=30, observers=["response"]
-    )
-    assert float(cube.impact_loss) > 0.1 * float(cube.energy_input)
-    assert abs(float(cube.energy_residual)) < 1e-14 * float(cube.energy_input)
-
-
-@plain
-def test_yield_speed_is_an_axis_of_a_study_in_either_system_of_units() -> None:
-    run: dict[str, Any] = {"transient": 2, "periods": 3, "observers": ["impacts"]}
-    cube = simulate(**SCENE, yield_speed=[0.1, 0.3], **run)
-    assert cube.max_approach_speed.dims == ("yield_speed",)
-    assert cube.yield_speed.attrs["units"] == "F0/sqrt(K M)"
-    # F0/K = 0.05 m, F0/sqrt(K M) = 0.5 m/s
-    si = {
-        "primary_mass": 2.0,
-        "damping": 2.0,
-        "stiffness": 200.0,
-        "force_amplitude": 10.0,
-        "forcing_frequency": 8.0,
-        "free_mass": 0.2,
-        "gap": 0.1,
-        "restitution": 0.6,
-    }
-    metres = simulate(**si, yield_speed=[0.05, 0.15], **run)
-    assert metres.yield_speed.attrs["units"] == "m/s"
-    np.testing.assert_allclose(metres.max_approach_speed, 0.5 * cube.max_approach_speed, rtol=1e-9)

@@ -85,7 +85,7 @@ def random_case(seed: int) -> tuple[Compliant, tuple]:
 def test_no_end_is_skipped() -> None:
     """Against a scan of the exact motion at a hundredth of the fastest period."""
     ends = 0
-    for seed in range(20):
+    for seed in range(12):
         m, z = random_case(seed)
         limit = 6.0 / math.sqrt(m.touch.relative_stiffness)
         side, tau, _, slope = search(m, z, limit)
@@ -103,8 +103,7 @@ def test_no_end_is_skipped() -> None:
 
 
 @pytest.mark.parametrize("tension", [0, 1])
-@pytest.mark.parametrize("r", [0.3, 0.99, 0.999999])
-@pytest.mark.parametrize("k", [1e5, 1e8])
+@pytest.mark.parametrize(("k", "r"), [(1e5, 0.3), (1e8, 0.999999)])
 def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: int) -> None:
     """Half a forcing period of 1e5 oscillations of the contact; with r near 1 they all fast."""
     m = model(k, tension, r)
@@ -126,7 +125,7 @@ def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: i
 def test_slow_part_and_ring_move_apart() -> None:
     """The fast part of a state is a free oscillation, whatever the rest does; both add up."""
     separated = 0
-    for seed in range(20):
+    for seed in range(12):
         m, z = random_case(seed)
         event = m.ending
         if not event.separated:
@@ -143,7 +142,7 @@ def test_slow_part_and_ring_move_apart() -> None:
         expected = np.exp(-b * tau) * (fast[0] * (c + b * s) + fast1[0] * s).real
         size = math.hypot(fast[0], fast1[0] / math.sqrt(event.fast_stiffness))
         assert fast == pytest.approx(expected, abs=1e-11 * size + 1e-14 * scale)
-    assert separated > 8
+    assert separated > 4
 
 
 @pytest.mark.parametrize("by_energy", [False, True])
