@@ -89,8 +89,7 @@ def assert_as_expected(found: dict[str, np.ndarray], scene: Scene) -> int:
 # --- against a plain loop
 
 
-@pytest.mark.parametrize("transient", [0, 3, 20])
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.8, 1.0])
+@pytest.mark.parametrize(("transient", "restitution"), [(0, 0.3), (20, 0.8), (3, 0.0)])
 @pytest.mark.parametrize("parameters", [SLOW, PAPER_A], ids=["slow", "paper_a"])
 def test_bursts_are_those_of_a_loop_over_the_events(
     parameters: dict[str, float], restitution: float, transient: int
@@ -110,7 +109,7 @@ def test_bursts_that_began_before_the_record_are_left_out() -> None:
     assert straddling >= 2
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
     damping_ratio=st.sampled_from([0.0, 0.02, 0.3, 1.0]),
@@ -134,18 +133,6 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
     """With a heavy free mass the first impacts of many bursts come before the push."""
     scene = Scene({**SLOW, "mass_ratio": 2.0, "clearance": 0.4, "restitution": 0.5}, 0, 20)
     assert assert_as_expected(observed(scene, bursts=60), scene) > 10
-
-
-def test_limits_keep_the_first_ones() -> None:
-    scene = Scene(PAPER_A, 5, 10)
-    all_of_it = observed(scene, bursts=30, impacts=200)
-    few = observed(scene, bursts=3, impacts=7)
-    assert few["complete_bursts"] == all_of_it["complete_bursts"] > 10
-    for name, array in few.items():
-        if array.ndim == 2:
-            np.testing.assert_array_equal(array, all_of_it[name][:3, :7])
-        elif array.ndim == 1:
-            np.testing.assert_array_equal(array, all_of_it[name][:3])
 
 
 # --- against many digits
@@ -208,18 +195,6 @@ def test_cube_counts_bursts_and_impacts_from_one() -> None:
     assert cube.burst_impact.values.tolist() == [1, 2, 3]
     assert cube.burst_impact.long_name == "impact of the burst, from 1"
     assert cube.complete_burst.values.tolist() == [1, 2]
-
-
-def test_stopped_run_keeps_the_bursts_before() -> None:
-    arrays, _ = run_points([PAPER_A], ["accumulation"], transient=0, periods=12, max_events=500)
-    assert arrays["status"][0] == 1
-    assert arrays["complete_bursts"][0] == -1
-    whole, _ = run_points([PAPER_A], ["accumulation"], transient=0, periods=12)
-    kept = np.isfinite(arrays["completion_wall"][0])
-    assert 0 < kept.sum() < 20
-    np.testing.assert_array_equal(
-        arrays["remaining_time"][0][kept], whole["remaining_time"][0][kept]
-    )
 
 
 def test_another_model_is_refused() -> None:

@@ -45,8 +45,7 @@ def assert_summary(found: dict[str, np.ndarray], expected: dict[str, float]) -> 
 # --- the summary of a lane
 
 
-@pytest.mark.parametrize("transient", [0, 3, 40])
-@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.38, 0.45, 0.6, 0.74, 0.9, 1.0])
+@pytest.mark.parametrize(("transient", "restitution"), [(0, 0.0), (0, 0.9), (40, 0.45), (3, 1.0)])
 @pytest.mark.parametrize("scene", [SLOW, STUDY, PAPER_A], ids=["slow", "study", "paper_a"])
 def test_summary_is_that_of_a_loop_over_the_events(
     scene: dict[str, float], restitution: float, transient: int
@@ -55,7 +54,7 @@ def test_summary_is_that_of_a_loop_over_the_events(
     assert_summary(observed(run), burst_summary(run, fraction=0.03))
 
 
-@settings(max_examples=150)
+@settings(max_examples=40)
 @given(
     mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
     damping_ratio=st.sampled_from([0.0, 0.02, 0.3, 1.0]),
@@ -78,52 +77,10 @@ def test_summary_of_random_scenes(
     assert_summary(observed(run, threshold=threshold), expected)
 
 
-def test_restitution_one_never_completes() -> None:
-    found = observed(Scene({**STUDY, "restitution": 1.0}, 20, 30))
-    assert found["bursts_per_period"] > 0
-    assert found["complete_fraction"] == 0.0
-    assert found["sticking_fraction"] == 0.0
-    assert found["chatter"] in (0, 1)
-
-
-def test_restitution_zero_sticks_at_once() -> None:
-    found = observed(Scene({**STUDY, "restitution": 0.0}, 20, 30), records=8)
-    assert found["complete_fraction"] == 1.0
-    assert found["visible_impacts"] == 1
-    assert found["chatter"] == 0
-    np.testing.assert_array_equal(found["burst_visible_impacts"], 1.0)
-    np.testing.assert_array_equal(found["burst_duration"], 0.0)
-
-
-def test_zero_clearance_is_stuck_without_bursts() -> None:
-    found = observed(Scene({**STUDY, "clearance": 0.0}, 2, 5))
-    assert found["sticking_fraction"] == pytest.approx(1.0, abs=1e-12)
-    assert found["bursts_per_period"] == 0.0
-    assert found["visible_impacts"] == 0
-    assert found["chatter"] == 0
-    assert math.isnan(found["complete_fraction"])
-
-
-def test_no_contact_no_bursts() -> None:
-    found = observed(Scene({**STUDY, "clearance": 50.0}, 2, 5))
-    assert found["visible_impacts"] == 0
-    assert found["chatter"] == 0
-    assert found["bursts_per_period"] == 0.0
-    assert found["sticking_fraction"] == 0.0
-    assert math.isnan(found["complete_fraction"])
-
-
-def test_all_of_399_bursts_of_200_periods_complete() -> None:
-    """Model section 7, from 50-digit arithmetic."""
-    found = observed(Scene({**SLOW, "restitution": 0.3}, 0, 200))
-    assert found["complete_fraction"] * found["bursts_per_period"] * 200 == pytest.approx(399)
-
-
 # --- records of single bursts
 
 
-@pytest.mark.parametrize("transient", [0, 5])
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.8, 0.95])
+@pytest.mark.parametrize(("transient", "restitution"), [(0, 0.3), (5, 0.8)])
 @pytest.mark.parametrize("scene", [SLOW, STUDY, PAPER_A], ids=["slow", "study", "paper_a"])
 def test_records_are_the_bursts_of_the_event_rows(
     scene: dict[str, float], restitution: float, transient: int
@@ -189,15 +146,6 @@ def test_release_after_the_end_of_the_record_is_not_known() -> None:
         assert math.isnan(found["burst_sticking_time"][len(bursts) - 1])
 
 
-def test_fewer_records_are_the_first_of_more() -> None:
-    few = observed(Scene(STUDY, 4, 20), records=3)
-    many = observed(Scene(STUDY, 4, 20), records=30)
-    for name in (name for name in few if name.startswith("burst_")):
-        assert few[name].shape == (3,)
-        np.testing.assert_array_equal(few[name], many[name][:3])
-    assert not any(name.startswith("burst_") for name in observed(Scene(STUDY, 4, 20)))
-
-
 # --- the edges of the record
 
 
@@ -248,7 +196,7 @@ def test_cut_burst_alone_is_chatter_of_unknown_end() -> None:
 def test_burst_under_way_at_the_start_is_skipped() -> None:
     """Starts within bursts: neither the burst's rest nor its sticking counts as a burst."""
     tried = 0
-    for shift in range(60):
+    for shift in range(20):
         run = Scene({**PAPER_A, "phase": 0.1 * shift}, 30, 2)
         under_way = [
             b
@@ -261,11 +209,11 @@ def test_burst_under_way_at_the_start_is_skipped() -> None:
         found = observed(run, records=50)
         assert found["burst_onset"][0] >= 0.0
         assert_summary(found, burst_summary(run, fraction=0.03))
-    assert tried >= 10
+    assert tried >= 3
 
 
 @pytest.mark.parametrize(
-    ("frequency_ratio", "clearance", "wall"), [(0.95, 4.0, -1), (0.95, 5.0, 1), (1.05, 5.0, 1)]
+    ("frequency_ratio", "clearance", "wall"), [(0.95, 4.0, -1), (1.05, 5.0, 1)]
 )
 def test_first_contact_of_the_run_begins_a_burst(
     frequency_ratio: float, clearance: float, wall: int
@@ -281,8 +229,7 @@ def test_first_contact_of_the_run_begins_a_burst(
     assert_summary(found, burst_summary(run, fraction=0.03))
 
 
-@pytest.mark.parametrize("phase", [3.04, 3.2, 6.24])
-def test_long_flight_after_a_release_is_no_burst_under_way(phase: float) -> None:
+def test_long_flight_after_a_release_is_no_burst_under_way() -> None:
     """The record starts late in a flight that a release began and that ends on the same wall."""
     p = {
         "mass_ratio": 0.1,
@@ -290,7 +237,7 @@ def test_long_flight_after_a_release_is_no_burst_under_way(phase: float) -> None
         "frequency_ratio": 0.02,
         "clearance": 0.9,
         "restitution": 0.0,
-        "phase": phase,
+        "phase": 3.2,
     }
     run = Scene(p, 2, 1)
     rows = run.rows()
@@ -312,20 +259,14 @@ def test_fresh_start_has_no_burst_under_way() -> None:
     assert found["burst_first_speed"][0] == pytest.approx(0.3)
 
 
-def test_start_time_other_than_zero_moves_the_record() -> None:
-    state = State(0.1, 0.0, 0.1, 0.2, time=7.25)
-    run = Scene(STUDY, 3, 6, state)
-    assert_summary(observed(run), burst_summary(run, fraction=0.03))
-
-
 # --- visibility
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-12])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
 def test_impacts_inside_the_closed_tail_count(accuracy: float) -> None:
     """A coarse accuracy closes the burst while its impacts can still be seen."""
     inside = 0
-    for r, fraction in itertools.product((0.3, 0.5, 0.7), (0.3, 0.03, 1e-3, 1e-5, 1e-9)):
+    for r, fraction in itertools.product((0.3, 0.7), (0.03, 1e-5, 1e-9)):
         run = Scene({**STUDY, "restitution": r}, 20, 6, accuracy=accuracy)
         found = observed(run, threshold=fraction, records=40)
         bursts = [b for b in all_bursts(run.rows()) if b.onset >= run.start and b.ended]
@@ -347,7 +288,7 @@ def test_count_does_not_depend_on_where_the_tail_closes() -> None:
     while {event.side for event in burst} != {burst[-1].side}:
         burst.pop(0)
     assert len(burst) > 10
-    for fraction in (0.2, 0.02, 2e-3, 2e-4, 2e-5, 2e-6):
+    for fraction in (0.2, 2e-3, 2e-6):
         limit = fraction * burst[0].approach_speed
         expected = sum(event.approach_speed >= limit for event in burst)
         for accuracy in (1e-15, 1e-12, 1e-9):
@@ -357,8 +298,7 @@ def test_count_does_not_depend_on_where_the_tail_closes() -> None:
             assert got["burst_visible_impacts"][first] == expected, (fraction, accuracy)
 
 
-@pytest.mark.parametrize("frequency_ratio", [1.1, 1.3])
-@pytest.mark.parametrize("mass_ratio", [0.25, 0.05, 0.001])
+@pytest.mark.parametrize(("mass_ratio", "frequency_ratio"), [(0.25, 1.1), (0.001, 1.3)])
 def test_five_visible_impacts_need_r4_of_the_threshold(
     mass_ratio: float, frequency_ratio: float
 ) -> None:
@@ -368,15 +308,6 @@ def test_five_visible_impacts_need_r4_of_the_threshold(
         p = {**STUDY, "mass_ratio": mass_ratio, "frequency_ratio": frequency_ratio}
         chatter[r] = int(observed(Scene({**p, "restitution": r}, 200, 20))["chatter"])
     assert chatter == {0.3: 0, 0.38: 0, 0.395: 0, 0.435: 2, 0.45: 2, 0.5: 2}
-
-
-@pytest.mark.parametrize("fraction", [0.003, 0.01, 0.03, 0.1, 0.2])
-def test_lower_edge_follows_the_threshold(fraction: float) -> None:
-    """The edge of five visible impacts lies near threshold^(1/4), whatever the threshold."""
-    edge = fraction**0.25
-    below = observed(Scene({**STUDY, "restitution": edge - 0.025}, 200, 20), threshold=fraction)
-    above = observed(Scene({**STUDY, "restitution": edge + 0.025}, 200, 20), threshold=fraction)
-    assert below["visible_impacts"] < 5 <= above["visible_impacts"]
 
 
 def test_absolute_speed_sees_hard_impacts_only() -> None:
@@ -389,11 +320,6 @@ def test_absolute_speed_sees_hard_impacts_only() -> None:
     assert counts == sorted(counts, reverse=True)
     assert counts[0] > counts[2]
     assert counts[-1] == 0
-
-
-def test_fraction_by_name_is_the_plain_fraction() -> None:
-    run = Scene(STUDY, 10, 10)
-    assert_summary(observed(run, threshold={"fraction": 0.1}), observed(run, threshold=0.1))
 
 
 def test_compared_thresholds_are_those_of_runs_of_their_own() -> None:
@@ -421,23 +347,3 @@ def test_threshold_dimension_has_the_fractions_as_coordinate() -> None:
 
 
 # --- refusals and stops
-
-
-@pytest.mark.parametrize("transient", [0, 3])
-def test_stopped_lane_has_no_summary_and_leaves_the_others_alone(transient: int) -> None:
-    lanes = [{**STUDY, "restitution": r} for r in (0.9, 0.6, 0.95)]
-    settings = {"bursts": {"compare_thresholds": [0.01], "records": 3}}
-    run = {"transient": transient, "periods": 6}
-    rows = [len(Scene(lane, transient, 6).rows()) for lane in lanes]
-    limit = max(rows[0], rows[2]) + 1
-    assert rows[1] > limit
-    found, _ = run_points(lanes, settings, max_events=limit, **run)
-    whole, _ = run_points(lanes, settings, **run)
-    assert found["status"].tolist() == [0, 1, 0]
-    for name, array in found.items():
-        np.testing.assert_array_equal(array[[0, 2]], whole[name][[0, 2]])
-    for name in ("visible_impacts", "chatter"):
-        assert found[name][1] == -1
-        assert (found[f"{name}_by_threshold"][1] == -1).all()
-    for name in ("bursts_per_period", "complete_fraction", "sticking_fraction"):
-        assert math.isnan(found[name][1])

@@ -6,33 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import Burst, Scene, all_bursts
+from plain_bursts import PAPER_A, SLOW, Burst, Scene, all_bursts
 
-from damper import Parameters
-from damper.engine.segment import COLUMNS
-from damper.models import start_run
-from damper.observers import make_observers
-from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice
-
-#: Model section 8, A3: complete bursts in every half period after a transient.
-PAPER_A = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.2,
-    "clearance": 0.03,
-    "restitution": 0.8,
-}
-#: Model section 7.
-SLOW = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
-FREQUENCIES = [0.2, 0.25, 0.3]
 
 
 def observed(scene: Scene, name: str, **given: object) -> dict[str, np.ndarray]:
@@ -73,9 +50,9 @@ def assert_nearest(scene: Scene, time: float, fraction: float = 0.03) -> None:
     assert found["burst_at_sticking_time"] == pytest.approx(sticking, abs=1e-9, nan_ok=True)
 
 
-@pytest.mark.parametrize("transient", [0, 4])
-@pytest.mark.parametrize("restitution", [0.45, 0.6, 0.8, 0.9])
-@pytest.mark.parametrize("time", [0.0, 100.0, 155.0, 1e4])
+@pytest.mark.parametrize(
+    ("time", "restitution", "transient"), [(0.0, 0.45, 4), (155.0, 0.8, 4), (1e4, 0.9, 0)]
+)
 @pytest.mark.parametrize("scene", [PAPER_A, SLOW], ids=["paper_a", "slow"])
 def test_nearest_burst_of_the_event_rows(
     scene: dict[str, float], time: float, restitution: float, transient: int
@@ -83,7 +60,7 @@ def test_nearest_burst_of_the_event_rows(
     assert_nearest(Scene({**scene, "restitution": restitution}, transient, 8), time)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
     damping_ratio=st.sampled_from([0.0, 0.02, 0.3]),
@@ -113,32 +90,6 @@ def test_the_burst_of_paper_a() -> None:
     assert found["burst_at_complete"] == 1
 
 
-def test_no_chatter_is_missing() -> None:
-    found = observed(Scene({**PAPER_A, "restitution": 0.0}, 2, 5), "burst_at", time=10)
-    assert found["burst_at_complete"] == -1
-    assert np.isnan(found["burst_at_onset"])
-
-
-@pytest.mark.parametrize("name", ["burst_at", "chatter_bursts"])
-def test_a_stopped_run_is_missing(name: str) -> None:
-    arrays, _ = run_points([PAPER_A], [name], transient=0, periods=30, max_events=500)
-    assert arrays.pop("status")[0] == 1
-    for key, array in arrays.items():
-        missing = np.isnan(array) if array.dtype.kind == "f" else array == -1
-        assert missing.all(), key
-
-
-def test_lanes_do_not_mix() -> None:
-    """A lane that stops inside a burst leaves nothing to the next one."""
-    points = [PAPER_A, {**PAPER_A, "restitution": 0.0}, {**SLOW, "clearance": 50.0}, PAPER_A]
-    for name in ("burst_at", "chatter_bursts"):
-        arrays, _ = run_points(points, [name], transient=0, periods=6)
-        for k, point in enumerate(points):
-            alone, _ = run_points([point], [name], transient=0, periods=6)
-            for key, array in arrays.items():
-                np.testing.assert_array_equal(array[k], alone[key][0], key)
-
-
 def test_time_is_in_seconds_for_points_in_si() -> None:
     """A stiffness of 4 and a mass of 1 make the unit of time half a second."""
     mass, stiffness = 1.0, 4.0
@@ -165,9 +116,9 @@ def test_time_is_in_seconds_for_points_in_si() -> None:
 # --- chatter_bursts
 
 
-@pytest.mark.parametrize("transient", [0, 7])
-@pytest.mark.parametrize("omega", FREQUENCIES)
-@pytest.mark.parametrize("restitution", [0.3, 0.6, 0.8, 0.9])
+@pytest.mark.parametrize(
+    ("restitution", "omega", "transient"), [(0.3, 0.25, 0), (0.8, 0.2, 7), (0.9, 0.3, 7)]
+)
 def test_counts_of_a_loop_over_the_events(restitution: float, omega: float, transient: int) -> None:
     parameters = {**PAPER_A, "restitution": restitution, "frequency_ratio": omega}
     run, parts = Scene(parameters, transient, 12), [0.0, 3.5, 8.0]
@@ -206,49 +157,3 @@ def test_incomplete_only_after_the_transient_at_the_highest_frequency() -> None:
     assert found["chatter_complete"].tolist() == [2, 0]
     assert found["chatter_onset"][0] == pytest.approx(107.2, abs=0.1)
     assert found["chatter_bursts"][1] > 20
-
-
-def test_many_pieces_of_the_log_lose_no_burst() -> None:
-    """Some 5000 rows, five pieces: as many bursts as `bursts` counts and lists."""
-    run = {"transient": 0, "periods": 60}
-    many = {"chatter_bursts": {"since": [0]}, "bursts": {"records": 1000}}
-    arrays, _ = run_points([PAPER_A], many, **run)
-    visible = arrays["burst_visible_impacts"][0]
-    complete = arrays["burst_complete"][0]
-    assert (visible >= 5).sum() == arrays["chatter_bursts"][0, 0] > 100
-    assert (complete == 1).sum() == arrays["sticking_bursts"][0, 0]
-    chatter = (visible >= 5) & (complete == 1)
-    mean = arrays["burst_duration"][0][chatter].mean()
-    assert arrays["chatter_duration"][0, 0] == pytest.approx(mean, rel=1e-12)
-    for time in (0.0, 300.0, 900.0, 1500.0):
-        near, _ = run_points([PAPER_A], {"burst_at": {"time": time}}, **run)
-        onsets = arrays["burst_onset"][0]
-        k = np.nanargmin(np.where(visible >= 5, abs(onsets - time), np.nan))
-        assert near["burst_at_onset"][0] == onsets[k]
-        sticking = arrays["burst_sticking_time"][0][k]
-        np.testing.assert_equal(near["burst_at_sticking_time"][0], sticking)
-
-
-@pytest.mark.parametrize("rows", [1, 2, 7])
-@pytest.mark.parametrize(
-    ("name", "settings"),
-    [("burst_at", {"time": 200.0}), ("burst_at", {}), ("chatter_bursts", {"since": [0, 5]})],
-)
-def test_short_pieces_of_the_log_change_nothing(
-    name: str, settings: dict[str, object], rows: int
-) -> None:
-    """Pieces end within sticking, too, which a burst's record waits for."""
-    periods = 12
-    (observer,) = make_observers({name: settings})
-    observer.allocate(1, periods)
-    trajectory = start_run(Parameters(**PAPER_A))
-    observer.begin(0, trajectory, Window(0, 0.0, periods))
-    for log in trajectory.segments(periods, 0.0, np.empty((rows, COLUMNS))):
-        assert len(log) <= rows
-        observer.observe(log)
-    observer.finish(True)
-    whole = observed(Scene(PAPER_A, 0, periods), name, **settings)
-    for key, array in observer.arrays.items():
-        np.testing.assert_array_equal(array[0], whole[key], key)
-    if "time" in settings:
-        assert whole["burst_at_sticking_time"] > 0.0

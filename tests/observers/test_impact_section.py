@@ -22,9 +22,8 @@ def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:
     return {name: array[0] for name, array in arrays.items()}
 
 
-@pytest.mark.parametrize("transient", [0, 9])
 @pytest.mark.parametrize("wall", ["left", "right"])
-@pytest.mark.parametrize("restitution", [0.0, 0.4, 0.7, 0.95])
+@pytest.mark.parametrize(("restitution", "transient"), [(0.0, 9), (0.7, 0)])
 def test_samples_are_impact_rows_of_one_wall(restitution: float, wall: str, transient: int) -> None:
     run = Scene({**STUDY, "restitution": restitution}, transient, 15)
     rows = run.rows()
@@ -58,28 +57,8 @@ def test_free_mass_is_recorded_only_if_asked_for() -> None:
     assert set(observed(Scene(STUDY, 0, 2))) == {"status", "displacement", "velocity"}
 
 
-def test_second_lane_starts_afresh() -> None:
-    """No sample of a lane is left over in the next one, which has fewer."""
-    few = {**STUDY, "clearance": 1.0}
-    arrays, _ = run_points([STUDY, few], ["impact_section"], transient=3, periods=4)
-    alone = observed(Scene(few, 3, 4))
-    assert 0 < np.isfinite(alone["displacement"]).sum() < np.isfinite(arrays["velocity"][0]).sum()
-    np.testing.assert_array_equal(arrays["displacement"][1], alone["displacement"])
-
-
 def test_no_impact_no_sample() -> None:
     for clearance in (0.0, 50.0):
         found = observed(Scene({**STUDY, "clearance": clearance}, 1, 4))
         assert np.isnan(found["displacement"]).all()
         assert found["status"] == 0
-
-
-def test_stopped_lane_keeps_what_was_seen_before() -> None:
-    arrays, _ = run_points([STUDY], ["impact_section"], transient=0, periods=9, max_events=20)
-    whole = observed(Scene(STUDY, 0, 9))
-    rows = Scene(STUDY, 0, 9).rows()[:20]
-    seen = int(((rows["kind"] == 0) & (rows["side"] == 1)).sum())
-    assert arrays["status"].tolist() == [1]
-    assert 0 < seen < np.isfinite(whole["displacement"]).sum()
-    np.testing.assert_array_equal(arrays["velocity"][0, :seen], whole["velocity"][:seen])
-    assert np.isnan(arrays["velocity"][0, seen:]).all()

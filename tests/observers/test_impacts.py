@@ -40,8 +40,7 @@ def assert_summary(found: dict[str, np.ndarray], expected: dict[str, float]) -> 
         assert found[name] == pytest.approx(expected[name], rel=1e-12, nan_ok=True), name
 
 
-@pytest.mark.parametrize("threshold", [0.3, 0.03, 0.001])
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.9, 1.0])
+@pytest.mark.parametrize(("restitution", "threshold"), [(0.3, 0.3), (0.9, 0.001)])
 @pytest.mark.parametrize("scene", [STUDY, LONG], ids=["study", "long"])
 def test_counts_and_speeds_from_rest(
     scene: dict[str, float], restitution: float, threshold: float
@@ -58,7 +57,7 @@ def test_absolute_speed(transient: int, accuracy: float) -> None:
         assert_summary(observed(run, threshold={"speed": speed}), impact_summary(run, speed=speed))
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(
     mass_ratio=st.sampled_from([0.001, 0.1, 2.0]),
     damping_ratio=st.sampled_from([0.0, 0.05, 1.0]),
@@ -109,14 +108,6 @@ def test_largest_speed_is_given_though_none_is_visible() -> None:
     assert found["max_approach_speed"] == recorded["approach_speed"].max()
 
 
-@pytest.mark.parametrize("clearance", [0.0, 50.0])
-def test_no_impacts(clearance: float) -> None:
-    found = observed(Scene({**STUDY, "clearance": clearance}, 1, 3))
-    assert found["impacts_per_period"] == 0.0
-    assert math.isnan(found["mean_approach_speed"])
-    assert math.isnan(found["max_approach_speed"])
-
-
 def test_impact_at_the_very_start_counts() -> None:
     run = Scene({**STUDY, "clearance": 3.0}, 0, 1, State(0.0, 0.0, 3.0, 0.25))
     found = observed(run)
@@ -132,20 +123,6 @@ def test_comments_name_the_threshold() -> None:
     )
     assert "0.25" in observer.variables[0].comment
     assert "first" not in observer.variables[0].comment
-
-
-def test_stopped_lane_is_nan_and_leaves_the_others_alone() -> None:
-    lanes = [{**STUDY, "clearance": d} for d in (0.4, 0.05, 50.0)]
-    rows = [len(Scene(lane, 2, 8).rows()) for lane in lanes]
-    assert rows[1] > rows[0] + 5
-    run = {"transient": 2, "periods": 8}
-    found, _ = run_points(lanes, ["impacts"], max_events=rows[0] + 1, **run)
-    whole, _ = run_points(lanes, ["impacts"], **run)
-    assert found["status"].tolist() == [0, 1, 0]
-    for name in NAMES:
-        assert math.isnan(found[name][1])
-        assert not math.isnan(whole[name][1])
-        np.testing.assert_array_equal(found[name][[0, 2]], whole[name][[0, 2]])
 
 
 def test_speeds_are_listed_in_order() -> None:

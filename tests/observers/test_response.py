@@ -8,6 +8,7 @@ from collections.abc import Callable
 import mpmath as mp
 import numpy as np
 import pytest
+from cases import thinned
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from reference import two_impacts
@@ -27,10 +28,8 @@ from damper.engine.segment import (
     PERIODS,
     RATE,
     SPEED,
-    STICKING,
     TAIL,
     TIME,
-    V,
 )
 from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.models import start_run
@@ -152,21 +151,13 @@ def linear(values, state: State, transient: int, periods: int, inertia: float = 
 
 REST = State(0.0, 0.0, 0.0, 0.0)
 LINEAR = {
-    "transient": (0.05, 0.8, 0.3, REST, 0, 7),
     "later": (0.05, 0.8, 0.3, State(2.0, -1.0, 0.0, 0.0), 5, 6),
-    "resonance": (0.0, 1.0, 0.0, REST, 0, 5),
     "resonance, later": (0.0, 1.0, 0.7, State(0.3, 0.4, 0.0, 0.0), 30, 4),
     "near resonance": (1e-6, 1.0 + 1e-7, 0.0, REST, 3, 6),
-    "undamped": (0.0, 0.35, 1.0, REST, 0, 9),
     "critical": (1.0, 0.5, 0.0, State(1.0, 3.0, 0.0, 0.0), 0, 3),
-    "overdamped": (3.0, 0.7, 0.2, State(0.2, -8.0, 0.0, 0.0), 0, 3),
     "very overdamped": (10.0, 0.6, 0.2, State(0.1, 5.0, 0.0, 0.0), 0, 2),
-    "very overdamped, gently": (10.0, 0.6, 0.2, State(0.1, 0.5, 0.0, 0.0), 0, 2),
-    "very overdamped, later": (10.0, 2.0, 0.2, State(0.1, 5.0, 0.0, 0.0), 2, 3),
-    "fast": (0.1, 30.0, 0.4, State(0.01, 0.0, 0.0, 0.0), 0, 20),
     "very fast": (0.1, 1e3, 0.4, REST, 0, 30),
     "slow": (0.2, 1e-3, 0.4, REST, 0, 1),
-    "overdamped and fast": (10.0, 700.0, 0.4, State(0.0, 1.0, 0.0, 0.0), 0, 3),
 }
 
 
@@ -191,25 +182,14 @@ def test_linear_response_is_that_of_the_closed_form(case: str) -> None:
     assert found["impact_loss"] == 0.0
 
 
-@pytest.mark.parametrize("mass_ratio", [0.2, 1e3])
-def test_without_clearance_both_masses_move_as_one(mass_ratio: float) -> None:
+def test_without_clearance_both_masses_move_as_one() -> None:
+    mass_ratio = 0.2
     values = dict(zip(NAMES, (mass_ratio, 0.05, 0.7, 0.0, 0.5, 0.3), strict=True))
     state = State(0.4, -0.2, 0.4, -0.2)
     found = observed(values, transient=2, periods=5, state=state)
     for name, value in linear(values, state, 2, 5, 1.0 + mass_ratio).items():
         assert found[name] == pytest.approx(value, rel=4e-13), name
     assert found["impact_loss"] == 0.0
-
-
-@pytest.mark.parametrize(("zeta", "omega"), [(0.3, 0.8), (0.05, 1.0), (10.0, 0.1), (0.4, 20.0)])
-def test_steady_response_without_contact_has_the_ratios_one(zeta: float, omega: float) -> None:
-    values = dict(zip(NAMES, (0.1, zeta, omega, 1e6, 0.5, 0.3), strict=True))
-    transient = math.ceil(45.0 * omega / (2 * math.pi) * max(2 * zeta, 1.0 / zeta))
-    found = observed(values, transient=transient, periods=3)
-    assert found["amplitude_ratio"] == pytest.approx(1.0, rel=1e-13)
-    assert found["rms_ratio"] == pytest.approx(1.0, rel=1e-13)
-    amplitude = 1.0 / abs(complex(1.0 - omega**2, 2.0 * zeta * omega))
-    assert found["energy_input"] == pytest.approx(2 * math.pi * zeta * omega * amplitude**2)
 
 
 def test_ratios_are_zero_where_the_steady_response_is_infinite() -> None:
@@ -222,7 +202,9 @@ def test_ratios_are_zero_where_the_steady_response_is_infinite() -> None:
 # --- with impacts
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", thinned(SCENES, {"chattering", "plastic", "overdamped"}.__contains__)
+)
 def test_integrals_are_those_of_the_motion(name: str) -> None:
     """By scipy's quad over every segment of the log, bounces of tails one by one."""
     p = Parameters(**parameters(name))
@@ -295,7 +277,7 @@ RANDOM = {
 }
 
 
-@settings(max_examples=200)
+@settings(max_examples=50)
 @given(values=st.fixed_dictionaries(RANDOM), transient=st.integers(0, 5))
 @example(values=parameters("plastic"), transient=0)
 @example(values=parameters("chattering"), transient=7)
@@ -327,15 +309,15 @@ def test_balance_sees_bursts_with_tails() -> None:
     assert abs(found["energy_residual"]) < 2e-15
 
 
-@pytest.mark.parametrize("edge", [0.0, 0.1, 0.35, 0.4, 0.7, 0.999, 1.0])
-@pytest.mark.parametrize("name", ["slow", "study", "plastic", "chattering"])
+@pytest.mark.parametrize("edge", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("name", ["plastic", "chattering"])
 def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
     """At impacts, within tails, within sticking: two windows make one, and each one closes."""
     trajectory = start_run(Parameters(**parameters(name)))
     log = logged(trajectory, 40)
     for mode in set(log[:, MODE]):
         rows = log[(log[:, MODE] == mode) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 20)]
-        for row in rows[:: max(1, len(rows) // 5)]:
+        for row in rows[:: max(1, len(rows) // 2)]:
             start = (float(row[PERIODS]), float(row[TIME] + edge * row[DURATION]))
             parts = [Window(start[0] + k, start[1], 3) for k in (-3, 0)]
             before, after = (over(trajectory, log, part) for part in parts)
@@ -357,8 +339,8 @@ def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
                 assert whole["impact_loss"] == pytest.approx(mean, abs=1e-13)
 
 
-@pytest.mark.parametrize("steps", [-2, -1, 0, 1, 2])
-@pytest.mark.parametrize("name", ["generic", "study", "plastic", "elastic"])
+@pytest.mark.parametrize("steps", [-1, 0, 1])
+@pytest.mark.parametrize("name", ["study", "plastic"])
 def test_a_window_may_begin_within_rounding_of_an_impact(name: str, steps: int) -> None:
     """Then the impact counts and the energy before it, or neither."""
     trajectory = start_run(Parameters(**parameters(name)))
@@ -388,7 +370,7 @@ def near_left_wall(v: float, w: float = 0.01) -> tuple[Parameters, State]:
 
 
 @pytest.mark.parametrize("wall", [near_wall, near_left_wall])
-@pytest.mark.parametrize("v", [-0.3, 0.004, 0.012, 0.016, 0.018, 0.02, 0.022, 0.024, 0.3])
+@pytest.mark.parametrize("v", [-0.3, 0.012, 0.018, 0.024])
 def test_peak_and_integrals_within_a_tail(wall: Callable, v: float) -> None:
     """A tail closed early against the same burst resolved: third order in the rebound speed."""
     results, tail = [], None
@@ -414,30 +396,10 @@ def test_peak_and_integrals_within_a_tail(wall: Callable, v: float) -> None:
         assert abs(one["energy_residual"]) < 3e-8
 
 
-def test_some_peak_lies_on_a_bounce_of_a_tail() -> None:
-    """Guards the test above: without its bounces the tail would miss the peak by 1e-6."""
-    missed = []
-    for v in (0.012, 0.016, 0.018, 0.02):
-        p, state = near_wall(v)
-        trajectory = start_run(p, state, 1e-3)
-        log = logged(trajectory, 0, 3.0)
-        peak = over(trajectory, log, Window(-1.0, 3.0, 1))["peak_displacement"]
-        (index,) = np.flatnonzero(log[:, MODE] == TAIL)[:1]
-        row = log[index]
-        _, speed, _, _ = trajectory.motion_in(row, 0.0)
-        centre = row.copy()
-        centre[RATE] = 0.0
-        centre[MODE] = STICKING
-        centre[V] = speed - 0.5 / 1.5 * row[RATE]
-        times = np.linspace(0.0, float(row[DURATION]), 4001)
-        missed.append(peak - max(trajectory.motion_in(centre, float(t))[0] for t in times))
-    assert max(missed) > 1e-6
-
-
 # --- the peak
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(values=st.fixed_dictionaries(RANDOM), transient=st.integers(0, 2))
 def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int) -> None:
     trajectory = start_run(Parameters(**values))
@@ -457,17 +419,6 @@ def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int)
         bend = 1.0 + (2.0 * values["damping_ratio"] + 1.0) * (2.0 * largest + high - low)
         error = max(error, bend * (times[1] - times[0]) ** 2 / 8)
     assert best * (1 - 4 * EPS) <= found <= best + error
-
-
-def test_peak_of_a_flight_that_turns_between_the_nodes() -> None:
-    """Extrema of many flights against mpmath: none is off by more than rounding."""
-    for k in range(40):
-        zeta, omega = 0.02 + 0.1 * (k % 7), 0.3 + 0.37 * (k % 5)
-        state = State(0.02 * k, 1.0 - 0.07 * k, 0.0, 0.0)
-        values = dict(zip(NAMES, (0.1, zeta, omega, 1e6, 0.5, 0.15 * k), strict=True))
-        found = observed(values, transient=0, periods=1, state=state)
-        peak = linear(values, state, 0, 1)["peak_displacement"]
-        assert found["peak_displacement"] == pytest.approx(peak, rel=1e-14)
 
 
 @compiled
@@ -510,7 +461,7 @@ def test_a_turn_and_return_between_two_nodes_is_seen() -> None:
     assert highest_until(moving, 0.16) == pytest.approx(top, abs=1e-9)
 
 
-@pytest.mark.parametrize("k", range(40))
+@pytest.mark.parametrize("k", range(6))
 def test_climbing_finds_the_highest_of_many_turns(k: int) -> None:
     """The search alone over far longer stretches than between two nodes."""
     rng = np.random.default_rng(k)
@@ -526,24 +477,7 @@ def test_climbing_finds_the_highest_of_many_turns(k: int) -> None:
 # --- how it is computed
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_pieces_of_the_log_do_not_matter(name: str) -> None:
-    p = Parameters(**parameters(name))
-    results = []
-    for rows in (LOG_ROWS, 3, 1):
-        trajectory = start_run(p)
-        trajectory.skip(2)
-        observer = response.Response()
-        observer.allocate(1, 4)
-        observer.begin(0, trajectory, Window(2.0, 0.0, 4))
-        for log in trajectory.segments(6, 0.0, np.empty((rows, COLUMNS))):
-            observer.observe(log)
-        observer.finish(True)
-        results.append({key: float(array[0]).hex() for key, array in observer.arrays.items()})
-    assert results[0] == results[1] == results[2]
-
-
-@pytest.mark.parametrize("zeta", [0.01, 0.9, 1.3, 2.0, 10.0, 1e2, 1e4])
+@pytest.mark.parametrize("zeta", [0.01, 10.0])
 def test_cost_of_a_segment_does_not_grow_with_the_damping(zeta: float) -> None:
     osc = swing(zeta, 0.7, 0.0, 0.0, 0.0).osc
     tau, steps = 0.0, 0

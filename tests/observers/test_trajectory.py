@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from plain_bursts import Scene
 
 from damper import Parameters, State, events
-from damper.engine.segment import CAUSE, COLUMNS, IMPACT, MODE, PERIODS, TAIL, TIME
-from damper.engine.trajectory import LOG_ROWS
+from damper.engine.segment import CAUSE, IMPACT, MODE, PERIODS, TAIL, TIME
 from damper.models import start_run
 from damper.observers.common.base import Window
 from damper.observers.trajectory import SampledTrajectory
@@ -58,8 +57,8 @@ def used(found: dict) -> dict:
 # --- samples
 
 
-@pytest.mark.parametrize(("start", "transient"), [(0, 0), (2, 3), (0.25, 3), (1.37, 0)])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("start", "transient"), [(0, 0), (1.37, 3)])
+@pytest.mark.parametrize("name", ["chattering", "plastic", "stuck"])
 def test_samples_are_those_of_the_stroboscopic_section(
     name: str, start: float, transient: int
 ) -> None:
@@ -68,7 +67,7 @@ def test_samples_are_those_of_the_stroboscopic_section(
     found = observed(parameters(name), {"start": start, "length": 2}, **run)
     samples = {k: found[k][found["event"] == SAMPLE] for k in COLUMN_NAMES}
     assert len(samples["time"]) == 201
-    for k in range(0, 200, 7):
+    for k in range(0, 200, 19):
         step = round(start * 100) + k
         section, _ = run_points(
             [parameters(name)],
@@ -97,15 +96,6 @@ def test_other_rates_and_the_default_stretch() -> None:
     assert (exact["event"] == SAMPLE).sum() == 4
 
 
-def test_first_and_last_sample_are_start_and_end_of_the_record() -> None:
-    state = State(0.3, -0.1, 0.32, 0.2, time=-11.3)
-    found = observed(parameters("study"), transient=0, periods=4, state=state)
-    assert found["time"][0] == 0.0
-    first = [found[name][0] for name in COLUMN_NAMES[1:]]
-    assert first == pytest.approx([state.x, state.v, state.y, state.u], abs=1e-14)
-    assert found["time"][-1] == pytest.approx(4 * 2 * math.pi / 1.3, abs=1e-14)
-
-
 def test_samples_stay_sharp_after_a_million_periods() -> None:
     values = {**parameters("generic"), "clearance": 50.0}
     found = observed(values, {"start": 0.5, "length": 1}, transient=1_000_000, periods=2)
@@ -119,9 +109,9 @@ def test_samples_stay_sharp_after_a_million_periods() -> None:
 # --- events
 
 
-@pytest.mark.parametrize("transient", [0, 4])
 @pytest.mark.parametrize("name", SCENES)
-def test_event_rows_are_those_of_the_event_list(name: str, transient: int) -> None:
+def test_event_rows_are_those_of_the_event_list(name: str) -> None:
+    transient = 4
     scene = Scene(parameters(name), transient, 6)
     found = observed(scene.parameters, **scene.run())
     p = Parameters(**scene.parameters)
@@ -192,7 +182,7 @@ def test_samples_in_a_tail_follow_its_bounces() -> None:
     assert last.max() < 1e-6
 
 
-@settings(max_examples=80)
+@settings(max_examples=30)
 @given(
     mass_ratio=st.sampled_from([1e-3, 0.1, 2.0]),
     damping_ratio=st.sampled_from([0.0, 0.02, 1.0, 10.0]),
@@ -274,36 +264,6 @@ def test_a_stretch_may_end_with_the_record(setting: dict) -> None:
     assert samples == round(100 * setting["length"]) + 1
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_pieces_of_the_log_do_not_matter(name: str) -> None:
-    results = []
-    for rows in (LOG_ROWS, 3, 1):
-        trajectory = start_run(Parameters(**parameters(name)))
-        trajectory.skip(2)
-        observer = SampledTrajectory(samples_per_period=9, start=0.4)
-        observer.allocate(1, 4)
-        observer.begin(0, trajectory, Window(2.0, 0.0, 4))
-        for log in trajectory.segments(6, 0.0, np.empty((rows, COLUMNS))):
-            observer.observe(log)
-        observer.finish(True)
-        results.append({key: array.tobytes() for key, array in observer.arrays.items()})
-    assert results[0] == results[1] == results[2]
-
-
-def test_an_early_stop_keeps_what_came_before() -> None:
-    values = parameters("generic")
-    whole = observed(values, transient=0, periods=20)
-    cut = observed(values, transient=0, periods=20, max_events=15)
-    assert cut["status"] == 1
-    n = len(cut["time"])
-    assert 100 < n < len(whole["time"])
-    for name in (*COLUMN_NAMES, "event", "mode"):
-        np.testing.assert_array_equal(cut[name], whole[name][:n])
-    assert cut["events_left_out"] == 0
-    written = (cut["event"] == 0).sum() // 2 + (cut["event"] > 0).sum()
-    assert written == 15
-
-
 def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
     """An impact at exactly the start counts; the log of the run says where one is."""
     trajectory = start_run(Parameters(**parameters("generic")))
@@ -322,13 +282,13 @@ def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
         assert impacts[expected] == (0.0 if shift == 0 else pytest.approx(2 * trajectory.period))
 
 
-@pytest.mark.parametrize("steps", range(-3, 4))
-@pytest.mark.parametrize("name", ["generic", "study", "plastic", "elastic"])
+@pytest.mark.parametrize("steps", [-1, 0, 1])
+@pytest.mark.parametrize("name", ["study", "plastic"])
 def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> None:
     """A sample within rounding of an impact comes before or after it, in the order of the rows."""
     trajectory = start_run(Parameters(**parameters(name)))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(40)])
-    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 30)]:
+    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 14)]:
         observer = SampledTrajectory(samples_per_period=3, start=1 / 3)
         observer.allocate(1, 5)
         time = float(row[TIME]) + steps * math.ulp(row[TIME])

@@ -69,25 +69,6 @@ def test_reference_numbers_of_the_model(w: float, printed: float) -> None:
     assert abs(brute - exact.time) < 1e-20
 
 
-def ratios_of_errors(w: float) -> np.ndarray:
-    """By what halving w divides the errors: time to both orders, displacement to both."""
-    errors = []
-    for speed in (w, 0.5 * w):
-        found = predict(P, 1, 2.0, 2.0, 0.1, speed)
-        exact = resolved(P, 1, 2.0, 2.0, 0.1, speed)
-        left = (exact.time, exact.time, exact.displacement, exact.displacement)
-        errors.append([float(a - b) for a, b in zip(found[:4], left, strict=True)])
-    return np.divide(*errors)
-
-
-def test_errors_fall_by_the_ratios_of_the_model() -> None:
-    """Halving w = .01 divides the errors of the time by 4.06 and 8.07."""
-    ratios = ratios_of_errors(0.01)
-    assert ratios[:2] == pytest.approx([4.06, 8.07], abs=0.006)
-    # The primary is slow there: what the point's error has of fourth order shows until w is small.
-    assert ratios_of_errors(5e-4)[2:] == pytest.approx([4.0, 8.0], rel=0.02)
-
-
 @pytest.mark.parametrize(("r", "w", "printed"), [(0.6, 0.05, 0.26156342), (0.8, 0.025, 0.26157446)])
 def test_kinematic_limit(r: float, w: float, printed: float) -> None:
     """A wall that impacts leave alone, with a = 1 and a constant j = .5."""
@@ -101,19 +82,6 @@ def test_kinematic_limit(r: float, w: float, printed: float) -> None:
         errors.append([time - exact for time in completion_times(0.0, r, 1.0, 0.5, part * w)])
     ratios = np.divide(*errors).astype(float)
     assert ratios == pytest.approx([4.0, 8.0], rel=0.1)
-
-
-def test_times_are_the_formulas_of_the_model() -> None:
-    rng = random.Random(4)
-    for _ in range(200):
-        w, a, mu, zeta = (10 ** rng.uniform(-3, 1) for _ in range(4))
-        j, r = rng.uniform(-5, 5), rng.uniform(0, 0.99)
-        first, second = completion_times(zeta * mu / (1 + mu), r, a, j, w)
-        t1 = 2 * w / (a * (1 - r))
-        bend = 4 / 3 * j * w**2 / (a**3 * (1 - r) ** 2)
-        drag = 4 * zeta * mu * r * w**2 / ((1 + mu) * a**2 * (1 - r) ** 2)
-        assert first == pytest.approx(t1, rel=1e-13)
-        assert second == pytest.approx(t1 + bend - drag, abs=1e-12 * (t1 + abs(bend) + drag))
 
 
 def test_first_order_displacement_is_the_common_velocity_for_that_time() -> None:
@@ -172,7 +140,7 @@ def test_slopes_are_two_and_three(seed: int) -> None:
     """For random complete bursts; single ones may be near a zero of the error's leading term."""
     rng = random.Random(seed)
     slopes = []
-    for _ in range(5):
+    for _ in range(3):
         p, side, time, x, v, scale = random_impact(rng)
         errors = []
         for w in (2e-3 * scale, 1e-3 * scale):
@@ -186,24 +154,10 @@ def test_slopes_are_two_and_three(seed: int) -> None:
     assert middle == pytest.approx([2.0, 3.0, 2.0, 3.0], abs=0.05)
 
 
-def test_common_velocity_and_drag_are_needed_for_third_order() -> None:
-    """Without the impacts' own changes of the primary's velocity the error is of second order."""
-    p = Parameters(1.0, 0.8, 0.5, 1.0, 0.7)
-    a, j = derivatives(p, 0.5, 2.0, 0.3)
-    wrong = []
-    for w in (1e-3, 5e-4):
-        exact = resolved(p, 1, 1.0, 2.0, 0.3, w)
-        found = predict(p, 1, 1.0, 2.0, 0.3, w)
-        _, without = completion_times(0.0, 0.7, -a, j, w)
-        wrong.append(float(without - exact.time))
-        assert abs(found.second_order_time - exact.time) < 0.05 * abs(wrong[-1])
-    assert wrong[0] / wrong[1] == pytest.approx(4.0, rel=0.03)
-
-
 # --- symmetry, the engine, ends of the range
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(
     time=st.floats(0, 20),
     x=st.floats(-3, 3),

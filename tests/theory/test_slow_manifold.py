@@ -43,7 +43,7 @@ def largest_multiplier(theta: float, restitution: float) -> float:
     return float(abs(np.linalg.eigvals(np.array([phases, speeds]).T)).max())
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.7, 0.95])
+@pytest.mark.parametrize("restitution", [0.0, 0.7])
 def test_stability_of_the_map(restitution: float) -> None:
     low, high = fold(restitution).theta, SYMMETRIC_LIMIT
     assert largest_multiplier(low, restitution) == pytest.approx(1.0, abs=2e-4)
@@ -52,8 +52,8 @@ def test_stability_of_the_map(restitution: float) -> None:
         assert stable(theta, restitution) == (largest_multiplier(theta, restitution) < 1.0)
 
 
-@pytest.mark.parametrize("theta", [0.5, 0.97, 1.2, 1.65, 1.7, 2.4])
-@pytest.mark.parametrize("restitution", [0.2, 0.6, 0.9])
+@pytest.mark.parametrize("theta", [0.5, 1.2, 2.4])
+@pytest.mark.parametrize("restitution", [0.2, 0.9])
 def test_limit_of_the_closed_form_motion(theta: float, restitution: float) -> None:
     omega, zeta = 1.3, 0.1
     d = steady_amplitude(zeta, omega) / float(amplitude(theta, restitution))

@@ -94,14 +94,6 @@ def test_first_impact_solves_its_equation(gap: float) -> None:
 
 
 @settings(max_examples=30, deadline=None)
-@given(GAPS, GAPS)
-def test_limit_falls_with_the_gap(one: float, other: float) -> None:
-    low, high = sorted((one, other))
-    first, second = critical_restitution([low, high])
-    assert first >= second
-
-
-@settings(max_examples=30, deadline=None)
 @given(GAPS, st.floats(0.0, 1.0))
 def test_bursts_complete_up_to_the_limit_and_no_further(gap: float, restitution: float) -> None:
     limit = critical_restitution(gap)
@@ -110,17 +102,9 @@ def test_bursts_complete_up_to_the_limit_and_no_further(gap: float, restitution:
     assert completes(gap, restitution) == math.isfinite(completion(gap, restitution))
 
 
-@settings(max_examples=30, deadline=None)
-@given(GAPS, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_completion_is_later_the_more_elastic(gap: float, one: float, other: float) -> None:
-    low, high = sorted((one, other))
-    limit = float(critical_restitution(gap))
-    first, second = completion(gap, low * limit), completion(gap, high * limit)
-    assert first_impact(gap) <= first <= second * (1.0 + 1e-15) < math.pi
-
-
-@pytest.mark.parametrize("omega", [0.2, 0.7, 1.6])
-@pytest.mark.parametrize(("gap", "part"), [(0.05, 0.9), (0.5, 0.5), (0.5, 0.999), (2.0, 0.9)])
+@pytest.mark.parametrize(
+    ("omega", "gap", "part"), [(0.2, 0.05, 0.9), (1.6, 0.5, 0.999), (0.7, 2.0, 0.9)]
+)
 def test_completion_against_the_engine(omega: float, gap: float, part: float) -> None:
     """Extrapolated from two mass ratios to zero, whatever the frequency."""
     restitution = part * float(critical_restitution(gap))
@@ -142,7 +126,7 @@ def test_completion_against_the_engine(omega: float, gap: float, part: float) ->
     assert stick == pytest.approx(completion(gap, restitution), abs=1e-7)
 
 
-@pytest.mark.parametrize("gap", [0.1, 0.5, 1.5])
+@pytest.mark.parametrize("gap", [0.1, 1.5])
 def test_engine_changes_its_mind_at_the_limit(gap: float) -> None:
     limit = float(critical_restitution(gap))
     d = 0.5 * gap / 0.75

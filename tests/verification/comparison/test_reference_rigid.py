@@ -44,9 +44,7 @@ def assert_same(found: list, other: list, error: str) -> None:
         assert abs(a[3] - b[3]) < mpf(error)
 
 
-@pytest.mark.parametrize(
-    "name", thinned(SCENES, {"complete bursts", "overdamped", "fast forcing"}.__contains__)
-)
+@pytest.mark.parametrize("name", thinned(SCENES, {"restitution 0", "overdamped"}.__contains__))
 def test_against_exponentials_brackets_and_extrapolation(name):
     numbers, state, until = SCENES[name]
     events, final = closed_form.run(numbers, state, until)
@@ -56,15 +54,14 @@ def test_against_exponentials_brackets_and_extrapolation(name):
         assert max(abs(a - b) for a, b in zip(found.final, final, strict=True)) < mpf("1e-56")
 
 
-@pytest.mark.parametrize("r", [0.0, 0.3, 0.6])
-def test_two_precisions(r):
-    numbers = (0.1, 0.05, 0.2, 0.25, r, 0.0)
-    few, many = (run(numbers, REST, until=46.5, dps=dps) for dps in (50, 70))
+def test_two_precisions():
+    numbers = (0.1, 0.05, 0.2, 0.25, 0.3, 0.0)
+    few, many = (run(numbers, REST, until=20, dps=dps) for dps in (50, 70))
     with mp.workdps(80):
         assert_same(few.events, many.events, "1e-56")
         assert max(abs(a - b) for a, b in zip(few.final, many.final, strict=True)) < 1e-56
     # The tail is closed later the more digits are asked for, not by a fixed floor.
-    assert r == 0.0 or len(many.events) > len(few.events) + 3
+    assert len(many.events) > len(few.events) + 3
 
 
 def of_kind(events: list[Event], kind: str) -> list[Event]:
@@ -106,7 +103,7 @@ def test_two_impacts_per_cycle_in_all_digits():
             assert abs(event.x - event.side * x0) < mpf("1e-58")
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=3)
 @given(
     st.floats(1e-3, 3),
     st.floats(0, 2),
@@ -133,7 +130,7 @@ def test_mirror_and_continuation(mu, zeta, omega, d, r, phase):
         assert max(abs(a - b) for a, b in zip(whole.final, second.final, strict=True)) < 1e-25
 
 
-@pytest.mark.parametrize("offset", ["-1e-12", "-1e-30", "0", "1e-25", "1e-12"])
+@pytest.mark.parametrize("offset", ["-1e-12", "0", "1e-25"])
 def test_end_in_and_about_the_tail_of_a_burst(offset):
     """Before the accumulation the free mass still bounces; after it, it sticks."""
     numbers = (0.1, 0.05, 0.2, 0.25, 0.3, 0.0)

@@ -9,7 +9,6 @@ from damper.verification.comparison.reference_series import (
     expand,
     first_root,
     horner,
-    lowest_order,
     term_count,
 )
 
@@ -45,7 +44,7 @@ def test_first_of_known_roots(roots, factor, end):
             assert found < first + mpf("1e-6")
 
 
-@pytest.mark.parametrize("roots", [[0.01] * 3, [0.01] * 5, [0.7] * 4, [0.3] * 3 + [0.4] * 2])
+@pytest.mark.parametrize("roots", [[0.01] * 5, [0.7] * 4])
 def test_a_multiple_root_is_reached(roots: list[float]) -> None:
     """Steps with one bound for the whole panel would take 1e8 for three roots, 1e15 for five."""
     with mp.workdps(50):
@@ -65,7 +64,7 @@ def test_expand_about_another_point() -> None:
             assert abs(horner(local, mpf(tau))[0] - horner(q, mpf(tau) + mpf("0.25"))[0]) < 1e-45
 
 
-@pytest.mark.parametrize("gap", ["1e-8", "1e-15", "1e-22"])
+@pytest.mark.parametrize("gap", ["1e-22"])
 def test_two_roots_close_together(gap):
     """A dip below zero that no grid would see, and a near miss."""
     with mp.workdps(65):
@@ -84,13 +83,7 @@ def test_root_relative_to_itself():
         assert abs(found / root - 1) < mpf("1e-46")
 
 
-def test_horner_and_lowest_order():
-    assert horner([mpf(1), mpf(2), mpf(3)], mpf(2)) == (17, 14)
-    assert lowest_order([mpf(0), mpf(0), mpf(-1), mpf(2)]) == 2
-    assert lowest_order([mpf(0), mpf(0)]) == 2
-
-
-@pytest.mark.parametrize("reach", [0.01, 1, 3, 5])
+@pytest.mark.parametrize("reach", [0.01, 5])
 def test_term_count_is_enough_for_the_exponential(reach):
     with mp.workdps(60):
         count = term_count(mpf(reach))

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import thinned
 
 import damper
 from damper.engine.compiled import plain
 from damper.models import start_run
-from damper.parameters.quantities import PARAMETER_NAMES
 from damper.theory.two_impacts import orbits
 from damper.verification.comparison import solvers
-from damper.verification.comparison.fixed_step import Damper, rk4
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.verification.comparison.solvers import SOLVERS, load, rk4_step_end, scipy_methods
@@ -113,20 +112,10 @@ def test_errors_on_the_periodic_motion_fall_with_the_setting(name):
 def test_order_of_impact_times(name, expected):
     scene, _ = periodic(9)
     exact = scene.state.time + 0.25 * scene.parameters.period * np.array([2.0, 4.0, 6.0, 8.0])
-    settings = (90, 180, 360, 720)
+    settings = (90, 180, 360)
     errors = [np.abs(solve(name, scene, s).impact_times - exact).max() for s in settings]
     # At step ends it is the luck of the steps that decides: between 0 and h.
     assert abs(-order(errors, settings) - expected) < (0.5 if expected == 1 else 0.2)
-
-
-@pytest.mark.parametrize(("name", "expected"), [(STEP_END, 4), (LOCATED, 4), (MOREAU, 2)])
-def test_order_without_contact(name, expected):
-    p = damper.Parameters(0.1, 0.1, 1.3, clearance=50.0, restitution=0.5, phase=0.4)
-    scene = Scene(p, damper.State(1.0, -0.5, 0.2, 0.1), 20.0)
-    settings = (50, 100, 200, 400)
-    ends = [solve(name, scene, setting).end_state for setting in settings]
-    errors = [np.abs(np.subtract(end, end_of(scene))).max() for end in ends]
-    assert abs(-order(errors, settings) - expected) < 0.15
 
 
 def burst_errors(name, setting):
@@ -152,7 +141,7 @@ SETTINGS = {
 }
 
 
-@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("name", thinned(SETTINGS, {"exact", "dop853", MOREAU}.__contains__))
 def test_a_complete_burst_converges_to_50_digits(name):
     settings, left = SETTINGS[name]
     coarse, fine = (np.array(burst_errors(name, setting)) for setting in settings)
@@ -162,7 +151,7 @@ def test_a_complete_burst_converges_to_50_digits(name):
 
 
 def test_orders_of_a_burst_with_located_impacts_and_with_springs():
-    settings = (200, 400, 800, 1600)
+    settings = (200, 400, 800)
     errors = np.array([burst_errors(LOCATED, setting) for setting in settings]).T
     for values, expected in zip(errors, (4, 2, 4), strict=True):
         assert abs(-order(values, settings) - expected) < 0.4
@@ -170,21 +159,6 @@ def test_orders_of_a_burst_with_located_impacts_and_with_springs():
     soft, stiff = (np.array(burst_errors("compliant_flow", k)) for k in (low, high))
     # Contacts before sticking are more the stiffer the wall: a logarithm bends the slope.
     assert np.log(stiff / soft) / math.log(high / low) == pytest.approx(-0.5, abs=0.08)
-
-
-@each_solver
-def test_the_mirror_image_is_solved_alike(name):
-    values = {**BURST, "frequency_ratio": 0.9, "clearance": 1.0, "initial_velocity": 0.3}
-    scene = read_scene(values, 20.0)
-    p, s = scene.parameters, scene.state
-    given = {key: getattr(p, key) for key in PARAMETER_NAMES} | {"phase": p.phase + math.pi}
-    start = damper.State(-s.x, -s.v, -s.y, -s.u)
-    one, other = solve(name, scene), solve(name, Scene(damper.Parameters(**given), start, 20.0))
-    assert len(one.impact_times) > 3
-    np.testing.assert_array_equal(one.impact_sides, -other.impact_sides)
-    np.testing.assert_allclose(one.approach_speeds, other.approach_speeds, atol=1e-8)
-    np.testing.assert_allclose(one.impact_times, other.impact_times, atol=1e-8)
-    np.testing.assert_allclose(one.end_state, -other.end_state, rtol=0, atol=1e-8)
 
 
 @each_solver
@@ -271,14 +245,6 @@ def test_depth_of_one_impact_into_a_spring():
 # Fixed steps
 
 
-def test_a_runge_kutta_step_is_the_taylor_series_up_to_the_fourth_power():
-    # Without force and damping a step is the polynomial of exp(i h): 1 - h^2/2 + h^4/24.
-    h = 0.3
-    curve, dv = rk4(Damper(0.1, 0.0, 1e-30, 1.0, 0.6, 0.0), 1.0, 1.0, 0.0, 0.0, h)
-    assert curve == pytest.approx(-h * h / 2 + h**4 / 24, rel=1e-14)
-    assert dv == pytest.approx(-h + h**3 / 6, rel=1e-14)
-
-
 def test_rules_of_sticking_end_a_burst_where_they_say():
     # As good as unmoved by it, a wall pushes with the acceleration 5. Bounces last 0.04, 0.024,
     # ...: as long as a step, 0.001, after seven of them, and as its square after twenty.
@@ -295,7 +261,7 @@ def test_rules_of_sticking_end_a_burst_where_they_say():
 
 def test_a_release_is_no_impact_wherever_in_a_step_it_lies():
     scene = read_scene({**BURST, "restitution": 0.0}, 10.0)
-    for setting in range(300, 700, 7):
+    for setting in range(300, 700, 37):
         found = solve(LOCATED, scene, setting)
         assert [len(times) for times in instants(found)] == [len(times) for times in engine(scene)]
 

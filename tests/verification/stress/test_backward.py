@@ -37,8 +37,9 @@ def worst(parameters, log):
     return {n: np.max(v, initial=0.0) for n, v in residuals(parameters, log).items()}
 
 
-@pytest.mark.parametrize("beta", [0.0, 1e-12, 0.3, 1.0 - 1e-12, 1.0, 10.0])
-@pytest.mark.parametrize("omega", [1e-3, 1.0, 1.0 + 1e-9, 1e3])
+@pytest.mark.parametrize(
+    ("beta", "omega"), [(0.0, 1.0 + 1e-9), (1.0 - 1e-12, 1e-3), (1.0, 1.0), (10.0, 1e3)]
+)
 def test_motions_are_those_of_the_matrix_exponential(beta, omega):
     x0, v0, theta, tau = 0.3, -1.1, 0.7, np.geomspace(1e-6, 30.0, 8)
     one = np.ones(8, dtype=np.longdouble)
@@ -58,8 +59,7 @@ def test_motions_are_those_of_the_matrix_exponential(beta, omega):
                 assert abs(float((mine[k] - np.longdouble(float(exact))) / size)) < 1e-15
 
 
-@pytest.mark.parametrize("zeta", [0.0, 1e-12, 1.0 - 1e-12, 1.0, 10.0])
-@pytest.mark.parametrize("omega", [1e-3, 1.0 + 1e-9, 1e3])
+@pytest.mark.parametrize(("zeta", "omega"), [(0.0, 1.0 + 1e-9), (1.0 - 1e-12, 1e3), (10.0, 1e-3)])
 def test_every_kind_of_damping_and_forcing_is_sound(zeta, omega):
     for mass_ratio, clearance, restitution in (
         (0.1, 1e-3, 0.6),

@@ -92,13 +92,6 @@ def test_random_points_of_the_whole_box_pass():
     assert found["backward_error"].max() < 100.0
 
 
-def test_a_run_does_not_depend_on_its_part():
-    runs = random_points(4, 1, BOX)
-    whole, part = run_metamorphic(runs, events=20), run_metamorphic(runs[2:], events=20, first=2)
-    for name, values in part.items():
-        np.testing.assert_array_equal(values, whole[name][2:])
-
-
 def test_a_follow_up_that_differs_fails(monkeypatch):
     """A log whose impacts are too fast by 1e-9 agrees with nothing, and obeys no law."""
     honest = runs.short_run
@@ -191,7 +184,7 @@ def test_what_turns_on_a_hair_is_not_compared():
     assert min(one.comparable for one in found) == 0
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
 @plain
 def test_noise_is_of_the_size_that_it_says_and_deterministic(restitution):
     p = Parameters(0.1, 0.05, 0.2, 0.25, restitution)
