@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 from damper.analysis.sections import first_lasting_change, period_of
 
 
-@pytest.mark.parametrize(
-    ("rate", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.55, 8), (3.83, 3), (3.74, 5), (3.9, 0)]
-)
+@pytest.mark.parametrize(("rate", "period"), [(2.8, 1), (3.55, 8), (3.83, 3), (3.9, 0)])
 def test_logistic_map(rate: float, period: int) -> None:
     x, points = 0.4, []
     for n in range(5200):

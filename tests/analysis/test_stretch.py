@@ -21,9 +21,10 @@ def study(folder: Path, periods: int, observer: dict[str, Any], **figure: Any) -
     return path
 
 
-@pytest.mark.parametrize("samples_per_period", [1, 3, 400])
-@pytest.mark.parametrize("start", [0.0, 0.5, 1.0, 1.9, 2.0, 3.0])
-@pytest.mark.parametrize("length", [None, 0.001, 0.1, 0.5, 1.0, 2.0, 2.1])
+@pytest.mark.parametrize(
+    ("samples_per_period", "start", "length"),
+    [(1, 0.0, None), (400, 1.9, None), (3, 2.0, None), (3, 0.5, 0.1), (400, 0.0, 2.1)],
+)
 def test_study_refuses_what_the_observer_refuses(
     tmp_path: Path, samples_per_period: int, start: float, length: float | None
 ) -> None:

@@ -73,6 +73,7 @@ def test_what_the_text_does_not_state_is_assumed() -> None:
         assert names <= set(one.assumed), one.name
 
 
+@pytest.mark.exhaustive
 def test_diagrams_are_at_the_frequency_whose_bifurcations_begin_nearest_the_stated_value() -> None:
     frequencies = RESTITUTION.axis_values["frequency_ratio"]
     grid = [value for value in RESTITUTION.axis_values["restitution"] if 0.4 <= value <= 0.9][::5]

@@ -7,7 +7,6 @@ from mpmath import mp, mpf
 from damper.verification.comparison.reference_rigid import (
     GUARD_DIGITS,
     PreciseParameters,
-    events,
     fly,
 )
 
@@ -120,51 +119,3 @@ def kinematic_accumulation_time(
             a -= j * tau
             total += tau
         return total + 2 * w / (a * (1 - r))
-
-
-def small_mass_burst_completes(
-    reduced_gap: float, restitution: float, *, dps: int = 20, burst_floor: float = 1e-12
-) -> bool:
-    """Tell whether a burst completes within one half cycle, at zero mass ratio.
-
-    The undamped primary moves as ``A sin(omega t)``; the free mass is released from the left wall
-    at ``x = 0`` and bursts on the right one. It must stick before the acceleration reverses.
-
-    Parameters
-    ----------
-    reduced_gap : float
-        ``G = 2 d / A``.
-    restitution : float
-        Restitution coefficient.
-    dps, burst_floor
-        As in `reference_rigid.run`.
-    """
-    with mp.workdps(dps):
-        omega = mpf(1) / 2
-        amplitude = 1 / (1 - omega**2)
-        d = mpf(reduced_gap) * amplitude / 2
-        speed = amplitude * omega
-        found = events(
-            0,
-            0,
-            omega,
-            d,
-            restitution,
-            state=(0, speed, -d, speed),
-            until=mp.pi / omega,
-            dps=dps,
-            burst_floor=burst_floor,
-        )
-        return any(event.kind == "stick" and event.side == 1 for event in found)
-
-
-def small_mass_critical_restitution(reduced_gap: float, *, digits: int = 6) -> float:
-    """Return the restitution at which `small_mass_burst_completes` turns false, by bisection."""
-    low, high = 0.0, 1.0
-    while high - low > 10.0**-digits:
-        r = (low + high) / 2
-        if small_mass_burst_completes(reduced_gap, r):
-            low = r
-        else:
-            high = r
-    return (low + high) / 2

@@ -45,9 +45,9 @@ def typed(name: str, names: tuple[str, ...]) -> dict[str, float]:
 def paper_a() -> Ranking:
     axes = {
         "mass_ratio": {"values": [0.1, 0.2, 0.5]},
-        "damping_ratio": {"values": [0.005, 0.01, 0.02]},
-        "restitution": {"values": [0.7, 0.75, 0.8, 0.85]},
-        "clearance": {"start": 0.01, "stop": 0.09, "num": 9},
+        "damping_ratio": {"values": [0.01, 0.02]},
+        "restitution": {"values": [0.75, 0.8]},
+        "clearance": {"start": 0.01, "stop": 0.09, "num": 5},
     }
     given = study("calibration_a3", {"axes": axes})
     return rank(simulated(given), given.tables["bursts"].statements)

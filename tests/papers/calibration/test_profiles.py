@@ -75,12 +75,6 @@ def test_a_row_for_each_phase_and_a_panel_for_each_parameter(cube: xr.Dataset) -
     assert_nothing_overlaps(figure)
 
 
-def test_rows_with_and_without_tension(cube: xr.Dataset) -> None:
-    sliced = cube.rename(phase="contact_tension")
-    figure = profiles(sliced.assign_coords(contact_tension=[1.0, 0.0]))
-    assert [figure.axes[k].get_title("left") for k in (0, 4)] == ["with tension", "without tension"]
-
-
 def test_curves_are_the_best_scores(cube: xr.Dataset) -> None:
     figure = profiles(cube)
     found = rank(cube, ["A3", "A4", "A5"])

@@ -74,11 +74,6 @@ MISTAKES = {
         {},
         ("statements[1]", "not one of the choices (value: 'A6')", "allowed: A1, A1_contact, A3"),
     ),
-    "statement that is a list": (
-        RANKING | {"statements": ["A3", ["A4"]]},
-        {},
-        ("statements[1]", "not one of the choices (value: a list)"),
-    ),
     "observer": (
         RANKING,
         {"observers": {"chatter_bursts": None}},
@@ -101,16 +96,6 @@ MISTAKES = {
         RANKING | {"preset": {"clearance": 0.031}},
         {},
         ("preset.clearance", "has no value 0.031", "the nearest is 0.03"),
-    ),
-    "preset of no axis": (
-        RANKING | {"preset": {"restitution": 0.8}},
-        {},
-        ("preset.restitution", "unknown axis 'restitution'"),
-    ),
-    "tolerance": (
-        RANKING | {"onset_tolerance": 0},
-        {},
-        ("onset_tolerance", "out of range (value: 0)", "number > 0"),
     ),
     "twice": (
         RANKING | {"also": {"A3": "chatter"}},
@@ -183,19 +168,10 @@ def test_another_study_may_be_one_of_a_target(tmp_path: Path) -> None:
     assert loaded(tmp_path, config, chatter=with_table(BURSTS, ALSO), diagram=CLEARANCE)
 
 
-def test_paths_in_targets(tmp_path: Path) -> None:
-    path = tmp_path / "mine.yaml"
-    path.write_text(yaml.safe_dump(BURSTS))
-    config = {"studies": ["a"], "targets": {"more": [str(path)]}}
-    assert loaded(tmp_path, config, a=BURSTS).targets == {"more": ("mine",)}
-
-
 @pytest.mark.parametrize(
     ("targets", "parts"),
     [
         ({"more": ["smal"]}, ("targets.more[0]", "unknown study 'smal'", "did you mean 'small'")),
-        ({"more": []}, ("targets.more", "the list is empty")),
-        ({"more": "small"}, ("targets.more", "not a list")),
         ({"two words": ["small"]}, ("cannot be the name of a target", "letters, digits, _ and -")),
         ({"figure": ["small"]}, ("targets.figure", "'figure' is a rule of the workflow")),
     ],
