@@ -65,15 +65,8 @@ def part_of(
 ) -> Part:
     """What a segment adds on [low, high] after its start.
 
-    Parameters
-    ----------
-    model : NamedTuple
-    tables : NamedTuple or tuple
-        What the module's function `prepare` made of the model; () where there is none.
-    segment : Segment
-    low, high : float
-    peak : float
-        Largest |x| so far; with infinity none is sought.
+    `tables` is what the module's function `prepare` made of the model; () where there is none.
+    `peak` is the largest |x| so far; with infinity none is sought.
     """
 
 

@@ -200,22 +200,10 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
 def derivative(
     trajectory: Any, periods: float, time: float = 0.0, keep: list[np.ndarray] | None = None
 ) -> np.ndarray:
-    """Derivative of the state at a moment by the state at the start of a run.
+    """Derivative (4, 4) of the state (x, v, y, u) at a moment by the state at the start of a run.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        At its start. It is run to the moment.
-    periods, time : float
-        Whole forcing periods, plus a time in [0, period).
-    keep : list of ndarray, optional
-        The log's pieces are appended to it.
-
-    Returns
-    -------
-    ndarray (4, 4)
-        Of (x, v, y, u). Where the run starts in contact, deviations are those of both masses
-        together.
+    The trajectory is run to the moment; its log's pieces are appended to `keep`. Where the run
+    starts in contact, deviations are those of both masses together.
     """
     deviations, begun = np.eye(4), False
     for log in trajectory.segments(periods, time):

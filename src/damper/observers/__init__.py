@@ -23,13 +23,7 @@ OBSERVERS = tuple(module.name for module in pkgutil.iter_modules(__path__) if no
 
 
 def observer_class(name: str) -> "type[Observer]":
-    """Import an observer's class by the observer's name.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name, with the known ones.
-    """
+    """Import an observer's class by the observer's name; ValueError with the known ones."""
     if name not in OBSERVERS:
         raise ValueError(str(unknown_name("observer", name, OBSERVERS)))
     from damper.observers.common.base import Observer

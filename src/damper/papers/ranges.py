@@ -44,21 +44,10 @@ def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
 def chatter_ranges(
     cube: xr.Dataset, least: int, threshold: float | None = None
 ) -> dict[tuple[float, float], Range]:
-    """Range of chatter in the restitution.
+    """Range of chatter in the restitution: (mass_ratio, frequency_ratio) -> Range.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With `chatter` over mass_ratio, frequency_ratio and restitution.
-    least : {1, 2}
-        2 complete chatter only, 1 incomplete as well.
-    threshold : float, optional
-        One of the compared visibility thresholds; the main one when not given.
-
-    Returns
-    -------
-    dict
-        (mass_ratio, frequency_ratio) -> Range.
+    With `least` 2 only complete chatter counts, with 1 incomplete as well; `threshold` is one of
+    the compared visibility thresholds, the main one when not given.
     """
     chatter = cube.chatter
     if threshold is not None:

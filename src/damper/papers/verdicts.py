@@ -30,13 +30,7 @@ class Judged:
 
 
 def judge(cubes: Mapping[str, xr.Dataset]) -> list[Judged]:
-    """Judge every statement.
-
-    Parameters
-    ----------
-    cubes : mapping of str to xarray.Dataset
-        Study -> cube. A statement whose studies are not all there is not tested.
-    """
+    """Judge every statement by cubes of studies; without one of its studies it is not tested."""
     found = []
     for statement in STATEMENTS:
         missing = [name for name in statement.studies if name not in cubes]
@@ -66,12 +60,8 @@ def assumptions(cubes: Iterable[xr.Dataset]) -> str:
 def table(found: Sequence[Judged], made: Collection[str] = ()) -> Table:
     """Make the table of verdicts: a summary, then every statement in full.
 
-    Parameters
-    ----------
-    found : sequence of Judged
-    made : collection of str
-        Figures that there are, below the folder of results and without suffix; others are not
-        linked.
+    `made` are the figures that there are, below the folder of results and without suffix; others
+    are not linked.
     """
     import pandas as pd
 

@@ -357,14 +357,9 @@ _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
 def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) -> None:
-    """Raise ValueError where options of a damper contradict each other.
+    """Raise ValueError where options of a damper, each in its range, contradict each other.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Every dimensionless parameter, each in its range.
-    called : mapping of str to str, optional
-        What the message calls a parameter, where that is not its name.
+    `called` is what the message calls a parameter, where that is not its name.
     """
 
     def named(name: str) -> str:

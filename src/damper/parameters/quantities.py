@@ -53,12 +53,7 @@ def check_quantity(name: str, value: float) -> float:
 
 
 def is_si(names: Iterable[str]) -> bool:
-    """Whether these names give a damper in SI units.
-
-    Raises
-    ------
-    ValueError
-        When they mix both systems, with the names of each.
+    """Whether these names give a damper in SI units; ValueError where they mix both systems.
 
     Examples
     --------

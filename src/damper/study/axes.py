@@ -21,22 +21,10 @@ WAYS = "values; or start and stop with num or step (spacing: log goes with num)"
 
 
 def axis_values(spec: Axis) -> tuple[float, ...]:
-    """Return the values of an axis in order.
+    """Return the values of an axis in order: distinct and finite.
 
-    Parameters
-    ----------
-    spec : Axis
-        Either `values`, or `start` and `stop` (inclusive) with one of `num` and `step`.
-
-    Returns
-    -------
-    tuple of float
-        Distinct finite values. Geometric ones are rounded to 12 significant digits.
-
-    Raises
-    ------
-    ValueError
-        If the parts do not make an axis; the message is meant for the reader of the study file.
+    Geometric ones are rounded to 12 significant digits. ValueError, meant for the reader of the
+    study file, if the parts do not make an axis.
     """
     if spec.values is not None:
         others = [n for n in ("start", "stop", "num", "step") if getattr(spec, n) is not None]
@@ -60,12 +48,7 @@ def axis_values(spec: Axis) -> tuple[float, ...]:
 def coordinate_name(name: str, value: float) -> str:
     """Return the part of a file name that carries one coordinate, such as ``mass_ratio~0.1``.
 
-    Parameters
-    ----------
-    name : str
-        Name of the axis.
-    value : float
-        Its value, written as its shortest decimal form (1.0 as 1, 1e-08 as 1e-08).
+    The value is written in its shortest decimal form (1.0 as 1, 1e-08 as 1e-08).
     """
     return f"{name}~{_short(value)}"
 

@@ -39,27 +39,12 @@ __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 
 
 def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Config:
-    """Check the workflow's configuration and load the studies it names.
+    """Check the workflow's configuration and load the studies it names, in that order.
 
-    Parameters
-    ----------
-    given : dict
-        What is configured beside the files, such as by ``--config``. Snakemake's reader makes
-        text of 1e-12, so text that looks like a number counts as one here.
-    directory : Path
-        The folder that holds ``config/``.
-    files : iterable of Path, optional
-        The configuration's files. Each is merged over those before it, and `given` over all.
-
-    Returns
-    -------
-    Config
-        The studies, in the order in which they are named, and the engine's settings.
-
-    Raises
-    ------
-    ConfigError
-        Everything that is wrong, in the configuration and in all files.
+    `given` is what is configured beside the files, such as by ``--config``; Snakemake's reader
+    makes text of 1e-12, so text that looks like a number counts as one here. Each of the files is
+    merged over those before it, and `given` over all. `directory` holds ``config/``. ConfigError
+    lists everything that is wrong, in the configuration and in all files.
     """
     directory = Path(directory)
     parts = _Parts.of(given, files)
@@ -88,26 +73,12 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
 
 
 def load_study(path: Path, override: dict[str, Any] | None = None) -> Any:
-    """Load one study file.
+    """Load one study file; its stem is the study's name.
 
-    Parameters
-    ----------
-    path : Path
-        The file; its stem is the study's name.
-    override : dict, optional
-        A partial study that is merged over the file. What it says about the values of an axis
-        replaces the way in which the file gives them, and a figure or table that is null in it is
-        left out. As in `load_config`, text that looks like a number counts as one in it.
-
-    Returns
-    -------
-    Study or Verification
-        The study, merged and checked.
-
-    Raises
-    ------
-    ConfigError
-        Everything that is wrong with the file and the override.
+    `override` is a partial study that is merged over the file. What it says about the values of an
+    axis replaces the way in which the file gives them, and a figure or table that is null in it is
+    left out. As in `load_config`, text that looks like a number counts as one in it. ConfigError
+    lists everything that is wrong with both.
     """
     above = YamlFile(f"{path} (override)", override)
     return _load(Path(path), str(path), override, _Parts([above]), ())

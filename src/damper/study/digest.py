@@ -17,24 +17,10 @@ _PACKAGE = Path(__file__).parent.parent
 
 
 def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
-    """Digest of a script and the damper modules behind it.
+    """Digest of a script and the damper modules behind it, in hexadecimal digits.
 
-    Parameters
-    ----------
-    script : Path
-        A Python file.
-    modules : iterable of str
-        Modules that it loads by name, such as the observers that a study asks for.
-
-    Returns
-    -------
-    str
-        Hexadecimal digits; the same on every platform (newlines are normalised).
-
-    Raises
-    ------
-    ValueError
-        When one of `modules` is not a module of damper.
+    `modules` are those that it loads by name, such as the observers that a study asks for;
+    ValueError for one that is not of damper. The same on every platform: newlines are normalised.
     """
     digest = hashlib.sha256()
     files = files_behind(script, modules)

@@ -245,23 +245,12 @@ def one_of(names: Iterable[str]) -> GetPydanticSchema:
 
 
 class Entries:
-    """Marks a dict: a mapping from names to entries.
+    """Marks a dict: a mapping from names to entries, each checked with its name as context.
 
-    Each entry is checked with its name as context.
-
-    Parameters
-    ----------
-    what : str
-        What the names are names of.
-    names : iterable of str, or mapping of str to type, optional
-        All names there are, with the type of each where it is not that of the annotation; by
-        default whatever can be the name of a file.
-    to : str
-        What stands under them.
-    bare : bool
-        Whether an entry may be nothing at all, which is an empty one.
-    dropped : bool, optional
-        Whether null in an override leaves an entry out; by default where any name will do.
+    `what` the names are names of; all `names` there are, with the type of each where it is not that
+    of the annotation, by default whatever can be the name of a file; `to` what stands under them;
+    whether an entry may be nothing at all (`bare`), which is an empty one; whether null in an
+    override leaves it out (`dropped`), by default where any name will do.
     """
 
     def __init__(

@@ -20,22 +20,9 @@ _TAIL = 256
 
 
 def fingerprint(settings: Any) -> str:
-    """Digest of the settings of a job.
+    """Digest of the settings of a job, 16 hexadecimal digits; TypeError for what JSON cannot hold.
 
-    Parameters
-    ----------
-    settings : mapping, sequence, str, number, bool or None
-        What JSON can hold. Order counts: that of axes is the order of a cube's dimensions.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-
-    Raises
-    ------
-    TypeError
-        For what JSON cannot hold.
+    Order counts: that of axes is the order of a cube's dimensions.
 
     Examples
     --------
@@ -48,12 +35,7 @@ def fingerprint(settings: Any) -> str:
 def stamp(paths: Iterable[Path | str], settings: Any) -> None:
     """Write the fingerprint of a job's settings into the files it has made.
 
-    Parameters
-    ----------
-    paths : iterable of Path
-        Files of the formats below; CSV has no place for it, and is passed over.
-    settings
-        As for `fingerprint`.
+    CSV has no place for it, and is passed over.
     """
     for path in map(Path, paths):
         if write := _WRITERS.get(path.suffix):

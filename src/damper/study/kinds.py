@@ -31,14 +31,8 @@ from damper.study.yaml_file import show, words
 class Kinds(Mapping[str, type[Any]]):
     """Name of a kind -> the class of its settings, imported when it is asked for.
 
-    Parameters
-    ----------
-    base : type of Strict
-        What the class of settings derives from.
-    *packages : str
-        Packages with a file for each kind; what kinds share lies in packages below.
-    within : str, optional
-        Where a kind is a package itself, its module with the class.
+    The class derives from `base`. The packages have a file for each kind; what kinds share lies in
+    packages below. Where a kind is a package itself, its module `within` has the class.
     """
 
     def __init__(self, base: type[Strict], *packages: str, within: str = "") -> None:
@@ -55,13 +49,7 @@ class Kinds(Mapping[str, type[Any]]):
         }
 
     def module(self, kind: str) -> ModuleType:
-        """Import the module of a kind.
-
-        Raises
-        ------
-        ValueError
-            For an unknown kind, with the known ones.
-        """
+        """Import the module of a kind; ValueError with the known ones for an unknown kind."""
         if kind not in self.modules:
             raise ValueError(str(unknown_name("kind", kind, self.modules)))
         return import_module(self.modules[kind])

@@ -72,13 +72,8 @@ def faults_of(
 ) -> list[tuple[Loc, Report]]:
     """Return the faults in pydantic's error: where, and what to report of each.
 
-    Parameters
-    ----------
-    error : ValidationError
-    of : type of model, or TypeAdapter, optional
-        What was validated; not needed where a model in it has reported all.
-    name : str, optional
-        The name under which it stands: of a quantity, it decides what is allowed.
+    `of` is what was validated, not needed where a model in it has reported all; `name` that under
+    which it stands: of a quantity, it decides what is allowed.
     """
     lines = error.errors(include_url=False)
     # Where an item of a list is wrong, pydantic counts only the others.

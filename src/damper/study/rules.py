@@ -34,16 +34,9 @@ if TYPE_CHECKING:
 
 
 def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
-    """Note what is wrong between the parts of a study.
+    """Note what is wrong between the parts of a study, as written, with a mapping under every key.
 
-    Parameters
-    ----------
-    raw : dict
-        The study as written, a mapping under every key.
-    study : Study or None
-        The study as checked; None after any fault in a part.
-    faults : Faults
-        Where to note.
+    `study` is the same as checked; None after any fault in a part.
     """
     parameters, axes, observers = raw["parameters"], raw["axes"], raw["observers"]
     if isinstance(observers, dict):
@@ -152,15 +145,10 @@ def _check_orbits(study: Study, faults: Faults) -> None:
 
 
 def corners(study: Study) -> list[Parameters]:
-    """Parameters at the ends of all axes.
+    """Parameters at the ends of all axes; ValueError when a value there is refused.
 
     Each dimensionless parameter is monotone in what it is formed from, so the ends show what the
     values between them are allowed to be and which model they ask for.
-
-    Raises
-    ------
-    ValueError
-        When a value there is refused.
     """
     given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
     ends = {n: {min(v), max(v)} for n, v in given.items() if n not in INITIAL_NAMES}

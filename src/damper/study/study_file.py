@@ -69,17 +69,10 @@ class StudyFile(Strict):
                 yield section, stem, settings
 
     def files(self, section: str) -> dict[str, tuple[Any, dict[str, Any]]]:
-        """Return every file of a section.
+        """Return every file of a section, "figures" or "tables".
 
-        Parameters
-        ----------
-        section : {"figures", "tables"}
-
-        Returns
-        -------
-        dict
-            Path below the study's folder, without suffix -> the figure or table, and the settings
-            that this file is made with.
+        Path below the study's folder, without suffix -> the figure or table, and the settings that
+        this file is made with.
         """
         return {
             PurePosixPath(product.folder, section, stem).as_posix(): (product, settings)

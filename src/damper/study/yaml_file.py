@@ -112,25 +112,11 @@ class Found(NamedTuple):
 
 
 def read_yaml(path: Path, label: str | None = None) -> YamlFile:
-    """Read a YAML file whose top level is a mapping.
+    """Read a YAML file whose top level is a mapping; messages call it `label`, by default its path.
 
-    Parameters
-    ----------
-    path : Path
-        The file, in UTF-8.
-    label : str, optional
-        How messages call the file; by default its path.
-
-    Returns
-    -------
-    YamlFile
-        Its data. Doubled keys and the like are listed in `problems`, so that they can be reported
-        together with what the reader finds wrong with the rest.
-
-    Raises
-    ------
-    ConfigError
-        If there is nothing to go on: no such file, not text, not YAML, empty, or no mapping.
+    Doubled keys and the like are listed in `problems`, so that they can be reported together with
+    what the reader finds wrong with the rest. ConfigError if there is nothing to go on: no such
+    file, not text, not YAML, empty, or no mapping.
     """
     label = str(path) if label is None else label
     try:

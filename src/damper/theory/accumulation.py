@@ -115,11 +115,8 @@ def predict(
 def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     """Predict the rest of a chatter sequence from the segment that one of its impacts begins.
 
-    Returns
-    -------
-    Prediction
-        NaN where the contact force is not positive, and of second order where that time is not,
-        which it cannot be.
+    NaN where the contact force is not positive, and of second order where that time is not, which
+    it cannot be.
     """
     s = segment
     start = primary_motion(model, s)

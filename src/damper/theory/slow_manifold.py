@@ -40,24 +40,10 @@ class ManifoldPoint(NamedTuple):
 
 
 def amplitude(theta: ArrayLike, restitution: float) -> np.ndarray:
-    """Amplitude xi of the primary on the manifold, over the clearance.
+    """Amplitude xi of the primary on the manifold, over the clearance, in the shape of `theta`.
 
-    Parameters
-    ----------
-    theta : array_like
-        Peak of the free mass's triangle wave over the clearance; >= 0.
-    restitution : float
-        0 <= r <= 1.
-
-    Returns
-    -------
-    ndarray
-        Of the shape of `theta`.
-
-    Raises
-    ------
-    ValueError
-        When an argument is out of range.
+    `theta` >= 0 is the peak of the free mass's triangle wave over the clearance. ValueError for
+    what is out of range.
 
     Examples
     --------
@@ -69,25 +55,10 @@ def amplitude(theta: ArrayLike, restitution: float) -> np.ndarray:
 
 
 def branches(xi: ArrayLike, restitution: float) -> tuple[np.ndarray, np.ndarray]:
-    """Both theta of an amplitude: on the branch above the fold and on the one below.
+    """Both theta of an amplitude xi >= 0: on the branch above the fold and on the one below.
 
-    Parameters
-    ----------
-    xi : array_like
-        Amplitude of the primary over the clearance; >= 0.
-    restitution : float
-        0 <= r <= 1.
-
-    Returns
-    -------
-    upper, lower : ndarray
-        Of the shape of `xi`; NaN below the fold. The lower one is NaN as well where it would be
-        negative, for xi > 1: there is none.
-
-    Raises
-    ------
-    ValueError
-        When an argument is out of range.
+    NaN below the fold. The lower one is NaN as well where it would be negative, for xi > 1: there
+    is none. ValueError for what is out of range.
     """
     xi = _not_negative("xi", xi)
     rho = slope(restitution)
@@ -105,19 +76,7 @@ def branches(xi: ArrayLike, restitution: float) -> tuple[np.ndarray, np.ndarray]
 def fold(restitution: float) -> ManifoldPoint:
     """Least amplitude of the manifold: below it the free mass falls out of step.
 
-    Parameters
-    ----------
-    restitution : float
-        0 <= r <= 1.
-
-    Returns
-    -------
-    ManifoldPoint
-
-    Raises
-    ------
-    ValueError
-        When the restitution is out of range.
+    ValueError unless 0 <= restitution <= 1.
 
     Examples
     --------
@@ -129,25 +88,10 @@ def fold(restitution: float) -> ManifoldPoint:
 
 
 def stable(theta: ArrayLike, restitution: float) -> np.ndarray:
-    """Whether the motion at `theta` is stable while the amplitude stands still.
+    """Whether the motion at `theta` >= 0 is stable while the amplitude stands still, in its shape.
 
-    Parameters
-    ----------
-    theta : array_like
-        >= 0.
-    restitution : float
-        0 <= r <= 1.
-
-    Returns
-    -------
-    ndarray of bool
-        Of the shape of `theta`; never with r = 1, where the map keeps areas and deviations neither
-        die out nor grow.
-
-    Raises
-    ------
-    ValueError
-        When an argument is out of range.
+    Never with r = 1, where the map keeps areas and deviations neither die out nor grow. ValueError
+    for what is out of range.
     """
     theta = _not_negative("theta", theta)
     inside = (theta > fold(restitution).theta) & (theta < SYMMETRIC_LIMIT)
@@ -155,18 +99,7 @@ def stable(theta: ArrayLike, restitution: float) -> np.ndarray:
 
 
 def slope(restitution: float) -> float:
-    """Return rho = (2/pi) (1 - r)/(1 + r).
-
-    Parameters
-    ----------
-    restitution : float
-        0 <= r <= 1.
-
-    Raises
-    ------
-    ValueError
-        When the restitution is out of range.
-    """
+    """Return rho = (2/pi) (1 - r)/(1 + r); ValueError unless 0 <= r <= 1."""
     if not 0.0 <= restitution <= 1.0:
         raise ValueError(f"restitution = {restitution!r}: must be a number from 0 to 1")
     return 2.0 / math.pi * (1.0 - restitution) / (1.0 + restitution)

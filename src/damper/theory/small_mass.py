@@ -36,22 +36,10 @@ _SMALL = 0.5
 
 
 def first_impact(reduced_gap: float) -> float:
-    """Phase theta of the first impact after a release, theta - sin(theta) = G.
+    """Phase theta of the first impact after a release, theta - sin(theta) = G, from 0 to pi.
 
-    Parameters
-    ----------
-    reduced_gap : float
-        G = 2 d / A, the free travel over the amplitude of the walls; 0 <= G <= pi.
-
-    Returns
-    -------
-    float
-        0 <= theta <= pi.
-
-    Raises
-    ------
-    ValueError
-        When G is out of range: beyond pi the wall draws away before the free mass arrives.
+    G = 2 d / A is the free travel over the amplitude of the walls; ValueError unless 0 <= G <= pi:
+    beyond, the wall draws away before the free mass arrives.
 
     Examples
     --------
@@ -75,23 +63,11 @@ def completes(reduced_gap: float, restitution: float) -> bool:
 
     Certain but for roundoff: a flight outlasts the force, or a bound on all further flights does
     not. With `left` of the force left and the rebound speed w, let a be the least and q a the
-    greatest acceleration over the next left/2. A flight under a to q a returns with at most
-    sqrt(q) w, and with no more than w once the acceleration falls, so the n-th rebound speed is at
-    most q w r^n and all flights together last at most 2 q w / (a (1 - r)) while that is below
-    left/2. With a >= sin(left)/2 and q <= 2/sin(left), or q <= 2 from the greatest
-    acceleration on, this is the test used.
-
-    Parameters
-    ----------
-    reduced_gap : float
-        G = 2 d / A; 0 <= G <= pi.
-    restitution : float
-        0 <= r <= 1.
-
-    Raises
-    ------
-    ValueError
-        When an argument is out of range.
+    greatest acceleration over the next left/2. A flight under a to q a returns with at most sqrt(q)
+    w, and with no more than w once the acceleration falls, so the n-th rebound speed is at most q w
+    r^n and all flights together last at most 2 q w / (a (1 - r)) while that is below left/2. With a
+    >= sin(left)/2 and q <= 2/sin(left), or q <= 2 from the greatest acceleration on, this is the
+    test used. ValueError unless 0 <= G <= pi and 0 <= r <= 1.
 
     Examples
     --------
@@ -102,22 +78,9 @@ def completes(reduced_gap: float, restitution: float) -> bool:
 
 
 def completion(reduced_gap: float, restitution: float) -> float:
-    """Phase at which the burst after a release completes.
+    """Phase of the walls' motion, below pi, at which the burst after a release completes.
 
-    Parameters
-    ----------
-    reduced_gap, restitution : float
-        As for `completes`.
-
-    Returns
-    -------
-    float
-        Phase of the walls' motion, below pi; NaN if their acceleration reverses first.
-
-    Raises
-    ------
-    ValueError
-        When an argument is out of range.
+    NaN if their acceleration reverses first; arguments and errors are those of `completes`.
     """
     end = _follow(first_impact(reduced_gap), restitution, _CLOSED)
     if end is None:
@@ -130,21 +93,8 @@ def completion(reduced_gap: float, restitution: float) -> float:
 def critical_restitution(reduced_gap: ArrayLike) -> np.ndarray:
     """Largest restitution at which the burst after a release completes, r_crit(G).
 
-    Parameters
-    ----------
-    reduced_gap : array_like
-        G = 2 d / A; >= 0.
-
-    Returns
-    -------
-    ndarray
-        Of the same shape, bisected to neighbouring doubles. 1 at G = 0, 0 at G = pi, and NaN
-        beyond, where such a cycle does not exist.
-
-    Raises
-    ------
-    ValueError
-        When a value is negative or NaN.
+    In the shape of G, bisected to neighbouring doubles. 1 at G = 0, 0 at G = pi, and NaN beyond,
+    where such a cycle does not exist. ValueError for a value that is negative or NaN.
 
     Examples
     --------
@@ -175,11 +125,8 @@ def _bisect(gap: float) -> float:
 def _follow(theta: float, restitution: float, part: float) -> tuple[float, float] | None:
     """Follow a burst from its first impact until the rest takes a small part of the phase left.
 
-    Returns
-    -------
-    left, rebound : float, or None
-        Phase left to pi and rebound speed after the last impact followed; None if a flight
-        outlasts the force.
+    Returns the phase left to pi and the rebound speed after the last impact followed; None if a
+    flight outlasts the force.
     """
     r = _checked("restitution", restitution, 1.0, "1")
     left = math.pi - theta

@@ -210,23 +210,10 @@ def orbits(parameters: Parameters) -> list[Orbit]:
 
 
 def largest_clearance(parameters: Parameters) -> float:
-    """Clearance up to which the conditions of `orbits` have a real solution.
+    """Clearance up to which the conditions of `orbits` have a real solution; there both meet.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        Its clearance does not matter.
-
-    Returns
-    -------
-    float
-        Infinite where there is one for any clearance; 0 where there is none at all. At this
-        clearance the two orbits meet.
-
-    Raises
-    ------
-    ValueError
-        As `orbits`.
+    The damper's own clearance does not matter. Infinite where there is a solution for any
+    clearance; 0 where there is none at all.
     """
     linear = _linear_form(parameters)
     if linear is None:

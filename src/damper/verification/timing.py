@@ -45,20 +45,9 @@ def take_turns(
 ) -> np.ndarray:
     """Time every case once a repeat, so that a slower pace of the machine affects all of them.
 
-    Every second repeat goes backwards: a steady drift cancels in the ratio of two cases.
-
-    Parameters
-    ----------
-    cases : sequence of callable
-        What is timed, already warmed up.
-    repeats : int
-    spend : float, optional
-        Seconds for one case: once they are spent, it is not repeated again.
-
-    Returns
-    -------
-    ndarray (repeats, cases)
-        Seconds of one run; NaN where a case was not repeated.
+    Cases are warmed up. Every second repeat goes backwards: a steady drift cancels in the ratio of
+    two cases. Returns seconds (repeats, cases); NaN where a case was not repeated, since its
+    `spend` seconds were spent.
     """
     seconds = np.full((repeats, len(cases)), math.nan)
     spent = np.zeros(len(cases))

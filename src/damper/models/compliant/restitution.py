@@ -19,19 +19,10 @@ _ITERATIONS = 40
 
 
 def restitution_of(contact_damping: float, tension: bool = False) -> float:
-    """Coefficient of restitution of a free contact.
+    """Coefficient of restitution of a free contact; ValueError for an invalid damping ratio.
 
-    Parameters
-    ----------
-    contact_damping : float
-        Damping ratio z >= 0 of the contact oscillation (with the reduced mass).
-    tension : bool, default False
-        Whether the contact force may be tensile.
-
-    Raises
-    ------
-    ValueError
-        For a damping ratio that is negative or not finite.
+    The damping ratio z >= 0 is that of the contact oscillation, with the reduced mass; `tension`
+    says whether the contact force may be tensile.
 
     Examples
     --------
@@ -54,24 +45,10 @@ def restitution_of(contact_damping: float, tension: bool = False) -> float:
 
 
 def contact_damping(restitution: float, tension: bool = False) -> float:
-    """Damping ratio of the contact that gives a coefficient of restitution.
+    """Damping ratio of the contact that gives a restitution 0 < r <= 1; ValueError beyond.
 
-    Parameters
-    ----------
-    restitution : float
-        0 < r <= 1; 0 as well where the contact force may be tensile (it is damped critically then).
-    tension : bool, default False
-        Whether the contact force may be tensile.
-
-    Returns
-    -------
-    float
-        Accurate relative to itself, also as r -> 1, where it is (1 - r) / pi.
-
-    Raises
-    ------
-    ValueError
-        For a restitution out of range.
+    With tension 0 will do too: it is damped critically then. Accurate relative to itself, also as r
+    -> 1, where it is (1 - r) / pi.
 
     Examples
     --------
@@ -134,13 +111,6 @@ def contact_damping(restitution: float, tension: bool = False) -> float:
 
 def contact_phase(contact_damping: float, tension: bool = False) -> float:
     """Duration of a contact of free bodies times its undamped frequency; 0 where it lasts for ever.
-
-    Parameters
-    ----------
-    contact_damping : float
-        Damping ratio z >= 0 of the contact oscillation.
-    tension : bool, default False
-        Whether the contact force may be tensile.
 
     Examples
     --------

@@ -57,16 +57,8 @@ def mass_law(
 ) -> MassLaw:
     """Constants of the free mass's variation.
 
-    Parameters
-    ----------
-    mean, depth : float
-        Mean mass ratio, and the amplitude of its variation as a part of it.
-    order : float
-        Forcing periods in one period of the variation.
-    phase : float
-        Its phase at time 0 in radians.
-    frequency_ratio : float
-        Forcing frequency.
+    `depth` is its amplitude as a part of the mean mass ratio, `order` its period in forcing
+    periods, `phase` its phase at time 0 in radians.
     """
     reduced = math.atan2(math.sin(phase), math.cos(phase))
     return MassLaw(mean, depth, frequency_ratio / order, order, reduced)
@@ -77,10 +69,6 @@ def modulation(law: MassLaw, periods: float, time: float) -> tuple[float, ...]:
     """Mass ratio at a moment, with sine and cosine of the variation's phase.
 
     The half angle keeps the digits that 1 + depth cos loses near the smallest mass.
-
-    Returns
-    -------
-    mass_ratio, sine, cosine : float
     """
     mean, depth, frequency, order, phase = law
     turns = (periods % order) / order
@@ -103,23 +91,9 @@ def advance_together(
     phase: Phase,
     tau: float,
 ) -> tuple[float, ...]:
-    """Motion of both masses as one over a time `tau`.
+    """Change of the displacement, and velocity, of both masses as one after a time `tau`.
 
-    Parameters
-    ----------
-    free : tuple
-        The primary's `damper.engine.oscillator.oscillator` in flight.
-    law : tuple
-        From `mass_law`.
-    periods, time : float
-        The start, whole forcing periods plus the rest.
-    x, v, sin, cos : float
-        State and the forcing phase's sine and cosine there.
-
-    Returns
-    -------
-    dx, v : float
-        Change of the displacement, and the velocity at `tau`.
+    `free` is the primary's oscillator in flight; the start is at whole forcing periods plus a time.
     """
     terms = np.empty(DEGREE + 1)
     passed = 0.0
@@ -149,15 +123,10 @@ def step_together(
     v: float,
     phase: Phase,
 ) -> tuple[float, ...]:
-    """One step of sticking, up to the release if that comes first.
+    """One step of sticking, up to the release if that comes first: tau, released, dx, v.
 
     The release is the first root of x'', sought on the step's polynomial in the Bernstein basis,
     whose coefficients enclose it: none can be skipped. Without a wall (side = 0) there is none.
-
-    Returns
-    -------
-    tau, released, dx, v, steps : float
-        As `damper.engine.search.find_release`.
     """
     terms = np.empty(DEGREE + 1)
     step, roundoff = expand(free, law, periods, time, x, v, phase, terms)
@@ -175,13 +144,7 @@ def step_together(
 
 @compiled
 def evaluate(terms: np.ndarray, step: float, v: float, part: float) -> tuple[float, ...]:
-    """Change of the displacement and the velocity after a part of a step.
-
-    Parameters
-    ----------
-    terms : float64 array (DEGREE + 1,)
-        From `expand`, as are `step` and `v`.
-    """
+    """Change of the displacement and the velocity after a part of a step that `expand` has made."""
     dx = 0.0
     dv = 0.0
     for k in range(DEGREE, -1, -1):
@@ -205,18 +168,9 @@ def expand(
 ) -> tuple[float, ...]:
     """Length of the next step, and the Taylor polynomial of x'' on it.
 
-    Parameters
-    ----------
-    free, law, periods, time, x, v, sin, cos
-        As `advance_together`.
-    terms : float64 array (DEGREE + 1,)
-        Written: x'' = sum of terms[k] (tau / step)^k for 0 <= tau <= step.
-
-    Returns
-    -------
-    step, v, roundoff : float
-        Time; the velocity at its start, changed by roundoff where a dead mode is left out;
-        roundoff of x''.
+    Into `terms` (DEGREE + 1,): x'' = sum of terms[k] (tau / step)^k for 0 <= tau <= step. Returns
+    the step; the velocity at its start, changed by roundoff where a dead mode is left out; the
+    roundoff of x''.
     """
     zeta = free.damping
     omega = free.forcing.omega

@@ -145,13 +145,10 @@ def since(segment: Segment, period: float, periods: float, time: float) -> float
 
 @compiled
 def part_within(segment: Segment, period: float, window: Window) -> tuple[float, float, float]:
-    """Part of a segment in the window.
+    """Part of a segment in the window: `start`, `low`, `high`.
 
-    Returns
-    -------
-    start, low, high : float
-        Time from the window's start to the segment's, negative if before; the ends of the part,
-        from the segment's start. There is none where `high` is below `low`.
+    Time from the window's start to the segment's, negative if before; the ends of the part, from
+    the segment's start. There is none where `high` is below `low`.
     """
     start = since(segment, period, window.periods, window.time)
     end = since(segment, period, window.periods + window.length, window.time)

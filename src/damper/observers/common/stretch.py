@@ -7,21 +7,10 @@ SLACK = 1e-9
 
 
 def sample_steps(rate: int, start: float, length: float | None, periods: int) -> int:
-    """Whole sample steps of a stretch, once it is known to lie in the record.
+    """Whole sample steps of a stretch, once it is known to lie in the record; ValueError if not.
 
-    Parameters
-    ----------
-    rate : int
-        Samples per period.
-    start, length : float
-        In forcing periods; without a length, to the record's last whole step.
-    periods : int
-        Length of the record.
-
-    Raises
-    ------
-    ValueError
-        When the stretch holds no whole step or leaves the record.
+    `start`, `length` and the record's `periods` are in forcing periods, without a length to the
+    record's last whole step; `rate` is in samples per period.
 
     Examples
     --------

@@ -56,15 +56,8 @@ class Ranking:
     def rank(self, place: Mapping[str, Any]) -> tuple[int, float]:
         """Return how many sets score at least as well (1: none better), and the best joined score.
 
-        Parameters
-        ----------
-        place : mapping
-            Values of some dimensions; of the sets with these the best counts.
-
-        Raises
-        ------
-        KeyError
-            When no set has these values.
+        `place` has values of some dimensions; of the sets with these the best counts. KeyError for
+        none.
         """
         joined = self.scores[JOINED]
         best = float(joined.sel(dict(place)).max())
@@ -74,15 +67,7 @@ class Ranking:
 def ranked(cube: xr.Dataset, settings: Mapping[str, Any]) -> Ranking:
     """Rank the sets of a cube as the settings of a ranking or of profiles ask for.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-    settings : mapping
-        `statements`; `also` with the cubes of the studies it names; the tolerances.
-
-    Returns
-    -------
-    Ranking
+    These are `statements`; `also` with the cubes of the studies it names; the tolerances.
     """
     tolerances = Tolerances(
         settings["onset_tolerance"], settings["duration_tolerance"], settings["ratio_tolerance"]
@@ -102,32 +87,14 @@ def rank(
     also: Mapping[str, xr.Dataset] | None = None,
     tolerances: Tolerances | None = None,
 ) -> Ranking:
-    """Score statements and join them.
+    """Score statements on a cube, and others on those of the studies that test them; join them.
 
     The joined score is the geometric mean: 0 where one statement fails altogether, 1/2 where all
-    score 1/2, so that neither the number of statements nor their order matters.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Cube on which `statements` are tested.
-    statements : sequence of str
-    also : mapping of str to xarray.Dataset, optional
-        More statements, each with the cube of the study that tests it. Parameters that only that
-        study varies are free: the best score counts. Of those that both vary, the values that both
-        have count; those that only `cube` varies make no difference to the score.
-    tolerances : Tolerances, optional
-
-    Returns
-    -------
-    Ranking
-
-    Raises
-    ------
-    ValueError
-        When two studies share no value of a parameter that both vary.
+    score 1/2, so that neither the number of statements nor their order matters. Parameters that
+    only another study varies are free: the best score counts. Of those that both vary, the values
+    that both have count, and ValueError if there are none; those that only `cube` varies make no
+    difference to the other's score.
     """
-
     import xarray as xr
 
     tolerances = tolerances or Tolerances()

@@ -20,37 +20,16 @@ LONGER = 20
 
 
 def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
-    """Smallest error over the levels of good runs, over scene and solver; NaN if there is none.
-
-    Parameters
-    ----------
-    errors : xarray.Dataset
-        See `damper.verification.comparison.cube.gather_errors`.
-    name : str
-        A variable of it.
-    """
+    """Smallest error `name` over the levels of good runs, by scene and solver; NaN for none."""
     return errors[name].where(errors.outcome == GOOD).min("level")
 
 
 def time_to_reach(
     errors: xr.Dataset, timings: xr.Dataset, name: str, target: float, time: str = "run_time"
 ) -> xr.DataArray:
-    """Run time of the cheapest good run whose error is at most `target`; NaN if there is none.
+    """Run time in s of the cheapest good run whose error `name` is at most `target`; NaN for none.
 
-    Parameters
-    ----------
-    errors, timings : xarray.Dataset
-        Of the same scenes, solvers and settings.
-    name : str
-        A variable of `errors`.
-    target : float
-    time : str, default "run_time"
-        The variable of `timings` that is the time.
-
-    Returns
-    -------
-    xarray.DataArray
-        In s, over scene and solver.
+    `time` is the variable of `timings` that counts; the result is over scene and solver.
     """
     reached = (errors.outcome == GOOD) & (errors[name] <= target)
     return timings[time].where(reached).min("level")

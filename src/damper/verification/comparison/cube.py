@@ -55,25 +55,10 @@ def gather_errors(
     titles: Mapping[str, str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Put the runs of all scenes together.
+    """Put the runs of all scenes, as `run_scene` returned them, together in the order to be shown.
 
-    Parameters
-    ----------
-    parts : mapping of str to mapping
-        For each scene, in the order to be shown, what
-        `damper.verification.comparison.runs.run_scene` returned.
-    settings : mapping of str to sequence of float
-        Levels of each solver, as given there.
-    titles : mapping of str to str
-        A few words for each scene.
-    attributes : mapping
-        Global attributes.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``scene``, ``solver``, ``level``. For each error an order, ``order_`` and its
-        name, over scene and solver.
+    Dimensions are ``scene``, ``solver``, ``level``. For each error there is an order, ``order_``
+    and its name, over scene and solver. `titles` has a few words for each scene.
     """
     from damper.sweep.cube import integers
 
@@ -108,21 +93,9 @@ def gather_timings(
     titles: Mapping[str, str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Put run times into a cube.
+    """Put run times from `time_solvers` into a cube over ``scene``, ``solver``, ``level``.
 
-    Parameters
-    ----------
-    arrays : mapping of str to ndarray
-        What `damper.verification.comparison.timings.time_solvers` returned.
-    settings, titles : mapping
-        As for `gather_errors`; the scenes in the order given there.
-    attributes : mapping
-        Global attributes; with `damper.verification.timing.machine`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``scene``, ``solver``, ``level``.
+    The attributes name the machine too; the rest is as for `gather_errors`.
     """
     return _dataset(arrays, _TIMES, settings, titles, attributes)
 
@@ -130,19 +103,9 @@ def gather_timings(
 def order_at(place: xr.Dataset, name: str) -> float:
     """Observed order of one error at one scene and solver.
 
-    Parameters
-    ----------
-    place : xarray.Dataset
-        With the dimension ``level`` alone.
-    name : str
-        One of `ERRORS`.
-
-    Returns
-    -------
-    float
-        The median of the slopes of log error over log refinement between all pairs of levels that
-        are good and above rounding: 1 where the error halves as the setting (or, where larger is
-        finer, its inverse) is halved. NaN if these are fewer than 3.
+    The median of the slopes of log error over log refinement between all pairs of levels that are
+    good and above rounding: 1 where the error halves as the setting (or, where larger is finer, its
+    inverse) is halved. NaN if these are fewer than 3.
     """
     error, setting = place[name].values, place.setting.values
     floor = _ROUNDING * _EPS * max(float(place.sensitivity), float(place.until), 1.0)

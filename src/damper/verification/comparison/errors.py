@@ -69,20 +69,11 @@ MEASURES = {
 
 
 def measure_errors(scene: Scene, reference: Reference, solution: Solution) -> dict[str, float]:
-    """Compare a solution with the reference.
+    """Compare a solution with the reference: the `MEASURES`.
 
-    Parameters
-    ----------
-    scene : Scene
-    reference : Reference
-    solution : Solution
-
-    Returns
-    -------
-    dict of str to float
-        The `MEASURES`. An error is NaN where nothing could be compared: the reference has no such
-        event, or none was found, and then something was missed. Events count as missed up to
-        where the solution ends; what lies beyond was not reached.
+    An error is NaN where nothing could be compared: the reference has no such event, or none was
+    found, and then something was missed. Events count as missed up to where the solution ends; what
+    lies beyond was not reached.
     """
     counted, bursts = _bursts(reference)
     ahead = reference.impact_times > solution.reached

@@ -108,10 +108,7 @@ def settle(
 def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
     """Go to the end of a piece, or up to an event before that.
 
-    Returns
-    -------
-    state, tally, duration, cut : NamedTuple, Tally, float, bool
-        The state then, how long that took, and whether an event has cut it short.
+    Returns state and tally then, how long that took, and whether an event has cut it short.
     """
 
 
@@ -125,29 +122,11 @@ def masses(method: Any, state: Any) -> Masses:
 def run(
     method: Any, start: Masses, span: Span, limit: float, most: int, notes: np.ndarray
 ) -> tuple[int, float, Tally, Masses]:
-    """Run a method.
+    """Run a method until x or v exceeds `limit`, or after `most` evaluations.
 
-    Parameters
-    ----------
-    method : NamedTuple
-    start : Masses
-    span : Span
-    limit : float
-        Size of x and v beyond which a run has blown up.
-    most : int
-        Evaluations after which to give up.
-    notes : ndarray (rows, 4)
-        For events: time, kind (as in `damper.engine.segment`), side, approach speed.
-
-    Returns
-    -------
-    code : int
-        Place of the outcome in `OUTCOMES`, or `FULL`.
-    time : float
-        How far it came.
-    tally : Tally
-    end : Masses
-        Where the masses are then.
+    Rows of `notes` (rows, 4) are events: time, kind (as in `damper.engine.segment`), side, approach
+    speed. Returns the place of the outcome in `OUTCOMES`, or `FULL`; how far it came; the tally;
+    and where the masses are then.
     """
     state, tally = begin(method, start, span.start), Tally(0, 0, 0.0)
     steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
@@ -219,12 +198,7 @@ def fixed_step(
 ) -> Solver:
     """Make the solver of a method with a number of steps per forcing period.
 
-    Parameters
-    ----------
-    evaluations_per_second : float
-        See `Solver`.
-    method_of : callable
-        Takes the damper, the length of a step and the end of the run and returns the method.
+    `method_of` takes the damper, the length of a step and the end of the run.
     """
 
     def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
@@ -274,17 +248,8 @@ def rk4(
 ) -> tuple[float, float]:
     """One classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
-    Parameters
-    ----------
-    damper : Damper
-    mass : float
-        1 in flight, 1 + mu in sticking.
-    x, v, time, step : float
-
-    Returns
-    -------
-    curve, dv : float
-        x(time + step) - x - v step, without cancellation; v(time + step) - v.
+    The mass is 1 in flight, 1 + mu in sticking. Returns x(time + step) - x - v step, without
+    cancellation, and v(time + step) - v.
     """
     half = 0.5 * step
     force1 = force_at(damper, time)

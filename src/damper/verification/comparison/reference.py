@@ -49,31 +49,17 @@ class Reference(NamedTuple):
 
 
 def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
-    """Compute a scene in many digits, and how strongly its end depends on its start.
+    """Compute a scene with rigid walls in many digits, and the sensitivity of its end to its start.
 
-    The run is repeated twice, with the primary's and with the free mass's velocity at the start
-    larger by 10^(-0.6 digits), 1e-30 for 50 digits. ``sensitivity`` is the larger of the changes in
-    the final state (largest component) over that; none if that changes which events there are.
+    As many digits are right as the scene allows: a perturbation in the last one grows by the
+    sensitivity. The computation itself carries 15 more. It is repeated twice, with the primary's
+    and with the free mass's velocity at the start larger by 10^(-0.6 digits), 1e-30 for 50 digits.
+    ``sensitivity`` is the larger of the changes in the final state (largest component) over that;
+    none if that changes which events there are.
 
-    Parameters
-    ----------
-    scene : Scene
-        With rigid walls.
-    digits : int, default 50
-        Decimal digits. As many of them are right as the scene allows: a perturbation in the last
-        one grows by the sensitivity. The computation itself carries 15 more.
-
-    Returns
-    -------
-    dict
-        Of what JSON can hold, numbers as decimal strings with all their digits: the scene, the
-        fields of `Reference`, and ``events``, the number of all impacts that were computed, also
-        those below `RESOLVED`, and of sticks and releases.
-
-    Raises
-    ------
-    ValueError
-        For a scene that starts outside the box.
+    Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, the
+    fields of `Reference`, and ``events``, the number of all impacts that were computed, also those
+    below `RESOLVED`, and of sticks and releases.
 
     Examples
     --------

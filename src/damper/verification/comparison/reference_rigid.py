@@ -109,30 +109,12 @@ def run(
     burst_floor: float = math.inf,
     start_time: float = 0.0,
 ) -> ReferenceRun:
-    """Return every event up to a time, and the state then.
+    """Return every event up to a time, and the state then; ValueError for a start outside the box.
 
-    Parameters
-    ----------
-    numbers : sequence of six float or mpf
-        mu, zeta, omega, d, r, phase; floats count as the exact binary values they are.
-    state : sequence
-        ``(x, v, y, u)``: position and velocity of the primary, then of the free mass.
-    until : float
-        Events later than this are left out.
-    dps : int
-        Decimal digits wanted.
-    max_impacts : int, optional
-        Stop after this many impacts; the final state is then the one after the last.
-    burst_floor : float, optional
-        Bounces are resolved one by one at least until the rebound speed is below this, and until
-        the formula that closes the rest is exact to the digits wanted; see `_tail`.
-    start_time : float
-        Time of ``state``.
-
-    Raises
-    ------
-    ValueError
-        If the free mass starts outside its box.
+    `numbers` are mu, zeta, omega, d, r, phase, exact as they are; the state is ``(x, v, y, u)``.
+    After `max_impacts` the final state is the one after the last of these. Bounces are resolved one
+    by one at least until the rebound speed is below `burst_floor`, and until the formula that
+    closes the rest is exact to the digits wanted; see `_tail`.
     """
     with mp.workdps(dps + GUARD_DIGITS):
         p = PreciseParameters(*(mpf(value) for value in numbers))
@@ -259,24 +241,7 @@ def fastest_rate(p: PreciseParameters, inertia: mpf) -> mpf:
 
 
 def taylor(p: PreciseParameters, inertia: mpf, t: mpf, x: mpf, v: mpf, count: int) -> list[mpf]:
-    """Return the Taylor coefficients of the primary's position about time ``t``.
-
-    Parameters
-    ----------
-    p : Parameters
-        The model.
-    inertia : mpf
-        1 in flight, ``1 + mu`` in sticking.
-    t, x, v : mpf
-        Time, position and velocity at the expansion point.
-    count : int
-        Number of coefficients.
-
-    Returns
-    -------
-    list of mpf
-        ``c[n]`` with ``x(t + tau) = sum c[n] tau**n``.
-    """
+    """Return c[n] in ``x(t + tau) = sum c[n] tau**n`` of the primary; inertia 1, or 1 + mu."""
     angle = p.omega * t + p.phase
     cycle = (mp.sin(angle), mp.cos(angle), -mp.sin(angle), -mp.cos(angle))
     c = [x, v]
@@ -296,27 +261,9 @@ def fly(
     until: mpf,
     order: int = 0,
 ) -> Hit | None:
-    """Follow one flight up to the next impact on either wall.
+    """Follow one flight from (time, x, v) up to the next impact on either wall, if before `until`.
 
-    Parameters
-    ----------
-    p : Parameters
-        The model.
-    state : tuple
-        Time, position and velocity of the primary.
-    side : int
-        Wall that ``gap`` refers to.
-    gap : tuple
-        Gap and its rate.
-    until : mpf
-        Where to give up.
-    order : int
-        The gap and its derivatives below this order are exactly zero at the start.
-
-    Returns
-    -------
-    Hit or None
-        None when there is no impact before ``until``.
+    `gap` is that to the wall `side`, and its rate; its derivatives below `order` are exactly zero.
     """
     t, x, v = state
     return advance_flight(p, t, FlightState(x, v, side, *gap), until, order)[0]

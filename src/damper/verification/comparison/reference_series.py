@@ -36,16 +36,8 @@ def first_root(q: Sequence[mpf], end: mpf, absolute: bool) -> mpf | None:
     ``q`` is positive at 0 (or zero and about to leave the positive side). With ``|q''| <= B`` on
     the panel, ``q(tau + s) >= q + q' s - B s**2 / 2``; the step to the zero of that parabola cannot
     pass a root and converges quadratically to a simple one. Towards a multiple root it would take
-    ever smaller parts of what is left; after `QUICK` steps B is that of the next stretch alone.
-
-    Parameters
-    ----------
-    q : sequence of mpf
-        Coefficients.
-    end : mpf
-        End of the search.
-    absolute : bool
-        Also accept an error that is small against ``end`` (not only against the root).
+    ever smaller parts of what is left; after `QUICK` steps B is that of the next stretch alone. An
+    `absolute` error may be small against ``end``, not only against the root.
     """
     everywhere = _bend(q, end)
     tolerance = 1000 * mp.eps

@@ -25,26 +25,13 @@ if TYPE_CHECKING:  # these bring mpmath and the engine along
 def run_scene(
     scene: Scene, settings: Mapping[str, Sequence[float]], reference: Reference, cap: float
 ) -> dict[str, np.ndarray]:
-    """Run all solvers on one scene.
+    """Run all solvers on one scene, with their levels from coarse to fine.
 
-    Parameters
-    ----------
-    scene : Scene
-    settings : mapping of str to sequence of float
-        Levels of each solver, coarse to fine.
-    reference : Reference
-    cap : float
-        What a run may cost, in seconds of a nominal machine; see
-        `damper.verification.comparison.solvers.Solver.most_evaluations`.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Of shape (solver, level), solvers in the order of `SOLVERS`, padded to the solver with the
-        most levels: `MEASURES` and ``reached`` (NaN where there is no run), and ``outcome`` (index
-        in `damper.verification.comparison.errors.OUTCOMES`, -1 where there is no run). And of the
-        scene, without dimensions: ``reference_impacts`` that count, ``sensitivity``, ``until``,
-        ``periods``.
+    `cap` is what a run may cost, in seconds of a nominal machine; see `Solver.most_evaluations`.
+    Arrays have the shape (solver, level), solvers in the order of `SOLVERS`, padded to the solver
+    with the most levels: `MEASURES` and ``reached`` (NaN where there is no run), and ``outcome``
+    (index in `OUTCOMES`, -1 where there is no run). And of the scene, without dimensions:
+    ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``.
     """
     names = in_order(settings)
     shape = len(names), max(map(len, settings.values()))

@@ -24,20 +24,9 @@ class Scene:
 
 
 def read_scene(values: Mapping[str, float], until: float) -> Scene:
-    """Check and make a scene.
+    """Make a scene of dimensionless parameters by name, and initial quantities that are not zero.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Dimensionless parameters by name, and what is not zero of the initial quantities; see
-        `damper.parameters.quantities`.
-    until : float
-        End in units of sqrt(M/K), above 0.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For unknown, missing or mixed names and for values out of range.
+    It ends at `until`, above 0. ValueError or TypeError for names and values that are not valid.
 
     Examples
     --------

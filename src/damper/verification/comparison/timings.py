@@ -32,27 +32,12 @@ def time_solvers(
 ) -> dict[str, np.ndarray]:
     """Time all solvers, and separate a call's fixed cost from that of the motion for the `PEERS`.
 
-    Parameters
-    ----------
-    scenes : mapping of str to Scene
-    settings : mapping of str to sequence of float
-        Levels of each solver, coarse to fine.
-    repeats : int
-        Samples of each point: scene, solver and level.
-    cap : float
-        What a run may cost; see `damper.verification.comparison.runs.run_scene`.
-    spend : float, default 0.2
-        Seconds for one point: once they are spent, no further repetition of it starts. Every point
-        is sampled at least once.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Of shape (scene, solver, level), NaN where a solver has no such level: ``run_time``, the
-        median, and its quartiles ``run_time_low`` and ``run_time_high`` in s. Of the peers,
-        where the run finishes, ``call_time`` of one that ends at once, and ``stretch_time`` and
-        ``stretch_impacts``, the further time and the impacts of one that is `LONGER` times as long
-        as the scene, both over `LONGER`.
+    Each point (scene, solver, level) is sampled at least once, and up to `repeats` times until
+    `spend` seconds are spent on it; `cap` is as for `run_scene`. Arrays are over (scene, solver,
+    level), NaN where a solver has no such level: ``run_time``, the median, and its quartiles
+    ``run_time_low`` and ``run_time_high`` in s. Of the peers, where the run finishes, ``call_time``
+    of one that ends at once, and ``stretch_time`` and ``stretch_impacts``, the further time and the
+    impacts of one that is `LONGER` times as long as the scene, both over `LONGER`.
     """
     names = in_order(settings)
     shape = len(scenes), len(names), max(map(len, settings.values()))

@@ -31,31 +31,15 @@ WIDTH = 0.04
 def measure(
     cases: Mapping[str, Mapping[str, Any]], *, runs: int, periods: int, repeats: int
 ) -> dict[str, Any]:
-    """Measure benchmark cases in turns; to be alone on the machine.
+    """Measure benchmark cases, name -> ``parameters`` and ``observers``; the first is the base.
 
-    Parameters
-    ----------
-    cases : mapping of str to mapping
-        Name -> ``parameters`` and ``observers``; the first one is the base.
-    runs, periods : int
-        What each case consists of.
-    repeats : int
-
-    Returns
-    -------
-    dict
-        Of what JSON can hold: the settings; ``machine``; ``noise``, ratio of two timings of the
-        base; and ``cases``: name -> ``model``, ``events``, times in us per event, ``bare`` and
-        ``observed``, and ratios: ``over_bare``, observed over bare; ``over_base``, bare over that
-        of the base, and ``over_rigid``, over that of the rigid damper with the same numbers. Times
-        and ratios are [lower quartile, median, upper quartile]. ``arrays``: bytes of what the
-        observers keep. Cases without observers have no ``observed``, ``over_bare`` and ``arrays``,
-        those with observers no ``over_base``.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For parameters or observers that are not valid.
+    In turns; to be alone on the machine. Returns what JSON can hold: the settings; ``machine``;
+    ``noise``, ratio of two timings of the base; and ``cases``: name -> ``model``, ``events``, times
+    in us per event, ``bare`` and ``observed``, and ratios: ``over_bare``, observed over bare;
+    ``over_base``, bare over that of the base, and ``over_rigid``, over that of the rigid damper
+    with the same numbers. Times and ratios are [lower quartile, median, upper quartile].
+    ``arrays``: bytes of what the observers keep. Cases without observers have no ``observed``,
+    ``over_bare`` and ``arrays``, those with observers no ``over_base``.
     """
     compile_at_once()
     names = list(cases)

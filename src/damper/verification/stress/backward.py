@@ -51,24 +51,14 @@ class Oscillators(NamedTuple):
 
 
 def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
-    """Residuals of each segment of a run but the last one, and of the event that ends it.
+    """Residuals of all segments of a rigid run but the last, and of the events that end them.
 
-    Parameters
-    ----------
-    p : Parameters
-        Of a rigid damper.
-    log : ndarray (segments, COLUMNS)
-        Successive segments, as `damper.engine.trajectory.Trajectory.segments` yields them.
+    In units of roundoff (2^-52), an array (segments - 1,) each, zero where a check does not apply:
 
-    Returns
-    -------
-    dict of str to ndarray (segments - 1,)
-        In units of roundoff (2^-52), zero where a check does not apply:
-
-        - ``motion``: displacement and velocity (and gap and its rate in a flight that is cut)
-          against the next start, over the terms that are added;
-        - ``contact``: gap at an impact, and approach speed;
-        - ``release``: contact force at a release, over the forces.
+    - ``motion``: displacement and velocity (and gap and its rate in a flight that is cut)
+      against the next start, over the terms that are added;
+    - ``contact``: gap at an impact, and approach speed;
+    - ``release``: contact force at a release, over the forces.
     """
     rows, after = log[:-1], log[1:]
     mu, zeta, omega = (np.longdouble(v) for v in (p.mass_ratio, p.damping_ratio, p.frequency_ratio))

@@ -19,7 +19,7 @@ STARTS = ("centre", "wall", "approaching", "grazing")
 
 
 def start_of(name: str, clearance: float) -> dict[str, float]:
-    """Initial quantities of one of the `STARTS`.
+    """Initial quantities of one of the `STARTS` that are not zero.
 
     - ``centre``: at rest, in the middle.
     - ``wall``: at rest on the right wall. With phase 0 the primary has no acceleration then, and
@@ -27,17 +27,6 @@ def start_of(name: str, clearance: float) -> dict[str, float]:
     - ``approaching``: on the right wall, and into it at relative speed 1.
     - ``grazing``: near the right wall, which draws away from it at the acceleration 1 (primary at
       -1, phase 0), and just as fast as to reach it with no relative velocity, s^2 = 2 gap.
-
-    Parameters
-    ----------
-    name : str
-    clearance : float
-        Units of F0/K.
-
-    Returns
-    -------
-    dict of str to float
-        Only what is not zero.
 
     Examples
     --------
@@ -61,19 +50,7 @@ def start_of(name: str, clearance: float) -> dict[str, float]:
 def corners(
     values: Mapping[str, Sequence[float]], starts: Iterable[str] = STARTS
 ) -> list[dict[str, float]]:
-    """Every combination of the values and starts.
-
-    Parameters
-    ----------
-    values : mapping of str to sequence of float
-        Of parameters, the clearance among them. The last one varies fastest, after the starts.
-    starts : iterable of str
-        Of `STARTS`.
-
-    Returns
-    -------
-    list of dict
-        Points.
+    """Every combination of values and starts; the last parameter varies fastest, after the starts.
 
     Examples
     --------
@@ -94,26 +71,13 @@ def random_points(
 ) -> list[dict[str, float]]:
     """Points at random, the same for a seed on every machine, each independent of the others.
 
-    Parameters
-    ----------
-    count : int
-    seed : int
-    box : mapping
-        ``parameters``, ``models`` and ``share``. ``parameters`` gives for each parameter or initial
-        quantity what it may be: ``range`` [low, high], log-uniform where low > 0 and uniform else,
-        ``values``, or both; a pair alone is a range. ``models``, optional, gives names of other
-        models of the damper, each with the ``share`` of points that it gets and the ``parameters``
-        it adds. Where a quantity has both range and values, ``share`` is the part of points that
-        have one of the values.
-    first : int, default 0
-        Number of the first point: points from 5 on are those that a longer list has from 5 on.
-    which : (int, int), default (0, 1)
-        Which of how many parts of these points, as `part` makes them; only its points are drawn.
-
-    Returns
-    -------
-    list of dict
-        Points.
+    ``box["parameters"]`` gives for each parameter or initial quantity what it may be: ``range``
+    [low, high], log-uniform where low > 0 and uniform else, ``values``, or both; a pair alone is a
+    range. ``models``, optional, gives names of other models of the damper, each with the ``share``
+    of points that it gets and the ``parameters`` it adds. Where a quantity has both range and
+    values, ``share`` is the part of points that have one of the values. Points from `first` on are
+    those that a longer list has from there on; of the parts that `part` makes only points of
+    `which` are drawn.
 
     Examples
     --------

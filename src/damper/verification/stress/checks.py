@@ -270,10 +270,7 @@ def _compare(model, last, end, s, found):
 def _sample_flight(model, s, found):
     """Look beyond both walls at samples of a flight, at its end, and where the gap turns between.
 
-    Returns
-    -------
-    Sample
-        At its end.
+    Returns the sample at its end.
     """
     start = flight_start(model, s)
     forcing_rate = rate_of(model.free.forcing)
@@ -320,13 +317,7 @@ def _depth(model, at):
 
 @compiled
 def _sample_contact(model, s, found):
-    """Look whether everything is finite, and whether the contact force is tensile.
-
-    Returns
-    -------
-    Sample
-        At the segment's end.
-    """
+    """Look whether everything is finite, and whether the contact force is tensile; as above."""
     sticks = s.mode == STICKING and s.side != 0.0
     # Without a force to look at, one in the middle: what is not finite is not so at one time only.
     samples = 1
@@ -376,31 +367,11 @@ def run_checks(
     *,
     longest: float = math.inf,
 ) -> dict[str, np.ndarray]:
-    """Run every point and check it.
+    """Run every point and check it; a run ends with the period in which `longest` has passed.
 
-    Parameters
-    ----------
-    points : iterable of mapping
-        As `damper.verification.stress.box` makes them.
-    periods : int
-        Forcing periods to run.
-    accuracy : float
-        As for `damper.events`.
-    max_events : int
-        Events after which a run stops: no run can hang.
-    longest : float
-        Time, in units of sqrt(M/K), after which a run ends with the forcing period under way.
-
-    Returns
-    -------
-    dict of str to ndarray (points,)
-        The variables of `Laws`; ``status`` as the engine's, `REFUSED` where the parameters were
-        refused with an error; ``events``, ``evaluations`` of the flow, and ``periods`` asked for.
-
-    Raises
-    ------
-    ValueError
-        For settings out of range.
+    Returns the variables of `Laws`; ``status`` as the engine's, `REFUSED` where the parameters were
+    refused with an error; ``events``, ``evaluations`` of the flow, and ``periods`` asked for; an
+    array (points,) each.
     """
     check_settings(accuracy, max_events)
     periods = whole("periods", periods, 1)

@@ -52,18 +52,7 @@ def condition_of(
     events: int,
     random: np.random.Generator,
 ) -> Condition:
-    """Measure the condition of a run by noisy runs.
-
-    Parameters
-    ----------
-    run : Run
-        From `damper.verification.stress.runs.short_run` with the same settings.
-    state : State or None
-        Its start.
-    periods, events
-        As for `short_run`.
-    random : Generator
-    """
+    """Measure the condition of a short run by noisy runs from the same start."""
     original = events_of(run)
     scale = scale_of(run, original)
     count = len(original.kind)
@@ -111,10 +100,7 @@ def differences(
 ) -> np.ndarray:
     """Difference of pairs of events: the largest of forcing phase, displacement and speeds.
 
-    Returns
-    -------
-    ndarray (pairs,)
-        In radians and relative to the run's sizes.
+    In radians and relative to the run's sizes.
     """
     shift = (a.periods[of_a] - b.periods[of_b]) * scale.period + (a.time[of_a] - b.time[of_b])
     values = np.abs(a.values[:, of_a] - b.values[:, of_b]) / scale.values

@@ -72,14 +72,7 @@ _VARIABLES = {v.name: v for v in (*LAW_VARIABLES, *RUN_VARIABLES, *METAMORPHIC_V
 def write_part(
     path: Path, points: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
 ) -> None:
-    """Write points and what was found of their runs.
-
-    Parameters
-    ----------
-    path : Path
-    points : sequence of mapping
-    arrays : mapping of str to ndarray (points,)
-    """
+    """Write points and what was found of their runs, arrays (points,)."""
     given = {
         name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
         for name in POINT_NAMES
@@ -89,21 +82,10 @@ def write_part(
 
 
 def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Put all runs that were checked together.
+    """Put all runs that were checked together: origin of the runs -> its parts in order.
 
-    Parameters
-    ----------
-    parts : mapping of str to sequence of Path
-        Origin of the runs -> its parts in order, as `damper.verification.stress.box.part` made
-        them.
-    attributes : mapping
-        Global attributes.
-
-    Returns
-    -------
-    xarray.Dataset
-        With the one dimension ``run``. Quantities that a point does not give have their defaults,
-        an infinite contact stiffness among them: a rigid wall.
+    The one dimension is ``run``. Quantities that a point does not give have their defaults, an
+    infinite contact stiffness among them: a rigid wall.
     """
     groups = {origin: _read(paths) for origin, paths in parts.items()}
     wholes = []
@@ -122,20 +104,9 @@ def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, 
 
 
 def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Put all metamorphic tests together.
+    """Put all metamorphic tests together, along ``run``; each part is a stretch of neighbours.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Parts in the order of their runs, each of which is a stretch of neighbours. None at all
-        make a dataset that has no run and no variable.
-    attributes : mapping
-        Global attributes.
-
-    Returns
-    -------
-    xarray.Dataset
-        With the one dimension ``run``.
+    No part at all makes a dataset that has no run and no variable.
     """
     return _dataset(_read(paths), attributes)
 

@@ -87,17 +87,7 @@ ENERGY_PER_SEGMENT = 2.220446049250313e-16
 def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
     """How far each run is off a law, over what is allowed: above 1 the law is broken.
 
-    Parameters
-    ----------
-    name : str
-        Of `LAW_NAMES`.
-    values, segments : ndarray (runs,)
-        Violation, NaN where there is nothing to violate, and number of segments.
-
-    Returns
-    -------
-    ndarray (runs,)
-        NaN where there is nothing to violate.
+    NaN where there is nothing to violate.
 
     Examples
     --------
@@ -113,13 +103,7 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
 
 
 def broken(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Whether each run breaks any law.
-
-    Parameters
-    ----------
-    arrays : mapping of str to ndarray (runs,)
-        The variables of `LAW_VARIABLES` and ``segments``.
-    """
+    """Whether each run breaks any law."""
     found = np.zeros(len(arrays["segments"]), dtype=bool)
     for name in LAW_NAMES:
         found |= excess(name, np.asarray(arrays[name]), np.asarray(arrays["segments"])) > 1.0

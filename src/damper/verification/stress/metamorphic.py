@@ -93,23 +93,10 @@ def run_metamorphic(
     seed: int = 0,
     first: int = 0,
 ) -> dict[str, np.ndarray]:
-    """Run each point again in other ways, and compare.
+    """Run each point again in other ways, and compare: arrays of `METAMORPHIC_VARIABLES`.
 
-    Parameters
-    ----------
-    points : iterable of mapping
-        Names and values for `damper.sweep.points.read_point`, dimensionless.
-    periods, events : int
-        Forcing periods of a run, and the events after which it is enough.
-    seed : int
-        Of noise and units, with the number of the source.
-    first : int
-        Number of the first run: what comes of a run does not depend on the part it is in.
-
-    Returns
-    -------
-    dict of str to ndarray (points,)
-        As `damper.verification.stress.cube.METAMORPHIC_VARIABLES` describes them.
+    Noise and units are random by the seed and the number of the run, from `first` on: what comes of
+    a run does not depend on the part it is in.
     """
     rows = [
         _row(point, {"periods": periods, "events": events}, np.random.default_rng((seed, number)))
@@ -207,14 +194,8 @@ def _aligned(a: Events, b: Events) -> tuple[np.ndarray, np.ndarray, int]:
     """Pair events of two accuracies: bursts have more or fewer impacts before they are closed.
 
     Of the impacts up to the next beginning of sticking the last ones are left out, so that there
-    are as many in both runs.
-
-    Returns
-    -------
-    of_a, of_b : ndarray (pairs,)
-        Numbers of the events in a pair.
-    whole : int
-        Events of `a` that are paired or left out, up to the first pair of different kinds.
+    are as many in both runs. Returns the numbers of the events in each pair, and how many events of
+    `a` are paired or left out, up to the first pair of different kinds.
     """
     pairs: list[tuple[int, int]] = []
     begin_a = begin_b = 0

@@ -62,13 +62,7 @@ REGIMES = (
 
 
 def with_models(runs: pd.DataFrame) -> pd.DataFrame:
-    """Add to each run its model, as `damper.parameters.Parameters.model` says it, and more.
-
-    Parameters
-    ----------
-    runs : pandas.DataFrame
-        The variables of `damper.verification.stress.cube.gather_checks`.
-    """
+    """Add to each run its model, as `damper.parameters.Parameters.model` says it, and more."""
     import numpy as np
 
     damping = runs.support_damping_ratio + runs.damping_ratio * runs.support_damping_factor

@@ -62,19 +62,9 @@ def short_run(
     events: int,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> ShortRun:
-    """Run a point over some forcing periods, or fewer if that takes more than `events` events.
+    """Run a point over whole forcing periods, or fewer if that takes more than `events` events.
 
-    Parameters
-    ----------
-    parameters : Parameters
-    state : State or None
-        Start; rest when None.
-    periods : float
-        Whole forcing periods to run.
-    events : int
-        Events after which to stop; the log ends at `ROWS_PER_EVENT` times as many segments.
-    accuracy : float
-        As for `damper.events`.
+    The log ends at `ROWS_PER_EVENT` times as many segments.
     """
     trajectory = start_run(parameters, state, accuracy, events)
     first, time = trajectory.start

@@ -76,20 +76,7 @@ def draw(
 ) -> Figure:
     """Draw the best score that each value of a parameter allows, for each statement and joined.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Cube of a calibration.
-    statements, also, onset_tolerance, duration_tolerance, ratio_tolerance
-        As for `damper.papers.calibration.ranking.rank`.
-    preset : mapping, optional
-        Values to mark.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    The values of `preset` are marked; the rest is as for `damper.papers.calibration.ranking.rank`.
     """
     from matplotlib.figure import Figure
 

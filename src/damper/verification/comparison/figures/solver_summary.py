@@ -45,19 +45,7 @@ class SolverSummary(Made):
 
 
 def draw(errors: xr.Dataset, timings: xr.Dataset, *, caption: str | None = None) -> Figure:
-    """Draw two tables in colour, scenes by solvers: best error, and relative time for 1e-6.
-
-    Parameters
-    ----------
-    errors, timings : xarray.Dataset
-        Of the same scenes, solvers and settings; see `damper.verification.comparison.cube`.
-    caption : str, optional
-        Heading; the title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw two tables in colour, scenes by solvers: best error, and relative time for 1e-6."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(PAGE, 2.1 + _ROW * errors.sizes["scene"]), layout="constrained")

@@ -57,21 +57,7 @@ def draw(
     error: str = "state_error",
     caption: str | None = None,
 ) -> Figure:
-    """Draw one error of every run over its run time, one panel for each scene.
-
-    Parameters
-    ----------
-    errors, timings : xarray.Dataset
-        Of the same scenes, solvers and settings; see `damper.verification.comparison.cube`.
-    error : str
-        Variable of `errors`. Scenes in which there is no such error are left out.
-    caption : str, optional
-        Heading; the title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw one error of every run over its run time, a panel for each scene that has such."""
     from matplotlib.figure import Figure
 
     known = errors[error].notnull().any(("solver", "level"))

@@ -30,13 +30,8 @@ from damper.verification.comparison.solvers import Solver
 def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
     """Run a scene to the accuracy `setting`; see `damper.verification.comparison.solvers.Solver`.
 
-    The evaluations are held against their limit after each piece of the log, which is shorter
-    where the limit is low.
-
-    Raises
-    ------
-    ValueError
-        For an accuracy out of the engine's range, and for a start outside the box.
+    The evaluations are held against their limit after each piece of the log, which is shorter where
+    the limit is low.
     """
     run = start_run(scene.parameters, scene.state, setting, max_evaluations)
     found = Solution(penetration=0.0, outcome=FINISHED)

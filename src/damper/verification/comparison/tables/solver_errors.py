@@ -39,16 +39,8 @@ class SolverErrors(Made):
 def make(errors: xr.Dataset) -> Table:
     """Make the table of errors, orders and outcomes of every scene and solver.
 
-    Parameters
-    ----------
-    errors : xarray.Dataset
-        See `damper.verification.comparison.cube.gather_errors`.
-
-    Returns
-    -------
-    Table
-        The data have a row for each level, with the order of the solver repeated. The body has a
-        table for each scene: errors at the finest good level, and the outcome of every level.
+    The data have a row for each level, with the order of the solver repeated. The body has a table
+    for each scene: errors at the finest good level, and the outcome of every level.
     """
     import pandas as pd
 
@@ -77,13 +69,7 @@ def levels(cube: xr.Dataset) -> pd.DataFrame:
 
 
 def outcomes_text(place: xr.Dataset) -> str:
-    """Return in words the outcome of every level at one scene and solver.
-
-    Parameters
-    ----------
-    place : xarray.Dataset
-        With the dimension ``level`` alone.
-    """
+    """Return in words the outcome of every level at one scene and solver."""
     stated: dict[str, list[str]] = {}
     for level in np.flatnonzero(place.outcome.notnull()):
         one = place.isel(level=level)

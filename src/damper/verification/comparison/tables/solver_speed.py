@@ -43,17 +43,7 @@ class SolverSpeed(Made):
 
 
 def make(errors: xr.Dataset, timings: xr.Dataset) -> Table:
-    """Make the table of how long each solver takes for a wanted error.
-
-    Parameters
-    ----------
-    errors, timings : xarray.Dataset
-        Of the same scenes, solvers and settings.
-
-    Returns
-    -------
-    Table
-    """
+    """Make the table of how long each solver takes for a wanted error."""
     import pandas as pd
 
     cube = errors.assign({name: timings[name] for name in TIMED})

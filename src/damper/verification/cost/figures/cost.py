@@ -34,19 +34,7 @@ class CostFigure(Made):
 
 
 def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
-    """Draw time and memory of cases against the bare engine.
-
-    Parameters
-    ----------
-    timings : mapping
-        From `damper.verification.cost.measure.measure`, or its file.
-    caption : str, optional
-        Heading above the line that names the machine.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw time and memory of cases, as `measure` found them, against the bare engine."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, NullFormatter
 

@@ -29,18 +29,7 @@ class CostTable(Made):
 
 
 def make(timings: Mapping[str, Any], title: str) -> Table:
-    """Make the table.
-
-    Parameters
-    ----------
-    timings : mapping
-        From `damper.verification.cost.measure.measure`, or its file.
-    title : str
-
-    Returns
-    -------
-    Table
-    """
+    """Make the table of what `measure` found."""
     import pandas as pd
 
     data, cells = [], []

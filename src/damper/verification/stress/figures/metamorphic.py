@@ -38,19 +38,7 @@ class MetamorphicFigure(Made):
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
-    """Draw differences over the growth of a noise, and the distribution of backward errors.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather_metamorphic`.
-    caption : str, optional
-        Heading; the dataset's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw differences over the growth of a noise, and the distribution of backward errors."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(PAGE, 3.3), layout="constrained")

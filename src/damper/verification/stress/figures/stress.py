@@ -33,19 +33,7 @@ class StressFigure(Made):
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
-    """Draw all runs' violations as distributions, and the worst ones by regime as a matrix.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather_checks`.
-    caption : str, optional
-        Heading; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw all runs' violations as distributions, and the worst ones by regime as a matrix."""
     from matplotlib.figure import Figure
 
     rows = regimes(cube)

@@ -39,17 +39,7 @@ class MetamorphicTable(Made):
 
 
 def make(cube: xr.Dataset) -> Table:
-    """Make the table: the data have a row for each relation, the body tables of more.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather_metamorphic`.
-
-    Returns
-    -------
-    Table
-    """
+    """Make the table: the data have a row for each relation, the body tables of more."""
     import pandas as pd
 
     count = cube.sizes["run"]

@@ -67,18 +67,7 @@ class StressTable(Made):
 
 
 def make(cube: xr.Dataset, *, title: str) -> Table:
-    """Make the table of the regimes, with a summary of the laws before it in the body.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of `damper.verification.stress.cube.gather_checks`.
-    title : str
-
-    Returns
-    -------
-    Table
-    """
+    """Make the table of the regimes, with a summary of the laws before it in the body."""
     import pandas as pd
 
     rows = regimes(cube)
