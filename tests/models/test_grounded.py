@@ -234,18 +234,6 @@ def test_no_swing_into_a_wall_is_missed() -> None:
     assert hits > 15
 
 
-#: The free mass swings with the fastest support that is promised: 2000 radians per unit of time.
-SWINGING = (0.3, 10.0, 0.01, 1.0, 0.0, 0.0, 1.2e6, 0.0)
-
-
-@pytest.mark.exhaustive
-def test_fast_swings_that_cannot_reach_a_wall_do_not_lose_the_search() -> None:
-    """Three periods of the slow force, a million swings a tenth of the clearance wide."""
-    run = start_run(parameters((*SWINGING[:3], 3.0, *SWINGING[4:])), State(0.0, 0.0, 0.3, 0.0))
-    run.skip(1.0)
-    assert (run.status, run.events) == (0, 0)
-
-
 # --- the rest of a chatter sequence
 
 SEQUENCE = (0.5, 0.2, 0.3, 0.5, 0.6, 0.6, 0.05, 0.1)

@@ -13,7 +13,6 @@ from event_pairs import KINDS, assert_agree, distance, paired
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
-from reference.accumulation import accumulation_time
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -25,7 +24,6 @@ from damper.engine.segment import (
     FLIGHT,
     GAP,
     MODE,
-    NOTHING,
     PERIODS,
     RATE,
     RELEASE,
@@ -212,18 +210,6 @@ def test_accuracy_is_the_error_of_the_completion_time(scene: tuple, accuracy: fl
     assert np.array_equal(coarse[:same], fine[:same])
 
 
-@pytest.mark.parametrize(("w", "printed"), [(0.01, 0.0340400694), (0.005, 0.0169819753)])
-def test_completion_of_a_sequence_on_the_right_wall(w: float, printed: float) -> None:
-    """Model section 4."""
-    mu, zeta, omega, r = scene = (0.5, 0.2, 0.3, 0.6)
-    found = events((mu, zeta, omega, 0.5, r), (2.0, 0.1, 2.5, 0.1 - w, 2.0), until=2.1)
-    stick = found[found["kind"] == 1][0]
-    assert abs(stick["time"] - 2.0 - printed) < 0.51e-10
-    speed = mpf(0.1) - mpf(0.1 - w)
-    exact = accumulation_time(*scene, time=2, position=2, velocity=0.1, rebound_speed=speed)
-    assert abs(stick["time"] - 2.0 - float(exact)) < 2e-13
-
-
 # --- conservation laws over the whole range
 
 
@@ -327,9 +313,9 @@ def test_plastic_impact_sticks_at_the_same_time_or_flies() -> None:
 
 
 def test_elastic_impacts_never_stick() -> None:
-    found = events((0.1, 0.05, 0.2, 0.25, 1.0), until=1e9, max_events=20_000)
+    found = events((0.1, 0.05, 0.2, 0.25, 1.0), until=1e9, max_events=2000)
     assert set(found["kind"][:-1]) == {0}
-    assert (found["kind"] == 0).sum() == 20_000
+    assert (found["kind"] == 0).sum() == 2000
 
 
 @pytest.mark.parametrize(("zeta", "u"), [(0.05, -0.2), (2.0, 0.7)])
@@ -363,15 +349,6 @@ def test_start_on_a_wall_approaching_is_an_impact_at_once(side: int) -> None:
     assert (first["time"], first["kind"], first["side"]) == (0.0, 0, side)
     assert first["approach_speed"] == 0.25
     assert first["v"] == pytest.approx(side * 0.1 * 1.6 / 1.1 * 0.25, rel=1e-15)
-
-
-def test_start_on_a_wall_separating_is_a_flight_from_gap_zero() -> None:
-    state = (0.3, 0.1, 0.3 + 0.5, -1.0)
-    row = log_of(start_run(Parameters(*SCENE), State(*state)), 0.5)[0]
-    assert (row[MODE], row[CAUSE], row[GAP], row[SIDE]) == (FLIGHT, NOTHING, 0.0, 1.0)
-    assert row[RATE] == pytest.approx(1.1, rel=1e-15)
-    first = events(SCENE, state, until=5.0)[0]
-    assert (first["kind"], first["side"]) == (0, -1)
 
 
 @pytest.mark.parametrize(
@@ -461,25 +438,11 @@ def test_contact_with_zero_acceleration_and_jerk(side: int) -> None:
     assert (side == 1) == (early["kind"].tolist() == [1])
 
 
-def test_release_where_the_contact_force_only_touches_zero() -> None:
-    """The force has a double zero within a few ulps of x0: release or not, never a far wall."""
-    p = Parameters(0.11700547121569109, 0.5, 3.0, 0.5, 0.5, -0.5545448101646397)
-    x0 = 1.97753043912051
-    for k in range(-20, 21):
-        x = x0 + k * np.spacing(x0)
-        found = damper.events(p, State(x, 0.0, x + p.clearance, 0.0), until=3.0, max_events=3000)
-        assert 3 not in found["kind"]  # the search gave up
-        release = found["time"][found["kind"] == 2]
-        far = found["time"][(found["kind"] == 0) & (found["side"] == -1)]
-        # The far wall is 1.0 away: 1e-8 later is a jump.
-        assert not len(far) or far[0] > release[0] + 0.1
-
-
 def test_heavy_damping_releases_for_good() -> None:
     """A release is x'' = 0, whatever velocity sticking began with; time does not go back."""
     draw = random.Random(1)
     releases = 0
-    for _ in range(60):
+    for _ in range(15):
         zeta = 10 ** draw.uniform(0, 1)
         p = Parameters(
             mass_ratio=10 ** draw.uniform(-3, 2),
@@ -498,4 +461,4 @@ def test_heavy_damping_releases_for_good() -> None:
             force = math.sin(p.phase + p.frequency_ratio * row[TIME]) - row[X]
             size = 1.0 + abs(row[X]) + 2.0 * zeta * abs(row[V])
             assert abs(force - 2.0 * zeta * row[V]) < 8 * EPS * size * (1 + p.frequency_ratio)
-    assert releases > 60
+    assert releases > 15

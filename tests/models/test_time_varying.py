@@ -20,12 +20,9 @@ from damper.engine.segment import (
     CAUSE,
     DURATION,
     IMPACT,
-    MODE,
     PERIODS,
     RELEASE,
-    SIDE,
     SPEED,
-    STICKING,
     TIME,
     V,
 )
@@ -200,36 +197,6 @@ def test_no_loss_of_contact_is_skipped(roots: list[float], close: float, side: f
             assert p.deriv()(found) < 1e-6 * float(np.abs(p.coef).sum())
 
 
-def test_a_dip_in_one_step_ends_sticking() -> None:
-    """A sign change that both ends of the step and its middle do not show."""
-    p = np.polynomial.Polynomial.fromroots([0.31, 0.3100002])
-    terms = np.zeros(DEGREE + 1)
-    terms[:3] = -p.coef
-    assert abs(_first_loss(terms, 1.0, 1.0, 1e-16) - 0.31) < 1e-9
-    p = np.polynomial.Polynomial.fromroots([0.31 + 0.01j, 0.31 - 0.01j])
-    terms[:3] = -p.coef.real
-    assert _first_loss(terms, 1.0, 1.0, 1e-16) == 2.0
-
-
-def test_the_wall_presses_while_the_masses_stick() -> None:
-    """Along whole runs: the force at samples in every stretch of sticking."""
-    stretches = 0
-    for values, until in SCENES.values():
-        p = Parameters(**values)
-        run = start_run(p)
-        for row in next(run.segments(*run.whole_periods(until))):
-            if row[MODE] != STICKING:
-                continue
-            stretches += 1
-            for part in np.linspace(0.0, 1.0, 15)[1:-1].tolist():
-                x, v, gap, rate = run.motion_in(row, part * row[DURATION])
-                t = row[PERIODS] * p.period + row[TIME] + part * row[DURATION]
-                a = math.sin(p.frequency_ratio * t) - 2 * p.damping_ratio * v - x
-                assert -row[SIDE] * a > -1e-14
-                assert gap == rate == 0.0
-    assert stretches > 20
-
-
 @pytest.mark.parametrize("clearance", [1e-3, pytest.param(1.0, marks=pytest.mark.exhaustive)])
 def test_a_flight_after_a_release_is_read_as_it_was_flown(clearance: float) -> None:
     """Where a varying mass has driven the primary to 1e14, x'' at a release rounds to 1e-2."""
@@ -299,16 +266,6 @@ def test_tail_estimate_is_on_the_safe_side() -> None:
 
 
 # --- limits and corners
-
-
-def test_a_slow_modulation_is_a_constant_mass() -> None:
-    """Order 1000 over a few impacts: mu stays at its value at time 0 up to the change in time."""
-    values = given_by(*BASE.values(), depth=1e-4, order=1000, phase=1.0)
-    mass_ratio = 0.1 * (1 + 1e-4 * math.cos(1.0))
-    slow = events(Parameters(**values), until=20.0)
-    fixed = events(Parameters(**{**BASE, "mass_ratio": mass_ratio}), until=20.0)
-    assert np.array_equal(slow["kind"], fixed["kind"])
-    assert np.abs(slow["time"] - fixed["time"]).max() < 5e-6
 
 
 @pytest.mark.parametrize("runs", [10, pytest.param(80, marks=pytest.mark.exhaustive)])

@@ -89,15 +89,6 @@ def assert_as_expected(found: dict[str, np.ndarray], scene: Scene) -> int:
 # --- against a plain loop
 
 
-@pytest.mark.parametrize(("transient", "restitution"), [(0, 0.3), (20, 0.8), (3, 0.0)])
-@pytest.mark.parametrize("parameters", [SLOW, PAPER_A], ids=["slow", "paper_a"])
-def test_bursts_are_those_of_a_loop_over_the_events(
-    parameters: dict[str, float], restitution: float, transient: int
-) -> None:
-    scene = Scene({**parameters, "restitution": restitution}, transient, 12)
-    assert_as_expected(observed(scene), scene)
-
-
 def test_bursts_that_began_before_the_record_are_left_out() -> None:
     """Bursts last a third of each half period, so that some of these records begin inside one."""
     straddling = 0

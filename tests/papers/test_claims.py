@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damper.analysis.sections import section_points
 from damper.papers.base import FAILS, HOLDS, READING, UNTESTABLE, UNTESTED
 from damper.papers.ranges import chatter_ranges, range_of
 from damper.papers.statements import STATEMENTS
@@ -97,16 +96,6 @@ def test_gaps_do_not_count_as_length() -> None:
     assert found.numbers[1][2].endswith(" 0.370 (0.500)")
 
 
-def test_points_on_the_section() -> None:
-    cube = intervals(narrowing, points=lambda r: 1 + int(r > 0.5) * 3)
-    found = section_points(cube).sel(mass_ratio=0.1, frequency_ratio=1.1)
-    assert set(found.sel(restitution=slice(0, 0.5)).values) == {1}
-    assert set(found.sel(restitution=slice(0.51, 1)).values) == {4}
-    cube.displacement[0, 0, 0, 3] = np.nan
-    cube.displacement[0, 0, 1] += 1e-9 * np.arange(SAMPLES)
-    assert section_points(cube)[0, 0, :2].values.tolist() == [0, 1]
-
-
 @pytest.mark.parametrize("name", ["B1", "B2", "B3"])
 def test_statements_on_the_interval_hold(name: str) -> None:
     assert CLAIMS[name].judge(paper_b(intervals(narrowing))).verdict == HOLDS
@@ -150,17 +139,6 @@ def test_needed_restitution_depends_on_what_is_visible() -> None:
         ("3%", "0.41", "0.416", "0.86", ""),
         ("10%", "0.55", "0.562", "0.86", ""),
     ]
-
-
-def test_a_threshold_at_which_one_frequency_has_no_chatter() -> None:
-    def edges(mass: float, frequency: float, threshold: float) -> tuple[float, float, float]:
-        if (frequency, threshold) == (1.5, 0.1):
-            return 2.0, 2.0, 2.0
-        return {0.01: 0.3, 0.03: 0.41, 0.1: 0.55}[threshold], 0.86, 1.0
-
-    found = CLAIMS["B1"].judge(paper_b(intervals(edges)))
-    assert found.numbers[3][-1] == "1.5"
-    assert "10% (none at frequency ratio 1.5 then)" in found.why
 
 
 def test_large_restitution_chatters_more_at_small_mass() -> None:

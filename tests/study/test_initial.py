@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
 
 from damper import State, simulate
 from damper.parameters.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
@@ -99,21 +97,6 @@ def test_zero_is_rest() -> None:
     zeros = dict.fromkeys(INITIAL_NAMES, 0.0)
     cube, rest = simulate(**SCENE, **zeros, **RUN), simulate(**SCENE, **RUN)
     assert cube.drop_vars(INITIAL_NAMES).identical(rest)
-
-
-@given(x=st.floats(-2, 2), v=st.floats(-2, 2), place=st.floats(-1, 1), relative=st.floats(-2, 2))
-def test_mirrored_start_in_simulate(x: float, v: float, place: float, relative: float) -> None:
-    """Half a turn of the force and everything negated: the first periods mirrored."""
-    run = {"transient": 0, "periods": 1, "observers": {"stroboscopic_section": SEEN_FREE}}
-    given = dict(zip(INITIAL_NAMES, (x, v, place, relative), strict=True))
-    other = {name: -value for name, value in given.items()}
-    one = simulate(**SCENE, **given, **run)
-    two = simulate(**{**SCENE, "phase": 0.2 + np.pi}, **other, **run)
-    for name in ("displacement", "velocity", "free_displacement", "free_velocity"):
-        assert float(two[name][0]) == pytest.approx(-float(one[name][0]), abs=1e-14)
-
-
-SEEN_FREE = {"free_mass": True}
 
 
 # --- draws
@@ -395,11 +378,6 @@ def test_mistake_is_told(tmp_path: Path, name: str) -> None:
     message = blame(tmp_path, STUDY.replace(old, new) + more if old else STUDY + more)
     for part in parts:
         assert part in message, message
-
-
-def test_steady_start_away_from_undamped_resonance(tmp_path: Path) -> None:
-    for old, new in [("0.05", "0"), ("0.8", "1")]:
-        load(tmp_path, STUDY.replace(old, new, 1) + "initial: steady\n")
 
 
 def test_resonance_in_a_grid_is_told(tmp_path: Path) -> None:

@@ -214,21 +214,6 @@ def test_other_observers_in_si() -> None:
     assert_scaled(simulate(**SI, **run), simulate(**ratios, **run), SIZES)
 
 
-def test_energy_in_joules() -> None:
-    """The work of the force per period, integrated in SI units from the sampled velocity."""
-    scene = {**SI, "gap": 1e3}  # nothing touches: steady, and smooth enough for a plain sum
-    strobe = {"transient": 0, "periods": 1, "initial": "steady"}
-    energy = simulate(**scene, **strobe, observers=["response"]).energy_input
-    steps = 64
-    work = 0.0
-    for k in range(steps):
-        seen = {"stroboscopic_section": {"at": k / steps}}
-        v = float(simulate(**scene, **strobe, observers=seen).velocity[0])
-        work += 10.0 * math.sin(2 * math.pi * k / steps + 0.3) * v
-    assert energy.attrs["units"] == "J"
-    assert float(energy) == pytest.approx(work * (2 * math.pi / 11.0) / steps, rel=1e-12)
-
-
 def integrate(si: dict[str, float], start: State, until: float) -> tuple[list[float], np.ndarray]:
     """Impact times and last state, by an integration of the equations in SI units."""
     half = si["gap"] / 2
@@ -426,19 +411,6 @@ def test_no_force_is_refused_with_the_reason() -> None:
 NONE: dict[str, Any] = {**SI, "force_amplitude": [1.0, 0.0]}
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"force_amplitude": 1e300, "stiffness": 1e-100},
-        {"force_amplitude": 1e-200},  # F0^2/K is zero
-    ],
-    ids=str,
-)
-def test_units_of_no_ordinary_size_are_refused(change: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=r"stiffness = .*, primary_mass = 2.0: cannot be scaled"):
-        SIParameters(**{**SI, **change})
-
-
 @settings(max_examples=50)
 @given(
     masses=st.tuples(*[st.floats(5e-324, 1.7e308)] * 2),
@@ -585,17 +557,6 @@ def test_undamped_resonance_in_a_study_in_si(tmp_path: Path) -> None:
 
 
 # --- lanes
-
-
-def test_lanes_are_dimensionless_even_so() -> None:
-    """`run_points` scales points, not results; slices and cubes are in SI units."""
-    arrays, made = run_points([SI], STATE, transient=2, periods=3)
-    plain, _ = run_points(
-        [dataclasses.asdict(SIParameters(**SI).dimensionless)], STATE, transient=2, periods=3
-    )
-    for name, array in plain.items():
-        np.testing.assert_array_equal(arrays[name], array)
-    assert {v.units for observer in made for v in observer.variables} == {"F0/K", "F0/sqrt(K M)"}
 
 
 def test_a_mixed_grid_is_refused_before_anything_is_run() -> None:

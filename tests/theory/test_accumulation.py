@@ -9,7 +9,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from reference.accumulation import accumulation_time, kinematic_accumulation_time
 
 from damper import Parameters
 from damper.engine.completion import completion_times
@@ -21,7 +20,6 @@ from damper.verification.comparison import reference_rigid as mp_reference
 
 #: Model section 4: on the right wall at t = 2, x = 2, x' = .1.
 P = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
-RATIOS = (P.mass_ratio, P.damping_ratio, P.frequency_ratio, P.restitution)
 
 
 class End(NamedTuple):
@@ -65,40 +63,6 @@ def test_reference_numbers_of_the_model() -> None:
     assert abs(exact.time - printed) < 0.51e-10
     assert abs(found.second_order_time - printed) < 5e-6 * (w / 0.01) ** 3
     assert abs(found.first_order_time - printed) < 2e-4 * (w / 0.01) ** 2
-    brute = accumulation_time(*RATIOS, time=2, position=2, velocity=0.1, rebound_speed=w)
-    assert abs(brute - exact.time) < 1e-20
-
-
-@pytest.mark.parametrize(("r", "w", "printed"), [(0.6, 0.05, 0.26156342), (0.8, 0.025, 0.26157446)])
-def test_kinematic_limit(r: float, w: float, printed: float) -> None:
-    """A wall that impacts leave alone, with a = 1 and a constant j = .5."""
-    first, second = completion_times(0.0, r, 1.0, 0.5, w)
-    assert first == pytest.approx(0.25, rel=1e-15)
-    assert second == pytest.approx(0.25 + 4 / 3 * 0.5 * (w / (1 - r)) ** 2, rel=1e-14)
-    assert abs(second - printed) < 0.0013
-    errors = []
-    for part in (1.0, 0.5):
-        exact = kinematic_accumulation_time(1, 0.5, r, part * w)
-        errors.append([time - exact for time in completion_times(0.0, r, 1.0, 0.5, part * w)])
-    ratios = np.divide(*errors).astype(float)
-    assert ratios == pytest.approx([4.0, 8.0], rel=0.1)
-
-
-def test_first_order_displacement_is_the_common_velocity_for_that_time() -> None:
-    """V = (x' + mu y') / (1 + mu) with y' = x' - w on the right wall."""
-    w, v, mu = 0.01, 0.1, P.mass_ratio
-    found = predict(P, 1, 2.0, 2.0, v, w)
-    common = (v + mu * (v - w)) / (1 + mu)
-    assert found.first_order_displacement == pytest.approx(
-        common * found.first_order_time, rel=1e-13
-    )
-
-
-def test_first_order_is_that_of_nordmark_and_piiroinen() -> None:
-    """2 r v / (a (1 - r)) with the approach speed v of the impact, w = r v."""
-    v, a, r = 0.3, 0.7, 0.8
-    first, _ = completion_times(0.0, r, a, 0.0, r * v)
-    assert first == pytest.approx(2 * r * v / (a * (1 - r)), rel=1e-15)
 
 
 # --- slopes

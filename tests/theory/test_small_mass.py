@@ -130,18 +130,10 @@ def test_engine_changes_its_mind_at_the_limit(gap: float) -> None:
         assert (rows["kind"] == 1).any() == complete
 
 
-@pytest.mark.parametrize("gap", [-0.1, 3.2, math.nan])
-def test_gap_out_of_range(gap: float) -> None:
-    with pytest.raises(ValueError, match=r"reduced_gap = .*: must be a number from 0 to pi"):
-        first_impact(gap)
-
-
-@pytest.mark.parametrize("restitution", [-0.1, 1.1, math.nan])
-def test_restitution_out_of_range(restitution: float) -> None:
-    with pytest.raises(ValueError, match=r"restitution = .*: must be a number from 0 to 1"):
-        completes(1.0, restitution)
-
-
-def test_negative_gaps() -> None:
+def test_values_out_of_range() -> None:
+    with pytest.raises(ValueError, match=r"reduced_gap = 3\.2: must be a number from 0 to pi"):
+        first_impact(3.2)
+    with pytest.raises(ValueError, match=r"restitution = nan: must be a number from 0 to 1"):
+        completes(1.0, math.nan)
     with pytest.raises(ValueError, match="must be numbers >= 0"):
         critical_restitution(np.array([0.1, -0.1]))

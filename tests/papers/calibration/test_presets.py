@@ -8,7 +8,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -71,41 +70,6 @@ def test_a_cosine_puts_the_burst_elsewhere(paper_a: Ranking) -> None:
     preset = study("calibration_a3").tables["bursts"].preset
     there = {name: value for name, value in preset.items() if name != "phase"}
     assert float(sine.sel(there)) > 0.4 > 0.01 > float(cosine.sel(there))
-
-
-@pytest.mark.exhaustive
-def test_stiff_walls_have_the_bursts_of_rigid_ones() -> None:
-    """A contact that lasts counts as sticking: as many bursts complete, at the same times.
-
-    Distances fall as log(stiffness) / sqrt(stiffness) where bursts are short; long ones leave the
-    motion chaotic, and only their counts and rough times stay.
-    """
-    axes = {
-        "mass_ratio": {"values": [0.2, 0.5]},
-        "damping_ratio": {"values": [0.01]},
-        "restitution": {"values": [0.6, 0.8]},
-        "clearance": {"values": [0.01, 0.03]},
-        "phase": {"values": [0]},
-    }
-    rigid = study("calibration_a3", {"axes": axes})
-    given = {**rigid.axis_values, **rigid.fixed, "transient": 0, "periods": 25}
-    observers = rigid.observer_settings()
-    near = damper.simulate(**given, observers=observers).squeeze()
-    axis = {"contact_stiffness_ratio": [1e5, 1e8], "contact_tension": [0, 1]}
-    far = damper.simulate(**given, **axis, observers=observers).squeeze()
-    assert int(near.chatter_complete.isel(since=1).min()) == 0
-    assert int(near.chatter_complete.isel(since=1).max()) == 20
-    for name in ("chatter_bursts", "chatter_complete", "sticking_bursts"):
-        assert (far[name].isel(since=1) == near[name].isel(since=1)).all(), name
-    far, near = (cube.sel(frequency_ratio=0.2) for cube in (far, near))
-    assert (far.burst_at_complete == 1).all()
-    for name in ("burst_at_onset", "burst_at_duration"):
-        soft, stiff = np.abs(far[name] - near[name]).transpose("contact_stiffness_ratio", ...)
-        assert float(stiff.max()) < 0.05, name
-        assert float(stiff.sel(restitution=0.6).max()) < 1e-3, name
-        assert 20.0 * float(stiff.sel(restitution=0.6).max()) < float(
-            soft.sel(restitution=0.6).max()
-        ), name
 
 
 @pytest.mark.exhaustive

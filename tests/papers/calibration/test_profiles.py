@@ -126,25 +126,3 @@ def test_colours_and_dashes_differ(cube: xr.Dataset) -> None:
     assert len({line.get_color() for line in lines}) == 6
     assert len({str(line._dash_pattern) for line in lines}) == 6
     assert_nothing_overlaps(figure)
-
-
-def test_paper_b_below_and_above_resonance() -> None:
-    axes = {
-        "mass_ratio": [0.05, 0.25],
-        "frequency_ratio": [0.6, 0.8, 1.1, 1.5],
-        "damping_ratio": [0.01, 0.02, 0.04],
-        "clearance": [0.02, 0.05, 0.125],
-        "restitution": [0.4, 0.5, 0.6, 0.7, 0.8],
-    }
-    levels = np.random.default_rng(1).integers(0, 3, tuple(map(len, axes.values())))
-    cube = xr.Dataset({"chatter": (tuple(axes), levels)}, axes, {"title": "Made up"})
-    cube.clearance.attrs["units"] = "F0/K"
-    figure = profiles(cube, statements=["B1", "B2", "B3"], preset={"damping_ratio": 0.02})
-    titles = [ax.get_title("left").replace("\n", " ") for ax in figure.axes[::2]]
-    assert sorted(titles) == [
-        "above resonance any chatter",
-        "above resonance complete chatter",
-        "below resonance any chatter",
-        "below resonance complete chatter",
-    ]
-    assert_nothing_overlaps(figure)

@@ -54,53 +54,8 @@ def test_against_exponentials_brackets_and_extrapolation(name):
         assert max(abs(a - b) for a, b in zip(found.final, final, strict=True)) < mpf("1e-56")
 
 
-def test_two_precisions():
-    numbers = (0.1, 0.05, 0.2, 0.25, 0.3, 0.0)
-    few, many = (run(numbers, REST, until=20, dps=dps) for dps in (50, 70))
-    with mp.workdps(80):
-        assert_same(few.events, many.events, "1e-56")
-        assert max(abs(a - b) for a, b in zip(few.final, many.final, strict=True)) < 1e-56
-    # The tail is closed later the more digits are asked for, not by a fixed floor.
-    assert len(many.events) > len(few.events) + 3
-
-
 def of_kind(events: list[Event], kind: str) -> list[Event]:
     return [event for event in events if event.kind == kind]
-
-
-def two_impact_orbit() -> tuple[tuple, tuple, mpf, mpf, mpf]:
-    """The closed form with two impacts per cycle, in all digits: model, start, V, x0, speed.
-
-    mu = zeta = .1, omega = 1, r = .5, d = 5.5; the start is just after the right-wall impact.
-    """
-    mu = zeta = mpf("0.1")
-    omega, r, d = mpf(1), mpf("0.5"), mpf("5.5")
-    half = mp.expm(mp.matrix([[0, 1], [-1, -2 * zeta]]) * mp.pi / omega)
-    p, q = mp.lu_solve(half + mp.eye(2), mp.matrix([0, 1]))
-    amplitude = 1 / mp.sqrt((1 - omega**2) ** 2 + (2 * zeta * omega) ** 2)
-    s = mp.pi / (2 * omega) - 2 * mu * p
-    c = ((2 * mu * r - 1 + r) / (1 + r) - 2 * mu * q) / omega
-    a, b = s**2 + c**2, -2 * s * d
-    speed = (-b + mp.sqrt(b**2 - 4 * a * (d**2 - amplitude**2))) / (2 * a)
-    x = mp.pi * speed / (2 * omega) - d
-    before = -speed * (1 - r + 2 * mu) / (1 + r)
-    after = speed * (2 * mu * r - 1 + r) / (1 + r)
-    phase = mp.atan2(s * speed - d, c * speed) + mp.atan2(2 * zeta * omega, 1 - omega**2)
-    return (mu, zeta, omega, d, r, phase), (x, after, x + d, -speed), speed, x, speed - before
-
-
-def test_two_impacts_per_cycle_in_all_digits():
-    with mp.workdps(66):
-        numbers, state, speed, x0, approach = two_impact_orbit()
-        assert abs(speed - mpf("4.594001326355")) < 5.1e-13
-        assert abs(x0 - mpf("1.716240408729")) < 5.1e-13
-        assert abs(approach - mpf("6.737868611987")) < 5.1e-13
-        found = run(numbers, state, until=6 * mp.pi + mpf("0.1"))
-        assert [event.side for event in found.events] == [-1, 1, -1, 1, -1, 1]
-        for number, event in enumerate(found.events, start=1):
-            assert abs(event.time - number * mp.pi) < mpf("1e-58")
-            assert abs(event.approach_speed - approach) < mpf("1e-58")
-            assert abs(event.x - event.side * x0) < mpf("1e-58")
 
 
 @settings(deadline=None, max_examples=3)

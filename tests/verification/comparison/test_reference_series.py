@@ -6,10 +6,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from damper.verification.comparison.reference_series import (
-    expand,
     first_root,
-    horner,
-    term_count,
 )
 
 
@@ -56,14 +53,6 @@ def test_a_multiple_root_is_reached(roots: list[float]) -> None:
             assert abs(found - min(roots)) < mpf("1e-9")
 
 
-def test_expand_about_another_point() -> None:
-    with mp.workdps(50):
-        q = polynomial([mpf(1), mpf(2), mpf("0.5")], mpf(3))
-        local = expand(q, mpf("0.25"))
-        for tau in ("0", "0.1", "-2"):
-            assert abs(horner(local, mpf(tau))[0] - horner(q, mpf(tau) + mpf("0.25"))[0]) < 1e-45
-
-
 @pytest.mark.parametrize("gap", ["1e-22"])
 def test_two_roots_close_together(gap):
     """A dip below zero that no grid would see, and a near miss."""
@@ -81,14 +70,3 @@ def test_root_relative_to_itself():
         root = mpf("1e-40") / 3
         found = first_root(polynomial([root, mpf(2)], mpf(1)), mpf(1), absolute=False)
         assert abs(found / root - 1) < mpf("1e-46")
-
-
-@pytest.mark.parametrize("reach", [0.01, 5])
-def test_term_count_is_enough_for_the_exponential(reach):
-    with mp.workdps(60):
-        count = term_count(mpf(reach))
-        last = +mp.eps
-    with mp.workdps(90):
-        series = sum(mpf(reach) ** n / mp.factorial(n) for n in range(count))
-        assert abs(series - mp.exp(reach)) < last
-        assert count < 120
