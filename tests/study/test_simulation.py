@@ -10,6 +10,7 @@ import pytest
 
 import damper
 from damper import State, simulate
+from damper.engine.compiled import plain
 from damper.parameters.quantities import ALL
 from damper.sweep.runs import run_points
 
@@ -88,13 +89,14 @@ def test_settings_reach_the_engine() -> None:
 
 
 def test_defaults_are_those_described() -> None:
-    cube = simulate(**POINT)
+    # To compile it takes longer than these runs.
+    cube = plain(simulate)(**POINT)
     assert cube.attrs["transient_periods"] == 200
     assert cube.attrs["recorded_periods"] == 50
     assert cube.attrs["accuracy"] == 1e-12
     assert cube.attrs["max_events"] == 1_000_000
     assert {"displacement", "impacts_per_period", "chatter"} <= set(cube.data_vars)
-    explicit = simulate(
+    explicit = plain(simulate)(
         **POINT,
         phase=0.0,
         transient=200,

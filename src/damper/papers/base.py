@@ -108,6 +108,11 @@ class Tolerances:
     duration: float = 1.0
     ratio: float = 0.1
 
+    @property
+    def doubled(self) -> Tolerances:
+        """Twice each of them."""
+        return Tolerances(2.0 * self.onset, 2.0 * self.duration, 2.0 * self.ratio)
+
 
 @dataclass(frozen=True)
 class Scored:

@@ -60,7 +60,7 @@ def with_table(study: dict[str, Any], table: dict[str, Any], **changes: Any) -> 
 
 @pytest.mark.parametrize("kind", ["ranking", "profiles"])
 def test_accepted(tmp_path: Path, kind: str) -> None:
-    entry = ALSO | {"kind": kind, "preset": {"clearance": 0.03}, "ratio_tolerance": 0.2}
+    entry = ALSO | {"kind": kind, "preset": {"clearance": 0.03}}
     section = "tables" if kind == "ranking" else "figures"
     found = loaded(tmp_path, chatter={**BURSTS, section: {"one": entry}}, diagram=CLEARANCE)
     product = getattr(found.studies["chatter"], section)["one"]

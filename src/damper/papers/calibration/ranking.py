@@ -64,17 +64,6 @@ class Ranking:
         return int((joined > best).sum()) + 1, best
 
 
-def ranked(cube: xr.Dataset, settings: Mapping[str, Any]) -> Ranking:
-    """Rank the sets of a cube as the settings of a ranking or of profiles ask for.
-
-    These are `statements`; `also` with the cubes of the studies it names; the tolerances.
-    """
-    tolerances = Tolerances(
-        settings["onset_tolerance"], settings["duration_tolerance"], settings["ratio_tolerance"]
-    )
-    return rank(cube, settings["statements"], settings.get("also"), tolerances)
-
-
 def holding(found: Ranking) -> xr.DataArray:
     """Tell in which sets every statement holds."""
     names = [name for name in found.scores if name != JOINED]

@@ -9,8 +9,7 @@ from pydantic import Field
 
 from damper.papers.statements import SCORES
 from damper.parameters.quantities import ALL
-from damper.parameters.variables import TIME
-from damper.study.fields import Entries, Some, Text, Unit, one_of
+from damper.study.fields import Entries, Some, Text, one_of
 from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
@@ -23,7 +22,7 @@ from damper.study.yaml_file import as_part
 
 
 class Scores(Product):
-    """What a table or figure of a calibration scores, and how strictly."""
+    """What a table or figure of a calibration scores."""
 
     statements: Annotated[
         Some[Annotated[str, one_of(SCORES)]],
@@ -40,20 +39,6 @@ class Scores(Product):
             "take their best values."
         ),
     ] = None
-    onset_tolerance: Annotated[
-        float,
-        Unit(TIME),
-        Field(gt=0, description="Deviation of an onset that halves the score."),
-    ] = 1.0
-    duration_tolerance: Annotated[
-        float,
-        Unit(TIME),
-        Field(gt=0, description="Deviation of a duration that halves the score."),
-    ] = 1.0
-    ratio_tolerance: Annotated[
-        float,
-        Field(gt=0, description="Deviation from 1 of a ratio of durations that halves the score."),
-    ] = 0.1
     preset: Annotated[
         Place | None,
         Field(

@@ -22,7 +22,7 @@ from damper.figures.common.style import (
     SYMBOLS,
     VERMILION,
 )
-from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, ranked
+from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, rank
 from damper.papers.calibration.settings import Scores
 from damper.study.products import Caption
 
@@ -68,9 +68,6 @@ def draw(
     *,
     statements: Sequence[str],
     also: Mapping[str, xr.Dataset] | None = None,
-    onset_tolerance: float = 1.0,
-    duration_tolerance: float = 1.0,
-    ratio_tolerance: float = 0.1,
     preset: Mapping[str, float] | None = None,
     caption: str | None = None,
 ) -> Figure:
@@ -80,14 +77,7 @@ def draw(
     """
     from matplotlib.figure import Figure
 
-    settings = {
-        "statements": statements,
-        "also": also,
-        "onset_tolerance": onset_tolerance,
-        "duration_tolerance": duration_tolerance,
-        "ratio_tolerance": ratio_tolerance,
-    }
-    found = ranked(cube, settings)
+    found = rank(cube, statements, also)
     joined = found.scores[JOINED]
     along = [str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
     split = [str(dim) for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, ranked
+from damper.papers.base import Tolerances
+from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, rank
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
 from damper.tables import Table
@@ -35,7 +36,8 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     """Rank the sets of parameters; see `damper.tables.make`."""
     import pandas as pd
 
-    found, preset = ranked(cube, settings), settings.get("preset")
+    statements, also = settings["statements"], settings.get("also")
+    found, preset = rank(cube, statements, also), settings.get("preset")
     scored = (
         "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
         "statements are those of the papers in our words; how each is scored is ours "
@@ -44,12 +46,11 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     together = f"Together: all hold in {_of(int(holding(found).sum()), found.sets)}"
     doubled = None
     if any(SCORES[name].tolerant for name in found.own):
-        tolerances = {key: 2.0 * settings[key] for key in settings if key.endswith("_tolerance")}
-        doubled = ranked(cube, {**settings, **tolerances})
+        usual = Tolerances()
+        doubled = rank(cube, statements, also, usual.doubled)
         scored += (
-            f" Tolerances: onset {settings['onset_tolerance']:g} sqrt(M/K), duration "
-            f"{settings['duration_tolerance']:g} sqrt(M/K), ratio of durations "
-            f"{settings['ratio_tolerance']:g}."
+            f" Tolerances: onset {usual.onset:g} sqrt(M/K), duration {usual.duration:g} sqrt(M/K), "
+            f"ratio of durations {usual.ratio:g}."
         )
         count = int(holding(doubled).sum())
         together += f"; with all tolerances doubled in {_of(count, doubled.sets)}"
