@@ -35,20 +35,11 @@ class Amplitudes(NamedTuple):
 
 
 def amplitudes(place: xr.Dataset) -> Amplitudes:
-    """Amplitudes of both masses in every complete cycle of a sampled trajectory.
+    """Amplitudes of both masses in every complete cycle of one point's sampled trajectory.
 
     The primary's amplitude is that of its energy, sqrt(x^2 + x'^2) in units of the dimensionless
     model, with the mean of its kinetic energies just before and just after the impact. It is the
     peak displacement of a free vibration, and that of a forced one near resonance.
-
-    Parameters
-    ----------
-    place : xarray.Dataset
-        One point of a cube with the variables of the observer `trajectory`.
-
-    Returns
-    -------
-    Amplitudes
     """
     parameters, units = damper_at(place)
     event = place.trajectory_event.values

@@ -20,17 +20,8 @@ if TYPE_CHECKING:
 def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:
     """Dimensionless parameters, and sizes of the units, of one place of a cube.
 
-    Parameters
-    ----------
-    place : xarray.Dataset
-        Scalar coordinates give the parameters, in either system of units.
-    **values : float
-        Parameters along the dimensions that `place` still has.
-
-    Raises
-    ------
-    TypeError
-        When a parameter is missing.
+    Scalar coordinates give the parameters, in either system of units; `values` those along
+    dimensions that the place still has. TypeError when one is missing.
     """
     point = read_point(_scalars(place) | values)
     return point.parameters, point.units
@@ -51,21 +42,10 @@ def reduced_gap(parameters: Parameters) -> float:
 def admissible_orbits(
     place: xr.Dataset, along: str, values: Iterable[float]
 ) -> list[tuple[list[Orbit | None], Units]]:
-    """Motions with two impacts per period at every value of one axis.
+    """Motions with two impacts per period at every value of one axis, which `place` is without.
 
-    Parameters
-    ----------
-    place : xarray.Dataset
-        As for `damper_at`, without the axis `along`.
-    along : str
-        Axis of a parameter, or any other one, which changes nothing.
-    values : iterable of float
-
-    Returns
-    -------
-    list of (orbits, units)
-        At every value the fast and the slow motion, None where there is none whose free mass
-        stays between the walls, and the sizes of the units.
+    At every value the fast and the slow motion, None where there is none whose free mass stays
+    between the walls, and the sizes of the units. An axis that is no parameter changes nothing.
     """
     scalars = _scalars(place)
     varies = along in PARAMETER_NAMES or along in SI_NAMES
@@ -80,13 +60,7 @@ def admissible_orbits(
 
 
 def section_point(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> tuple[float, float]:
-    """Displacement and velocity of a motion on a section, as its observer would record them.
-
-    Raises
-    ------
-    ValueError
-        When there is not one section.
-    """
+    """Displacement and velocity of a motion on a section, as its observer would record them."""
     if set(section) == {"stroboscopic_section"}:
         return orbit.stroboscopic(section["stroboscopic_section"].get("at", 0.0))
     if set(section) == {"impact_section"}:

@@ -148,16 +148,7 @@ class Errors:
 def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     """Collect the errors of one prediction from a cube, over all of its other dimensions.
 
-    Parameters
-    ----------
-    piece : xarray.Dataset
-        A cube, or the part of one that is to be looked at.
-    quantity : {"time", "displacement"}
-    order : {"first", "second"}
-
-    Returns
-    -------
-    Errors
+    The quantity is "time" or "displacement", the order "first" or "second".
     """
     speed = _rows(piece.rebound_speed)
     left = _rows(piece[f"remaining_{quantity}"])

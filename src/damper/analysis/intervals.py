@@ -162,11 +162,8 @@ def _percent(fraction: float) -> str:
 def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
     """Lowest and highest value with chatter of `chatter_intervals`, narrow intervals left out.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row for each place, threshold and predicate with such an interval; columns as there,
-        without the flags.
+    One row for each place, threshold and predicate with such an interval; columns as there, without
+    the flags.
     """
     lower, upper = f"{along}_lower", f"{along}_upper"
     wide = found[~found["narrow"]]
@@ -177,12 +174,9 @@ def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
 def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataFrame:
     """How far the hulls of `chatter_intervals` move from one visibility threshold to another.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row for each place and predicate with chatter at the threshold `low`: its place,
-        ``chatter``, ``lower`` and ``upper``, the moves of the edges in units of the axis, NaN where
-        there is no chatter at `high`.
+    One row for each place and predicate with chatter at the threshold `low`: its place,
+    ``chatter``, ``lower`` and ``upper``, the moves of the edges in units of the axis, NaN where
+    there is no chatter at `high`.
     """
     spans = hulls(found, along)
     before, after = (
@@ -197,18 +191,10 @@ def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataF
 
 
 class ChatterAt:
-    """Chatter of single runs for every threshold at once, each value simulated once.
+    """Chatter of single runs for every threshold at once, each value of `along` simulated once.
 
-    Parameters
-    ----------
-    along : str
-        Name of the parameter that varies.
-    fixed : mapping
-        All other parameters.
-    thresholds : sequence
-        Visibility thresholds as the bursts observer takes them; after the first one, fractions.
-    run : mapping
-        Other arguments of `damper.sweep.runs.run_points`.
+    All other parameters are `fixed`. Thresholds are as the bursts observer takes them; after the
+    first one, fractions. `run` has the other arguments of `damper.sweep.runs.run_points`.
     """
 
     def __init__(
@@ -243,27 +229,12 @@ def intervals(
     chatter_at: Callable[[float], int],
     resolution: float,
 ) -> Iterator[tuple[float, float, bool, bool]]:
-    """Find the intervals of a predicate on a grid and bisect their edges.
+    """Find the intervals of a predicate on chatter over a rising grid, and bisect their edges.
 
-    Parameters
-    ----------
-    values : sequence of float
-        The grid, in increasing order.
-    chatter : sequence of int
-        Chatter on the grid.
-    holds : callable
-        The predicate on chatter.
-    chatter_at : callable
-        Chatter at any value between grid values.
-    resolution : float
-        Largest distance from an edge to a value at which the predicate was seen to fail.
-
-    Yields
-    ------
-    lower, upper : float
-        Outermost values at which the predicate was seen to hold.
-    narrow, cut : bool
-        Narrower than two grid steps; reaching the end of the grid.
+    `chatter_at` gives the chatter between grid values; `resolution` is the largest distance from an
+    edge to a value at which the predicate was seen to fail. Yields lower and upper, the outermost
+    values at which it was seen to hold, and whether the interval is narrower than two grid steps,
+    and whether it reaches the end of the grid.
     """
 
     def holds_at(value: float) -> bool:

@@ -25,22 +25,13 @@ def follow_orbits(
 ) -> xr.Dataset:
     """Follow periodic motions along an axis, at each place of the other axes.
 
-    Parameters
-    ----------
-    entries : mapping
-        Name of the motion -> `along`, the axis; `start`, the value at which a run from rest that
-        has settled shows it; `period`; `settle`, periods of that run; `max_orbits`.
-    fixed, axes : mapping
-        Values of the study's quantities.
-    at : float, default 0
-        Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
+    `entries` gives for each motion `along`, the axis; `start`, the value at which a run from rest
+    that has settled shows it; `period`; `settle`, periods of that run; `max_orbits`. `displacement`
+    and `velocity` are those at a part `at` of the forcing period.
 
-    Returns
-    -------
-    xarray.Dataset
-        Along `orbit` and `point`, all orbits and special points, with the number of their branch;
-        along `branch`, its name, the values of the other axes, and why it ends. Along `turn`, the
-        forcing periods of an orbit.
+    Along `orbit` and `point` lie all orbits and special points, with the number of their branch;
+    along `branch`, its name, the values of the other axes, and why it ends; along `turn`, the
+    forcing periods of an orbit.
     """
     import xarray as xr
 

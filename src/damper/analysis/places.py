@@ -43,15 +43,7 @@ def need_cube(cube: Any) -> None:
 
 
 def need_axes(cube: xr.Dataset, *names: str) -> None:
-    """Check that a cube has axes of these names.
-
-    Raises
-    ------
-    TypeError
-        When it is no cube.
-    ValueError
-        When it has not; with those that it has.
-    """
+    """Raise ValueError unless a cube has axes of these names; TypeError when it is no cube."""
     need_cube(cube)
     for name in names:
         if name not in cube.dims:
@@ -59,15 +51,7 @@ def need_axes(cube: xr.Dataset, *names: str) -> None:
 
 
 def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:
-    """Check that a cube has the variables of an observer.
-
-    Raises
-    ------
-    TypeError
-        When it is no cube.
-    ValueError
-        When it lacks one.
-    """
+    """Raise ValueError unless a cube has the variables of an observer; TypeError for no cube."""
     need_cube(cube)
     for name in names:
         if name not in cube:

@@ -15,26 +15,11 @@ def opened(
     settings: dict[str, Any] | None = None,
     beside: Sequence[Path | str] = (),
 ) -> Iterator[list[Any]]:
-    """Open the results that a figure or table shows, and those of other studies beside them.
+    """Open the results, netCDF or JSON, that a figure or table shows, and cubes beside them.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        netCDF files, or JSON; none for a schematic.
-    settings : dict, optional
-        The figure's or table's; in `also`, the name of each study gives way to its cube.
-    beside : sequence of Path
-        The files of those cubes, in that order.
-
-    Yields
-    ------
-    list of xarray.Dataset or dict
-        One for each of `paths`.
-
-    Raises
-    ------
-    SystemExit
-        Names a file that is damaged. It is removed, so that the workflow makes it anew.
+    In the `also` of its settings the name of each study gives way to its cube, the files `beside`
+    in that order. SystemExit names a file that is damaged; it is removed, so that the workflow
+    makes it anew.
     """
     with ExitStack() as stack:
         try:

@@ -78,21 +78,12 @@ def section_points(cube: xr.Dataset) -> xr.DataArray:
 
 
 def period_of(points: np.ndarray, same: float = SAME) -> int:
-    """Period of one section, as `section_period` finds it.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, m)
-        Points in the order in which they were taken.
-    same : float, default 1e-6
-        As there.
+    """Period of one section, points (n, m) in the order of their moments, as `section_period`.
 
     Examples
     --------
     >>> period_of(np.array([[1.0, 0.0], [2.0, 0.0]] * 4))
     2
-    >>> period_of(np.array([[1.0], [2.0], [3.0], [4.0]]))
-    0
     """
     if not np.isfinite(points).all():
         return 0

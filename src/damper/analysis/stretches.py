@@ -63,13 +63,8 @@ class Burst(NamedTuple):
 def listed_bursts(place: xr.Dataset) -> list[Burst]:
     """Return the listed bursts of one run, in order.
 
-    A burst that was under way when the record began is not listed, nor is one that the record's
-    end cuts: let a sampled stretch begin a period or two into the record, and end before it.
-
-    Parameters
-    ----------
-    place : xarray.Dataset
-        One run, with `BURST_VARIABLES` over the dimension ``burst``.
+    A burst that was under way when the record began is not listed, nor is one that the record's end
+    cuts: let a sampled stretch begin a period or two into the record, and end before it.
     """
     columns = [place[name].values for name in BURST_VARIABLES]
     return [
@@ -80,26 +75,13 @@ def listed_bursts(place: xr.Dataset) -> list[Burst]:
 
 
 def listed_until(place: xr.Dataset) -> float:
-    """Return the time up to which all bursts are listed: infinite unless the list is full.
-
-    Parameters
-    ----------
-    place : xarray.Dataset
-        As for `listed_bursts`.
-    """
+    """Return the time up to which all bursts are listed: infinite unless the list is full."""
     last = float(place.burst_onset.values[-1] + place.burst_duration.values[-1])
     return math.inf if math.isnan(last) else last
 
 
 def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:
-    """Return start and end of every stretch in which the masses stick.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Of the trajectory's rows, in any unit.
-    mode : ndarray, shape (n,)
-        `trajectory_mode` of these rows.
+    """Return start and end of every stretch in which the masses stick, from a trajectory's rows.
 
     Examples
     --------
@@ -127,17 +109,8 @@ def half_gap(place: xr.Dataset) -> float:
 def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
     """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        In forcing periods, NaN in unused rows, which come last.
-    start, stop : float
-        In forcing periods; to the last row without `stop`.
-
-    Raises
-    ------
-    ValueError
-        When the rows end before `start`.
+    Times are in forcing periods, NaN in unused rows, which come last; ValueError when the rows end
+    before `start`.
     """
     time = time[np.isfinite(time)]
     if not time.size or time[-1] <= start:

@@ -53,13 +53,7 @@ def check_quantity(name: str, value: float) -> float:
 
 
 def is_si(names: Iterable[str]) -> bool:
-    """Whether these names give a damper in SI units; ValueError where they mix both systems.
-
-    Examples
-    --------
-    >>> is_si(["stiffness", "restitution"]), is_si(["clearance", "restitution"])
-    (True, False)
-    """
+    """Whether these names give a damper in SI units; ValueError where they mix both systems."""
     names = list(names)
     si = [name for name in names if name in SI_ONLY]
     ratios = [name for name in names if name in DIMENSIONLESS_ONLY]

@@ -23,11 +23,6 @@ def fingerprint(settings: Any) -> str:
     """Digest of the settings of a job, 16 hexadecimal digits; TypeError for what JSON cannot hold.
 
     Order counts: that of axes is the order of a cube's dimensions.
-
-    Examples
-    --------
-    >>> fingerprint({"clearance": 0.05}) == fingerprint({"clearance": 0.06})
-    False
     """
     return sha256(json.dumps(settings).encode()).hexdigest()[:16]
 

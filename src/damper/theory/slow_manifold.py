@@ -1,25 +1,13 @@
 """Slow invariant manifold: amplitude of the walls against that of the free mass, as mu -> 0.
 
-Where the free mass is light, the primary's amplitude changes little from one impact to the next
-while the free mass settles to two impacts per cycle between walls that go as xi d sin(psi). The
-motions of that kind lie on a curve, along which the slow decay or growth of the primary's amplitude
-then moves (Gendelman, J. Sound Vib. 331, 2012, 4599-4608, for the vibro-impact nonlinear energy
-sink; there in other units):
+Where the free mass is light it settles to two impacts per cycle while the primary's amplitude
+slowly moves along (Gendelman, J. Sound Vib. 331, 2012, 4599-4608)
 
     xi^2 = (theta - 1)^2 + rho^2 theta^2,      rho = (2/pi) (1 - r)/(1 + r)
 
 `xi` is the primary's amplitude over the clearance d, `theta` the peak of the free mass's triangle
-wave over d, reached at the impacts. It follows from `damper.theory.two_impacts` with mu = 0.
-
-In between two impacts the phase psi of the walls and the free mass's speed change by an area-
-contracting map with determinant r^2 and trace 2 r - K, K = (pi^2/4) (1 + r)^2 (theta - 1)/theta.
-Its multipliers lie inside the unit circle for -(1 - r)^2 < K < (1 + r)^2, that is
-
-    1/(1 + rho^2) < theta < 1/(1 - 4/pi^2) = 1.681...
-
-Below is the fold, where xi is least: smaller amplitudes hold no such motion, and the branch below
-it is unstable (a saddle). Above, the symmetric motion gives way to an unsymmetric one; that end
-does not depend on the restitution. Derivation: docs/theory.md.
+wave over d, reached at the impacts. It is stable for 1/(1 + rho^2) < theta < 1/(1 - 4/pi^2): below
+is the fold, where xi is least; above, the motion is not symmetric. Derivation: docs/theory.md.
 """
 
 import math
@@ -44,11 +32,6 @@ def amplitude(theta: ArrayLike, restitution: float) -> np.ndarray:
 
     `theta` >= 0 is the peak of the free mass's triangle wave over the clearance. ValueError for
     what is out of range.
-
-    Examples
-    --------
-    >>> float(amplitude(2.0, 1.0))
-    1.0
     """
     theta = _not_negative("theta", theta)
     return np.hypot(theta - 1.0, slope(restitution) * theta)
@@ -77,11 +60,6 @@ def fold(restitution: float) -> ManifoldPoint:
     """Least amplitude of the manifold: below it the free mass falls out of step.
 
     ValueError unless 0 <= restitution <= 1.
-
-    Examples
-    --------
-    >>> fold(1.0)
-    ManifoldPoint(theta=1.0, xi=0.0)
     """
     rho = slope(restitution)
     return ManifoldPoint(1.0 / (1.0 + rho * rho), rho / math.hypot(1.0, rho))

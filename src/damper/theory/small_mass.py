@@ -1,25 +1,18 @@
 """Limit of a vanishing free mass: which restitution lets every burst complete.
 
-A free mass without weight does not move the primary, whose walls then go as A sin(psi) with psi
-the phase of its motion. The free mass leaves the left wall where that wall's acceleration turns,
-at psi = 0, with the wall's speed A, and crosses in a straight line. With lengths in units of A and
-times in phase it meets the right wall at theta, where
-
-    theta - sin(theta) = G = 2 d / A,
-
-with the approach speed 1 - cos(theta), and bounces there while the wall still pushes, sin(psi) > 0.
-If the bounces accumulate before psi = pi, both masses stick until then and the mirror image of it
-all follows; the restitution up to which they do is r_crit(G). Frequency and damping of the primary
-enter through A alone.
+A free mass without weight does not move the primary, whose walls go as A sin(psi). It leaves the
+left wall where that wall's acceleration turns, at psi = 0, and meets the right one at theta, with
+theta - sin(theta) = G = 2 d / A and the approach speed 1 - cos(theta), in units of A and of phase.
+If its bounces accumulate before psi = pi, both masses stick until then and the mirror image of it
+all follows; the restitution up to which they do is r_crit(G).
 
 Times are counted back from pi, as the phase that is *left* of the contact force, so that its end
 keeps its digits. After an impact with rebound speed w the gap is, a time tau later,
 
     g = w tau - 2 sin(left) sin(tau/2)^2 + cos(left) (tau - sin(tau)).
 
-Its second derivative is negative up to pi. So there is one more impact before pi if g < 0 there and
-none otherwise, and Newton's iteration from the right of the root falls on it monotonically: nothing
-is sampled, no impact can be missed. Derivation: docs/theory.md.
+Its second derivative is negative up to pi: Newton's iteration from the right of the one root falls
+on it monotonically, and no impact can be missed. Derivation: docs/theory.md.
 """
 
 import math
@@ -40,11 +33,6 @@ def first_impact(reduced_gap: float) -> float:
 
     G = 2 d / A is the free travel over the amplitude of the walls; ValueError unless 0 <= G <= pi:
     beyond, the wall draws away before the free mass arrives.
-
-    Examples
-    --------
-    >>> first_impact(math.pi / 2 - 1.0)
-    1.5707963267948966
     """
     gap = _checked("reduced_gap", reduced_gap, math.pi, "pi")
     # theta - sin(theta) >= theta^3 / pi^2 on [0, pi]: this lies at or beyond the root, and the
@@ -68,11 +56,6 @@ def completes(reduced_gap: float, restitution: float) -> bool:
     r^n and all flights together last at most 2 q w / (a (1 - r)) while that is below left/2. With a
     >= sin(left)/2 and q <= 2/sin(left), or q <= 2 from the greatest acceleration on, this is the
     test used. ValueError unless 0 <= G <= pi and 0 <= r <= 1.
-
-    Examples
-    --------
-    >>> completes(0.2, 0.591), completes(0.2, 0.592)
-    (True, False)
     """
     return _follow(first_impact(reduced_gap), restitution, _SURE) is not None
 
@@ -95,11 +78,6 @@ def critical_restitution(reduced_gap: ArrayLike) -> np.ndarray:
 
     In the shape of G, bisected to neighbouring doubles. 1 at G = 0, 0 at G = pi, and NaN beyond,
     where such a cycle does not exist. ValueError for a value that is negative or NaN.
-
-    Examples
-    --------
-    >>> critical_restitution([0.05, 0.1, 0.2, 0.5, 1.0]).round(4).tolist()
-    [0.7918, 0.706, 0.5918, 0.3944, 0.2189]
     """
     gaps = np.asarray(reduced_gap, dtype=float)
     if not (gaps >= 0.0).all():

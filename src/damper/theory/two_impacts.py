@@ -1,24 +1,17 @@
 """The symmetric motion with two impacts per forcing period, in closed form.
 
-The classical motion of an impact damper: one impact on each wall per period, the second half of the
-period the mirror image of the first (Masri, J. Acoust. Soc. Am. 47, 1970, 229-237; Bapat and
-Sankar, J. Sound Vib. 99, 1985, 85-94). Just after the impact on the right wall the free mass leaves
-it at the speed V > 0, and half a period h = pi/omega later it arrives on the left one. So
+One impact on each wall per period, the second half of the period the mirror image of the first
+(Masri, J. Acoust. Soc. Am. 47, 1970, 229-237; Bapat and Sankar, J. Sound Vib. 99, 1985, 85-94).
+Just after the impact on the right wall the free mass leaves it at the speed V > 0, and half a
+period h = pi/omega later it arrives on the left one. So
 
     x0  = V h / 2 - d                          half of the path V h is x0 + d
     u-  = -V (1 - r + 2 mu) / (1 + r)          velocity of the primary before the impact
     u+  = u- + 2 mu V                          and after it: momentum is kept
-    approach speed = V - u- = 2 V (1 + mu) / (1 + r)
 
-The primary's exact flow over the half period must take (x0, u+) to (-x0, -u-). It is linear in the
-state and in sine and cosine of the forcing phase: with E the free flow over h and F that of the
-force from rest,
-
-    F (sin phase, cos phase) = -E (x0, u+) - (x0, u-) = F (V alpha + d beta).
-
-The sine and the cosine that this gives must be those of one angle, |V alpha + d beta| = 1: a
-quadratic for V. E and F come from `damper.engine.oscillator`, which keeps their digits in every
-regime, so that undamped resonance and heavy damping are no special cases. Derivation:
+With E the free flow over h and F that of the force from rest, F (sin phase, cos phase) =
+-E (x0, u+) - (x0, u-) = F (V alpha + d beta), and |V alpha + d beta| = 1 is a quadratic for V. E
+and F come from `damper.engine.oscillator`, which keeps their digits in every regime. Derivation:
 docs/theory.md.
 """
 

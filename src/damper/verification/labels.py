@@ -21,13 +21,7 @@ LABELS = {
 
 
 def label_of(name: str) -> str:
-    """Return the words for a name in code, a file or a study.
-
-    Examples
-    --------
-    >>> label_of("impact_section")
-    'impact section'
-    """
+    """Return the words for a name in code, a file or a study."""
     return LABELS.get(name, name.replace("_", " "))
 
 

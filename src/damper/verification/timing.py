@@ -30,13 +30,7 @@ class Spread(NamedTuple):
 
 
 def spread(values: np.ndarray) -> Spread:
-    """Median and quartiles of values, NaN left out.
-
-    Examples
-    --------
-    >>> spread(np.array([4.0, 1.0, 3.0, 2.0, 5.0]))
-    Spread(low=2.0, median=3.0, high=4.0)
-    """
+    """Median and quartiles of values, NaN left out."""
     return Spread(*(float(value) for value in np.nanquantile(values, [0.25, 0.5, 0.75])))
 
 

@@ -11,11 +11,6 @@ def sample_steps(rate: int, start: float, length: float | None, periods: int) ->
 
     `start`, `length` and the record's `periods` are in forcing periods, without a length to the
     record's last whole step; `rate` is in samples per period.
-
-    Examples
-    --------
-    >>> sample_steps(4, 0.5, None, 2)
-    6
     """
     last = math.floor((periods - start) * rate + SLACK)
     steps = last if length is None else round(length * rate)

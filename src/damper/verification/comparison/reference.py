@@ -60,15 +60,6 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, the
     fields of `Reference`, and ``events``, the number of all impacts that were computed, also those
     below `RESOLVED`, and of sticks and releases.
-
-    Examples
-    --------
-    >>> from damper.verification.comparison.scene import read_scene
-    >>> scene = read_scene({"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.2,
-    ...                     "clearance": 0.25, "restitution": 0.6}, 10.0)
-    >>> reference = make_reference(scene)
-    >>> reference["impact_times"][0]
-    '2.1586031892824394676789524498464178830291034500478'
     """
     with mp.workdps(digits + reference_rigid.GUARD_DIGITS):
         start = _start(scene)

@@ -27,13 +27,6 @@ def read_scene(values: Mapping[str, float], until: float) -> Scene:
     """Make a scene of dimensionless parameters by name, and initial quantities that are not zero.
 
     It ends at `until`, above 0. ValueError or TypeError for names and values that are not valid.
-
-    Examples
-    --------
-    >>> scene = read_scene({"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.5,
-    ...                     "clearance": 0.25, "restitution": 0.6, "initial_velocity": 1.0}, 20.0)
-    >>> scene.state
-    State(x=0.0, v=1.0, y=0.0, u=1.0, time=0.0)
     """
     point = read_point(values)
     start = point.start() or State(0.0, 0.0, 0.0, 0.0)

@@ -27,11 +27,6 @@ def start_of(name: str, clearance: float) -> dict[str, float]:
     - ``approaching``: on the right wall, and into it at relative speed 1.
     - ``grazing``: near the right wall, which draws away from it at the acceleration 1 (primary at
       -1, phase 0), and just as fast as to reach it with no relative velocity, s^2 = 2 gap.
-
-    Examples
-    --------
-    >>> start_of("approaching", 0.5)
-    {'initial_position': 1.0, 'initial_relative_velocity': 1.0}
     """
     if name == "centre":
         return {}
@@ -50,13 +45,7 @@ def start_of(name: str, clearance: float) -> dict[str, float]:
 def corners(
     values: Mapping[str, Sequence[float]], starts: Iterable[str] = STARTS
 ) -> list[dict[str, float]]:
-    """Every combination of values and starts; the last parameter varies fastest, after the starts.
-
-    Examples
-    --------
-    >>> len(corners({"clearance": [0.0, 1.0], "restitution": [0.0, 0.5, 1.0]}, ["centre", "wall"]))
-    12
-    """
+    """Every combination of values and starts, the last parameter fastest, after the starts."""
     names = tuple(starts)
     points = (dict(zip(values, corner, strict=True)) for corner in product(*values.values()))
     return [point | start_of(name, point["clearance"]) for point in points for name in names]
@@ -78,18 +67,6 @@ def random_points(
     values, ``share`` is the part of points that have one of the values. Points from `first` on are
     those that a longer list has from there on; of the parts that `part` makes only points of
     `which` are drawn.
-
-    Examples
-    --------
-    >>> box = {
-    ...     "share": 0.5,
-    ...     "parameters": {"mass_ratio": {"range": [1e-3, 1.0], "values": [1.0]}},
-    ...     "models": {"grounded": {"share": 0.5, "parameters": {"phase": {"range": [0, 1]}}}},
-    ... }
-    >>> random_points(3, 1, box)[1:] == random_points(2, 1, box, first=1)
-    True
-    >>> random_points(3, 1, box)[1::2] == random_points(3, 1, box, which=(1, 2))
-    True
     """
     numbers = part(range(first, first + count), *which)
     return [_draw(Random(f"{seed} {number}"), box) for number in numbers]

@@ -88,13 +88,6 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
     """How far each run is off a law, over what is allowed: above 1 the law is broken.
 
     NaN where there is nothing to violate.
-
-    Examples
-    --------
-    >>> excess("clock", np.array([1e-13, 2e-12]), np.array([10, 10]))
-    array([0.1, 2. ])
-    >>> excess("not_finite", np.array([0.0, 1.0]), np.array([10, 10]))
-    array([ 0., inf])
     """
     if name == "not_finite":
         return np.where(values > 0.0, np.inf, values)
