@@ -36,6 +36,16 @@ PAPER_A = {
 }
 
 
+#: The restitution study.
+STUDY = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.3,
+    "clearance": 0.05,
+    "restitution": 0.6,
+}
+
+
 @dataclass
 class Burst:
     """A run of impacts on one wall; times are absolute."""

@@ -129,19 +129,6 @@ def test_first_impacts_by_hand() -> None:
     assert found["first_impact_worst_percent"] == pytest.approx(100 * errors[3] / 0.5)
 
 
-def test_size_of_a_point_is_the_largest_distance_from_it() -> None:
-    """The primary may pass its completion point early in the burst."""
-    cube = made_up()
-    left = cube.remaining_displacement.values.copy()
-    left[:, 0] = 1e-3
-    first = left + 0.1
-    found = one(
-        made_up(remaining_displacement=left, first_order_displacement=first), "displacement"
-    )
-    assert found["first_impact_median_error"] == pytest.approx(0.1)
-    assert found["first_impact_median_percent"] == pytest.approx(100 * 0.1 / (2 * 5 * 0.07))
-
-
 def test_missing_first_predictions_are_counted_not_averaged() -> None:
     second = made_up().second_order_time.values.copy()
     second[1:, 0] = np.nan
@@ -189,24 +176,6 @@ def test_within_agrees_with_a_loop(cube: xr.Dataset) -> None:
         if starts:
             assert found["within_from_median"] == np.median(starts)
             assert found["within_from_worst"] == max(starts)
-
-
-def test_plastic_bursts_are_predicted_exactly() -> None:
-    cube = damper.simulate(
-        mass_ratio=0.1,
-        damping_ratio=0.02,
-        frequency_ratio=1.3,
-        clearance=0.05,
-        restitution=0.0,
-        transient=5,
-        periods=5,
-        observers=["accumulation"],
-    )
-    found = completion_errors(cube)
-    assert (found["bursts"] > 5).all()
-    assert (found["first_impact_predicted"] == found["bursts"]).all()
-    assert (found["first_impact_worst_error"] == 0.0).all()
-    assert found[["first_impact_worst_percent", "slope"]].isna().to_numpy().all()
 
 
 # --- the table

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import PAPER_A, SLOW, Scene, all_bursts, burst_summary
+from plain_bursts import PAPER_A, SLOW, STUDY, Scene, all_bursts, burst_summary
 
 from damper import State
 from damper.sweep.runs import run_points
@@ -20,15 +20,6 @@ SUMMARY = (
     "complete_fraction",
     "sticking_fraction",
 )
-
-#: The restitution study.
-STUDY = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
 
 
 def observed(scene: Scene, **settings: object) -> dict[str, np.ndarray]:

@@ -2,17 +2,10 @@
 
 import numpy as np
 import pytest
-from plain_bursts import Scene
+from plain_bursts import STUDY, Scene
 
 from damper.sweep.runs import run_points
 
-STUDY = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.7,
-}
 SIDE = {"left": -1, "right": 1}
 
 

@@ -4,26 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import Scene, all_bursts, impact_summary
+from plain_bursts import PAPER_A, STUDY, Scene, all_bursts, impact_summary
 
 from damper import State
 from damper.sweep.runs import run_points
 
-STUDY = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
-#: Long bursts, so that many records begin within one.
-LONG = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.2,
-    "clearance": 0.03,
-    "restitution": 0.8,
-}
 NAMES = ("impacts_per_period", "mean_approach_speed", "max_approach_speed")
 
 
@@ -66,7 +51,7 @@ def test_burst_under_way_at_the_start_keeps_its_first_impact() -> None:
     """Visible is what reaches the part of the burst's first speed, seen in the record or not."""
     under_way = 0
     for shift in range(12):
-        run = Scene({**LONG, "phase": 0.25 * shift}, 20, 2)
+        run = Scene({**PAPER_A, "phase": 0.25 * shift}, 20, 2)
         under_way += any(b.onset < run.start < b.times[-1] for b in all_bursts(run.rows()))
         assert_summary(observed(run), impact_summary(run, fraction=0.03))
     assert under_way >= 4

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_bursts import Scene
 
-from damper import Parameters, State, events
-from damper.engine.segment import CAUSE, IMPACT, MODE, PERIODS, TAIL, TIME
+from damper import Parameters, events
+from damper.engine.segment import CAUSE, IMPACT, PERIODS, TIME
 from damper.models import start_run
 from damper.observers.common.base import Window
 from damper.observers.trajectory import SampledTrajectory
@@ -82,20 +82,6 @@ def test_samples_are_those_of_the_stroboscopic_section(
     )
 
 
-def test_other_rates_and_the_default_stretch() -> None:
-    values = parameters("generic")
-    found = observed(values, {"samples_per_period": 7}, transient=1, periods=3)
-    samples = found["event"] == SAMPLE
-    assert samples.sum() == 22
-    np.testing.assert_allclose(
-        found["time"][samples], np.arange(22) * 2 * math.pi / 0.8 / 7, atol=1e-14
-    )
-    later = observed(values, {"samples_per_period": 7, "start": 0.3}, transient=1, periods=3)
-    assert (later["event"] == SAMPLE).sum() == 1 + 18  # whole steps within 2.7 periods
-    exact = observed(values, {"samples_per_period": 1}, transient=1, periods=3)
-    assert (exact["event"] == SAMPLE).sum() == 4
-
-
 def test_samples_stay_sharp_after_a_million_periods() -> None:
     values = {**parameters("generic"), "clearance": 50.0}
     found = observed(values, {"start": 0.5, "length": 1}, transient=1_000_000, periods=2)
@@ -156,30 +142,6 @@ def test_modes_are_those_of_the_segments(name: str) -> None:
     assert (found["mode"] == 1).any() == (name in sticks)
     y, x = found["free_displacement"], found["displacement"]
     assert (np.abs(y - x) <= parameters(name)["clearance"] + 1e-12 * (1 + np.abs(x))).all()
-
-
-def test_samples_in_a_tail_follow_its_bounces() -> None:
-    """A tail closed early holds many samples: at the wall or off it, in flight."""
-    p = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
-    state = State(2.0, 0.1, 2.5, 0.09, time=2.0)
-    trajectory = start_run(p, state, 1e-3)
-    observer = SampledTrajectory(samples_per_period=20_000, length=0.01)
-    observer.allocate(1, 1)
-    observer.begin(0, trajectory, Window(*trajectory.start, 1))
-    tails = 0
-    for log in trajectory.segments(1, trajectory.start[1]):
-        observer.observe(log)
-        tails += int((log[:, MODE] == TAIL).sum())
-    observer.finish(True)
-    assert tails >= 1
-    found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
-    stick = np.flatnonzero(found["event"] == STICK)[0]
-    gaps = 0.5 - (found["free_displacement"] - found["displacement"])[:stick]
-    assert stick > 20
-    assert (found["mode"][:stick] == 0).all()
-    assert gaps.max() > 1e-5
-    last = gaps[-5:]
-    assert last.max() < 1e-6
 
 
 @settings(max_examples=30)
@@ -253,15 +215,6 @@ def test_events_that_do_not_fit_are_counted() -> None:
 def test_a_stretch_beyond_the_record_is_refused(setting: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         observed(parameters("generic"), setting, transient=0, periods=3)
-
-
-@pytest.mark.parametrize(
-    "setting", [{"length": 3}, {"start": 2.99, "length": 0.01}, {"start": 1 + 5e-12, "length": 2}]
-)
-def test_a_stretch_may_end_with_the_record(setting: dict) -> None:
-    found = observed(parameters("generic"), setting, transient=0, periods=3)
-    samples = (found["event"] == SAMPLE).sum()
-    assert samples == round(100 * setting["length"]) + 1
 
 
 def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:

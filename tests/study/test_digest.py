@@ -65,12 +65,8 @@ CONCERNS = {
             "sweep/slices.py",
             "sweep/runs.py",
             "engine/trajectory.py",
-            "engine/search.py",
             "engine/oscillator.py",
             "parameters/dampers.py",
-            "engine/compiled.py",
-            "parameters/variables.py",
-            "observers/common/base.py",
             "observers/__init__.py",
         ],
         [
@@ -84,35 +80,6 @@ CONCERNS = {
             "sweep/events.py",
             "study/simulation.py",
             *(f"observers/{name}.py" for name in OBSERVERS),
-        ],
-    ),
-    "figure.py": (
-        ["figures/__init__.py", "figures/common/style.py", "parameters/quantities.py"],
-        [
-            "engine/trajectory.py",
-            "engine/oscillator.py",
-            "engine/search.py",
-            "sweep/runs.py",
-            "sweep/cube.py",
-            "tables/__init__.py",
-        ],
-    ),
-    "table.py": (
-        [
-            "tables/__init__.py",
-            "tables/intervals.py",
-            "analysis/intervals.py",
-            "sweep/runs.py",
-            "engine/trajectory.py",
-            "engine/search.py",
-            "engine/oscillator.py",
-        ],
-        [
-            "tables/performance.py",
-            "sweep/cube.py",
-            "study/config.py",
-            "figures/bifurcation.py",
-            "study/simulation.py",
         ],
     ),
 }

@@ -67,52 +67,6 @@ def blame(folder: Path, figure: dict[str, Any], **changes: Any) -> str:
 
 # What is accepted.
 
-ACCEPTED = [
-    MAP | {"panels": "mass_ratio", "best": "max", "caption": "c"},
-    MAP | {"each": "mass_ratio"},
-    MAP | {"at": {"mass_ratio": 0.2}, "variable": "status"},
-    MAP | {"at": {"mass_ratio": "2e-1", "restitution": 0.5}},
-    CURVES | {"lines": "mass_ratio", "best": "clearance", "log": True},
-    CURVES | {"variables": ["rms_ratio", "chatter"], "lines": "clearance", "each": "mass_ratio"},
-    BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}},
-    BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}, "theory": "two_impacts"},
-    {
-        "kind": "slow_manifold",
-        "panels": "mass_ratio",
-        "at": {"frequency_ratio": 0.9, "clearance": 1.5},
-    },
-    TRAJECTORY | {"start": 1, "stop": 2.5},
-    MARKED | {"mark_label": "m", "variables": ["displacement"]},
-    FREE_MASS | {"near": 332, "stop": 500},
-    {"kind": "free_mass", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
-    {"kind": "schematic", "drawing": "impact_damper"},
-    {"kind": "schematic", "drawing": "collision_system", "caption": "c"},
-    {"kind": "trajectory", "each": "mass_ratio", "at": {"frequency_ratio": 1, "clearance": 2}},
-    ACCUMULATION | {"rows": "mass_ratio", "each": "clearance", "caption": "c"},
-    ACCUMULATION | {"each": "clearance", "at": {"mass_ratio": 0.1, "frequency_ratio": 1}},
-    HISTORIES | {"start": 1, "stop": 2.5, "caption": "c"},
-    {
-        "kind": "histories",
-        "panels": "clearance",
-        "each": "mass_ratio",
-        "at": {"frequency_ratio": 1},
-    },
-    PORTRAIT | {"caption": "c"},
-    {"kind": "phase_portrait", "at": POINT},
-]
-
-
-@pytest.mark.parametrize("figure", ACCEPTED, ids=lambda figure: figure["kind"])
-def test_accepted(tmp_path: Path, figure: dict[str, Any]) -> None:
-    study = load(tmp_path, figure)
-    again = tmp_path / "again.yaml"
-    again.write_text(study.to_yaml())
-    assert load_study(again).figures == study.figures
-    given = study.figures["one"].model_dump(exclude_none=True)
-    assert (
-        given.items() >= {k: v for k, v in figure.items() if k in ("x", "along", "caption")}.items()
-    )
-
 
 @pytest.mark.parametrize("figure", [MAP, CURVES | {"lines": "clearance"}])
 def test_a_file_for_each_value(tmp_path: Path, figure: dict[str, Any]) -> None:
@@ -290,18 +244,8 @@ def test_refused(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("figure", "observer", "words"),
     [
-        (
-            BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 1}},
-            "section",
-            "needs a section",
-        ),
         (TRAJECTORY, "trajectory", "needs trajectory among the observers"),
-        (HISTORIES, "trajectory", "needs trajectory among the observers"),
-        (HISTORIES, "bursts", "needs bursts among the observers"),
-        (PORTRAIT, "trajectory", "needs trajectory among the observers"),
         (PORTRAIT, "section", "needs a section among the observers"),
-        (FREE_MASS, "trajectory", "needs trajectory among the observers"),
-        (FREE_MASS, "bursts", "needs bursts among the observers"),
         (MARKED | {"mark_label": "m"}, "bursts", "needs bursts among the observers, to compare"),
         (MAP | {"each": "mass_ratio"}, "bursts", "written by the observer bursts"),
         (
@@ -408,12 +352,6 @@ def test_known_values_of_branches(
     assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
 
 
-def test_an_axis_in_error_is_told_once() -> None:
-    offer = Offer({"frequency_ratio": None, "clearance": (1.0, 2.0)}, {"bursts": {}})
-    assert told(MAP | {"best": "min"}, offer) == []
-    assert told(MAP | {"panels": "mass_ratio"}, offer)[0][1]["message"].startswith("unknown axis")
-
-
 # In step with the rest.
 
 
@@ -489,14 +427,6 @@ def test_convergence_names_what_is_wrong(
     assert words in blame(tmp_path, figure, **contact())
 
 
-def test_convergence_needs_a_single_point_beside_the_contact(tmp_path: Path) -> None:
-    parts = contact()
-    parts["axes"] = parts["axes"] | {"clearance": {"values": [1, 2]}}
-    del parts["parameters"]["clearance"]
-    figure = CONVERGENCE | {"at": {"clearance": 1}}
-    assert "is not of the contact" in blame(tmp_path, figure, **parts)
-
-
 @pytest.mark.parametrize("section", ["figures", "tables"])
 def test_convergence_of_a_record_needs_records(tmp_path: Path, section: str) -> None:
     parts = contact(observers={"response": None, "stroboscopic_section": None, "bursts": None})
@@ -507,12 +437,6 @@ def test_convergence_of_a_record_needs_records(tmp_path: Path, section: str) -> 
     assert f"{section}.one\n    shows bursts one by one" in message
     assert message.count("one by one") == 1
     load(tmp_path, without, **parts | {"tables": {"one": without}})
-
-
-def test_convergence_of_a_record_needs_its_observer(tmp_path: Path) -> None:
-    parts = contact(observers={"response": None})
-    figure = CONVERGENCE | {"variables": ["burst_onset"]}
-    assert "needs bursts" in blame(tmp_path, figure, **parts)
 
 
 @pytest.mark.parametrize(
