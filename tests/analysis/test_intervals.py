@@ -12,12 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from damper import simulate
-from damper.analysis.intervals import (
-    PREDICATES,
-    ChatterAt,
-    chatter_intervals,
-    intervals,
-)
+from damper.analysis.intervals import PREDICATES, ChatterAt, chatter_intervals, intervals
 from damper.analysis.places import rows_at
 from damper.sweep.runs import run_points
 

@@ -249,10 +249,7 @@ def test_loss_of_an_impact_and_the_state_after_it_are_those_of_the_restitution()
 
 
 def test_trajectory_and_bursts() -> None:
-    ask = {
-        "bursts": {"records": 3},
-        "trajectory": {"samples_per_period": 50, "events": 50},
-    }
+    ask = {"bursts": {"records": 3}, "trajectory": {"samples_per_period": 50, "events": 50}}
     point = dict(zip(NAMES, QUIET, strict=True)) | {"contact_stiffness_ratio": 1e6}
     found = simulate(**point, transient=0, periods=1, observers=ask)
     p = compliant(QUIET, 1e6, 0)

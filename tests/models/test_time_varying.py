@@ -16,16 +16,7 @@ from tails import tail
 
 from damper import Parameters, State, events
 from damper.engine.model import mass_ratio_at
-from damper.engine.segment import (
-    CAUSE,
-    DURATION,
-    IMPACT,
-    PERIODS,
-    RELEASE,
-    SPEED,
-    TIME,
-    V,
-)
+from damper.engine.segment import CAUSE, DURATION, IMPACT, PERIODS, RELEASE, SPEED, TIME, V
 from damper.models import model_of, start_run
 from damper.models.time_varying.motion import DEGREE, _first_loss, mass_law, modulation
 from damper.verification.comparison.reference_rigid import Hit

@@ -114,11 +114,7 @@ def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution()
     first = found[slow + 1]
     side, rebound = first["side"], 0.6 * first["approach_speed"]
     state = State(
-        first["x"],
-        first["v"],
-        first["x"] + side * 0.3,
-        first["v"] - side * rebound,
-        first["time"],
+        first["x"], first["v"], first["x"] + side * 0.3, first["v"] - side * rebound, first["time"]
     )
     until = found[stick]["time"] + 0.01
     same = events(Parameters(**scene), state, until=until)

@@ -138,8 +138,7 @@ def linear(values, state: State, transient: int, periods: int, inertia: float = 
         for a, b in itertools.pairwise(times[max(best - 1, 0) : best + 2]):
             if at(a, speeds) * at(b, speeds) < 0:
                 peak = max(
-                    peak,
-                    abs(at(mp.findroot(lambda t: at(t, speeds), (a, b), solver="anderson"))),
+                    peak, abs(at(mp.findroot(lambda t: at(t, speeds), (a, b), solver="anderson")))
                 )
         return {
             "rms_displacement": float(mp.sqrt(integral(weights, weights) / (high - low))),

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from damper.verification.comparison.reference_rigid import (
-    GUARD_DIGITS,
-    PreciseParameters,
-    fly,
-)
+from damper.verification.comparison.reference_rigid import GUARD_DIGITS, PreciseParameters, fly
 
 
 def accumulation_time(

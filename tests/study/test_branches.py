@@ -84,11 +84,7 @@ def test_draws_are_those_of_pythons_generator() -> None:
     assert draws(dict(reversed(DRAWS.items()))) == found
 
 
-@given(
-    seed=st.integers(0, 2**64),
-    low=st.floats(-1, 1, exclude_max=True),
-    width=st.floats(1e-6, 2),
-)
+@given(seed=st.integers(0, 2**64), low=st.floats(-1, 1, exclude_max=True), width=st.floats(1e-6, 2))
 def test_draws_lie_within_their_range(seed: int, low: float, width: float) -> None:
     high = min(low + width, 1.0)
     settings = {"draws": 20, "seed": seed, "initial_position": (low, high)}

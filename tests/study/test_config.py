@@ -522,9 +522,7 @@ def test_folder_of_results(tmp_path: Path, given: str) -> None:
 
 @pytest.mark.parametrize(
     "given",
-    [
-        *("a{b}", "/tmp/a", "../a", ".git", "a b", "a\nb", "a\0b", "x" * 201, "Src/a", "here/a"),
-    ],
+    [*("a{b}", "/tmp/a", "../a", ".git", "a b", "a\nb", "a\0b", "x" * 201, "Src/a", "here/a")],
 )
 def test_folder_that_is_not_for_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: str

@@ -81,7 +81,7 @@ CONCERNS = {
             "study/simulation.py",
             *(f"observers/{name}.py" for name in OBSERVERS),
         ],
-    ),
+    )
 }
 
 
@@ -175,8 +175,7 @@ def loaded(names: Iterable[str]) -> list[str]:
 @pytest.mark.parametrize(
     "script",
     thinned(
-        sorted(path.name for path in SCRIPTS.glob("*.py")),
-        {"simulate.py", "table.py"}.__contains__,
+        sorted(path.name for path in SCRIPTS.glob("*.py")), {"simulate.py", "table.py"}.__contains__
     ),
 )
 def test_every_module_that_a_script_loads_is_behind_its_digest(script: str) -> None:

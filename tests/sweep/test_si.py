@@ -17,12 +17,7 @@ from scipy.integrate import solve_ivp
 
 from damper import SIParameters, State, events, simulate
 from damper.parameters import NO_UNITS, Units
-from damper.parameters.quantities import (
-    PARAMETER_NAMES,
-    QUANTITIES,
-    SI_NAMES,
-    SI_QUANTITIES,
-)
+from damper.parameters.quantities import PARAMETER_NAMES, QUANTITIES, SI_NAMES, SI_QUANTITIES
 from damper.study.config import ConfigError, load_study
 from damper.sweep.cube import write_cube
 from damper.sweep.runs import run_points
@@ -103,12 +98,7 @@ def by_formula(si: dict[str, float]) -> tuple[dict[str, mpf], dict[str, mpf]]:
         "restitution": r,
         "phase": phase,
     }
-    sizes = {
-        "m": F0 / K,
-        "s": mp.sqrt(M / K),
-        "m/s": F0 / mp.sqrt(K * M),
-        "J": F0**2 / K,
-    }
+    sizes = {"m": F0 / K, "s": mp.sqrt(M / K), "m/s": F0 / mp.sqrt(K * M), "J": F0**2 / K}
     return ratios, sizes
 
 
@@ -205,11 +195,7 @@ INITIAL = (
 
 
 def test_other_observers_in_si() -> None:
-    run = {
-        "transient": 1,
-        "periods": 2,
-        "observers": ["response", "accumulation", "trajectory"],
-    }
+    run = {"transient": 1, "periods": 2, "observers": ["response", "accumulation", "trajectory"]}
     ratios = dataclasses.asdict(SIParameters(**SI).dimensionless)
     assert_scaled(simulate(**SI, **run), simulate(**ratios, **run), SIZES)
 

@@ -122,12 +122,7 @@ def test_slopes_are_two_and_three(seed: int) -> None:
 
 
 @settings(max_examples=40)
-@given(
-    time=st.floats(0, 20),
-    x=st.floats(-3, 3),
-    v=st.floats(-3, 3),
-    w=st.floats(1e-6, 0.1),
-)
+@given(time=st.floats(0, 20), x=st.floats(-3, 3), v=st.floats(-3, 3), w=st.floats(1e-6, 0.1))
 def test_both_walls_are_mirror_images(time: float, x: float, v: float, w: float) -> None:
     p = Parameters(0.3, 0.1, 0.7, 0.5, 0.7)
     turned = Parameters(0.3, 0.1, 0.7, 0.5, 0.7, phase=math.pi)

@@ -10,12 +10,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import damper
-from damper.theory.small_mass import (
-    completes,
-    completion,
-    critical_restitution,
-    first_impact,
-)
+from damper.theory.small_mass import completes, completion, critical_restitution, first_impact
 
 GAPS = st.floats(1e-3, 3.1)
 

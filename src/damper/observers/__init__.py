@@ -42,9 +42,7 @@ def class_in(module: ModuleType, base: type[Base]) -> type[Base]:
     )
 
 
-def make_observers(
-    requested: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
-) -> list[Any]:
+def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | None]) -> list[Any]:
     """Import and construct just the observers that are asked for.
 
     Parameters

@@ -171,10 +171,7 @@ def test_no_impact_is_matched_twice() -> None:
     keep = without(4, 5, 6, 7)
     times = TIMES.copy()
     times[3] = 5.99
-    check(
-        solution(keep, impact_times=times[keep]),
-        impact_time_error=0.09,
-    )
+    check(solution(keep, impact_times=times[keep]), impact_time_error=0.09)
 
 
 def test_late_burst_is_matched_by_speed() -> None:

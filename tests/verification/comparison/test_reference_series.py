@@ -5,9 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from damper.verification.comparison.reference_series import (
-    first_root,
-)
+from damper.verification.comparison.reference_series import first_root
 
 
 def polynomial(roots: list[mpf], factor: mpf) -> list[mpf]:
@@ -20,9 +18,7 @@ def polynomial(roots: list[mpf], factor: mpf) -> list[mpf]:
 
 @settings(deadline=None, max_examples=40)
 @given(
-    st.lists(st.floats(0.01, 3), min_size=1, max_size=5),
-    st.floats(1e-6, 1e6),
-    st.floats(0.5, 2),
+    st.lists(st.floats(0.01, 3), min_size=1, max_size=5), st.floats(1e-6, 1e6), st.floats(0.5, 2)
 )
 def test_first_of_known_roots(roots, factor, end):
     """Double and clustered roots too: none is passed by more than its own uncertainty."""

@@ -5,17 +5,7 @@ import numpy as np
 import pytest
 
 from damper.engine.compiled import plain
-from damper.engine.segment import (
-    CAUSE,
-    DURATION,
-    FLIGHT,
-    IMPACT,
-    MODE,
-    RELEASE,
-    SIDE,
-    V,
-    X,
-)
+from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, RELEASE, SIDE, V, X
 from damper.parameters import Parameters, State
 from damper.verification.stress.backward import LONG, Oscillators, _motion, residuals
 from damper.verification.stress.runs import short_run

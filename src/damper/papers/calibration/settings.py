@@ -11,13 +11,7 @@ from damper.papers.statements import SCORES
 from damper.parameters.quantities import ALL
 from damper.study.fields import Entries, Some, Text, one_of
 from damper.study.messages import Faults
-from damper.study.products import (
-    Offer,
-    Place,
-    Product,
-    check_listed,
-    need_one_run,
-)
+from damper.study.products import Offer, Place, Product, check_listed, need_one_run
 from damper.study.yaml_file import as_part
 
 

@@ -52,11 +52,7 @@ def corners(
 
 
 def random_points(
-    count: int,
-    seed: int,
-    box: Mapping[str, Any],
-    first: int = 0,
-    which: tuple[int, int] = (0, 1),
+    count: int, seed: int, box: Mapping[str, Any], first: int = 0, which: tuple[int, int] = (0, 1)
 ) -> list[dict[str, float]]:
     """Points at random, the same for a seed on every machine, each independent of the others.
 

@@ -45,12 +45,7 @@ class Scale(NamedTuple):
 
 
 def condition_of(
-    run: ShortRun,
-    state: State | None,
-    *,
-    periods: float,
-    events: int,
-    random: np.random.Generator,
+    run: ShortRun, state: State | None, *, periods: float, events: int, random: np.random.Generator
 ) -> Condition:
     """Measure the condition of a short run by noisy runs from the same start."""
     original = events_of(run)

@@ -133,11 +133,7 @@ def _curve(
 
 
 def _dress(
-    ax: Axes,
-    cube: xr.Dataset,
-    axis: str,
-    line: Mapping[str, Any],
-    preset: Mapping[str, float],
+    ax: Axes, cube: xr.Dataset, axis: str, line: Mapping[str, Any], preset: Mapping[str, float]
 ) -> None:
     """Scales, and what is to be compared with."""
     from matplotlib.ticker import NullFormatter
@@ -157,8 +153,7 @@ _PRESET: dict[str, Any] = {"color": VERMILION, "lw": 0.8, "ls": "-", "zorder": 1
 
 
 def _legend(
-    lines: Sequence[tuple[xr.DataArray, dict[str, Any]]],
-    preset: Mapping[str, float] | None,
+    lines: Sequence[tuple[xr.DataArray, dict[str, Any]]], preset: Mapping[str, float] | None
 ) -> list[Artist]:
     from matplotlib.lines import Line2D
 

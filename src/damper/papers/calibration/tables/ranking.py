@@ -27,8 +27,7 @@ class RankingTable(Scores):
     """The sets of parameters in the order of their scores, and what the statements pin down."""
 
     rows: Annotated[
-        int,
-        Field(ge=1, le=100_000, description="How many of the best sets the CSV lists."),
+        int, Field(ge=1, le=100_000, description="How many of the best sets the CSV lists.")
     ] = 200
 
 

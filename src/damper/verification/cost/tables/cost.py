@@ -12,11 +12,7 @@ from damper.verification.timing import Spread, machine_text
 
 _TIMES = {"bare": "bare, us/event", "observed": "observed, us/event"}
 _QUARTILES = ("lower", "median", "upper")
-_RATIOS = {
-    "over_bare": "observed / bare",
-    "over_base": "bare / base",
-    "over_rigid": "bare / rigid",
-}
+_RATIOS = {"over_bare": "observed / bare", "over_base": "bare / base", "over_rigid": "bare / rigid"}
 
 
 class CostTable(Made):

@@ -10,13 +10,7 @@ from damper.figures.common.layout import say, wrap
 from damper.figures.common.style import BLUE, PAGE, VERMILION
 from damper.verification.base import Made, OptionalCaption
 from damper.verification.stress.tables.metamorphic import failures
-from damper.verification.stress.verdicts import (
-    ALLOWANCE,
-    EPS,
-    PASSED,
-    RELATIONS,
-    SOUND,
-)
+from damper.verification.stress.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
 
 if TYPE_CHECKING:
     import xarray as xr
