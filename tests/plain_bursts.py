@@ -18,34 +18,6 @@ from damper import Parameters, State, events
 MANY = 10_000  # impacts of a closed tail that are looked at one by one
 
 
-#: Model section 7.
-SLOW = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
-#: Model section 8, A3: complete bursts of some sixty impacts in every half period.
-PAPER_A = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.2,
-    "clearance": 0.03,
-    "restitution": 0.8,
-}
-
-
-#: The restitution study.
-STUDY = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
-
-
 @dataclass
 class Burst:
     """A run of impacts on one wall; times are absolute."""

@@ -5,17 +5,11 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import QUIET as POINT
 
 from damper import Parameters, events, simulate
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.3,
-}
 STIFFNESS = "contact_stiffness_ratio"
 
 

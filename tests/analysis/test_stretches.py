@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
+from plain_bursts import Scene, all_bursts
+from scenes import PAPER_A, SLOW
 
 from damper import simulate
 from damper.analysis.stretches import (

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from new_process import in_new_process
+from scenes import QUIET as SCENE
 
 from damper import Parameters, State, events, simulate
 from damper.engine.model import mass_ratio_at
@@ -29,13 +30,6 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import MODELS, start_run
 
-SCENE = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.3,
-}
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
 MADE: dict[str, dict[str, float]] = {
     "rigid": {},

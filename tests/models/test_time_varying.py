@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from reference import varying_mass as reference
+from scenes import QUIET as BASE
 from tails import tail
 
 from damper import Parameters, State, events
@@ -22,13 +23,6 @@ from damper.models.time_varying.motion import DEGREE, _first_loss, mass_law, mod
 from damper.verification.comparison.reference_rigid import Hit
 
 EPS = np.finfo(float).eps
-BASE = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.3,
-}
 KINDS = ("impact", "stick", "release")
 
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from plain_bursts import PAPER_A, SLOW, Scene, all_bursts
+from plain_bursts import Scene, all_bursts
+from scenes import PAPER_A, SLOW
 
 from damper import Parameters, simulate
 from damper.models import start_run

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import PAPER_A, SLOW, STUDY, Scene, all_bursts, burst_summary
+from plain_bursts import Scene, all_bursts, burst_summary
+from scenes import PAPER_A, SLOW, STUDY
 
 from damper import State
 from damper.sweep.runs import run_points

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import PAPER_A, SLOW, Burst, Scene, all_bursts
+from plain_bursts import Burst, Scene, all_bursts
+from scenes import PAPER_A, SLOW
 
 from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice

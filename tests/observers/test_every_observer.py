@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plain_bursts import PAPER_A, SLOW
+from scenes import PAPER_A, SLOW
 
 from damper import Parameters
 from damper.engine.segment import COLUMNS

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from plain_bursts import STUDY, Scene
+from plain_bursts import Scene
+from scenes import STUDY
 
 from damper.sweep.runs import run_points
 

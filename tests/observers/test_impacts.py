@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import PAPER_A, STUDY, Scene, all_bursts, impact_summary
+from plain_bursts import Scene, all_bursts, impact_summary
+from scenes import PAPER_A, STUDY
 
 from damper import State
 from damper.sweep.runs import run_points

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import STUDY as POINT
 
 import damper
 from damper import State, simulate
@@ -14,13 +15,6 @@ from damper.engine.compiled import plain
 from damper.parameters.quantities import ALL
 from damper.sweep.runs import run_points
 
-POINT: dict[str, Any] = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
 SHORT: dict[str, Any] = {"transient": 3, "periods": 4}
 
 

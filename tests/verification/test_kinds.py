@@ -5,19 +5,13 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
+from scenes import SLOW as POINT
 
 from damper.study.config import ConfigError, load_study
 from damper.study.kinds import STUDIES
 from damper.study.reference import schemas
 
 SCHEMA = Draft202012Validator(schemas()["config/schema/study.schema.json"])
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
 COMPARISON = {
     "kind": "comparison",
     "title": "T",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from reference import closed_form
+from scenes import QUIET as BURST
 
 from damper.parameters import Parameters, State
 from damper.verification.comparison.reference import (
@@ -18,13 +19,6 @@ from damper.verification.comparison.reference import (
 )
 from damper.verification.comparison.scene import Scene, read_scene
 
-BURST = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.3,
-}
 CHAOTIC = {**BURST, "frequency_ratio": 0.8, "restitution": 0.9}
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cases import thinned
+from scenes import SLOW as BURST
 
 import damper
 from damper.engine.compiled import plain
@@ -23,14 +24,7 @@ FIXED = (STEP_END, LOCATED, MOREAU)
 #: A setting that is fine enough for each kind of setting, and a coarse one.
 FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000, "contact_stiffness": 1e8}
 COARSE = {"accuracy": 1e-4, "tolerance": 1e-4, "steps_per_period": 100, "contact_stiffness": 1e4}
-#: From rest: three impacts, then a complete burst, whose values are from arithmetic in 50 digits.
-BURST = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
+#: Of `BURST` from rest, by arithmetic in 50 digits: three impacts, then a complete burst.
 FIRST_IMPACTS = np.array([2.15860318928243951, 5.25460925811892195, 14.2978156676934251])
 ACCUMULATION, RELEASE = 44.249718778208865, 46.2709500002439
 each_solver = pytest.mark.parametrize("name", SOLVERS)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from figures.drawing import assert_nothing_overlaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from scenes import GENERIC as BASE
 
 from damper.engine.compiled import plain
 from damper.figures.common.style import style
@@ -16,13 +17,6 @@ from damper.verification.cost.figures.cost import draw
 from damper.verification.cost.measure import bare, measure, observed, points_near, rigid_part
 from damper.verification.cost.tables.cost import make
 
-BASE = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.8,
-    "clearance": 1.0,
-    "restitution": 0.6,
-}
 CHATTERING = BASE | {"frequency_ratio": 0.2, "clearance": 0.25, "restitution": 0.3}
 SECTION = {"stroboscopic_section": None}
 CASES = {

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from new_process import in_new_process
+from scenes import GENERIC
 
 from damper import Parameters, State
 from damper.engine.compiled import plain
@@ -238,13 +239,7 @@ def test_what_is_not_finite_is_found(run, column, value):
 
 
 def test_a_refused_run_says_so_and_the_others_run():
-    run = {
-        "mass_ratio": 0.1,
-        "damping_ratio": 0.05,
-        "frequency_ratio": 0.8,
-        "clearance": 1.0,
-        "restitution": 0.6,
-    }
+    run = GENERIC
     found = run_checks([run, run | {"restitution": 1.5}, run], 2)
     assert found["status"].tolist() == [0, REFUSED, 0]
     assert np.isnan(found["energy"][1])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scenes import GENERIC
 
 from damper.engine.compiled import plain
 from damper.engine.segment import SPEED, V
@@ -28,13 +29,6 @@ from damper.verification.stress.verdicts import EPS
 run_metamorphic = plain(metamorphic.run_metamorphic)
 pytestmark = pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
 
-GENERIC = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.8,
-    "clearance": 1.0,
-    "restitution": 0.6,
-}
 CHAOTIC = GENERIC | {"restitution": 0.9}
 CHATTERING = GENERIC | {"frequency_ratio": 0.2, "clearance": 0.25}
 
