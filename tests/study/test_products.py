@@ -140,21 +140,9 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
             "allowed: one of its 2 values; the nearest is 0.1",
         ),
     ),
-    "axis of another study in at": (
-        MAP | {"each": "mass_ratio", "at": {"gap": 1}},
-        ("figures.one.at.gap\n", "unknown axis 'gap'", "clearance, frequency_ratio, mass_ratio"),
-    ),
     "no axis in at": (
         MAP | {"each": "mass_ratio", "at": {"clearence": 1}},
         ("figures.one.at.clearence\n", "unknown axis 'clearence'", "did you mean 'clearance'?"),
-    ),
-    "direction without follow": (
-        MAP | {"each": "mass_ratio", "at": {"direction": "up"}},
-        ("figures.one.at.direction\n", "unknown axis 'direction'"),
-    ),
-    "misspelt key": (
-        MAP | {"panel": "mass_ratio"},
-        ("figures.one.panel\n", "unknown key 'panel'", "did you mean 'panels'?"),
     ),
     "unknown variable": (
         MAP | {"each": "mass_ratio", "variable": "chater"},
@@ -217,10 +205,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "mark of nothing": (
         MARKED | {"mark": [1, 1], "mark_label": "m"},
         ("figures.one.mark\n    low must be less than high", "[low, high], low < high"),
-    ),
-    "drawing": (
-        {"kind": "schematic", "drawing": "colision_system"},
-        ("figures.one.drawing\n    not one of the choices", "did you mean 'collision_system'?"),
     ),
     "schematic at a point": (
         {"kind": "schematic", "drawing": "impact_damper", "at": POINT},
