@@ -196,7 +196,8 @@ def test_mark_says_how_far_chatter_agrees() -> None:
     assert bracket(ax) == (0.1, 0.5)
     # Of .1 to .5 all but .3 chatter; of the others .6 and 1, while .8 stopped.
     assert ax.get_title("left") == (
-        "chatter found: $r$ = 0.1 to 1;\nat 4 of 5 points in the marked range, 2 of 6 outside"
+        "chatter at 4 of 5 points in the marked range, 2 of 6 outside,\n"
+        "the outermost at $r$ = 0.1 and 1"
     )
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()][-1] == "as stated"
@@ -208,14 +209,14 @@ def test_mark_in_every_panel_of_every_row() -> None:
     figure = drawn(made_up(), rows="frequency_ratio", mark=(0.2, 0.4), mark_label="m")
     assert {bracket(ax) for ax in figure.axes} == {(0.2, 0.4)}
     titles = [ax.get_title("left") for ax in figure.axes]
-    assert titles[0].startswith("$\\omega$ = 1.1\nchatter found")
-    assert titles[2].startswith("$\\omega$ = 1.5\nchatter found")
+    assert titles[0].startswith("$\\omega$ = 1.1\nchatter at")
+    assert titles[2].startswith("$\\omega$ = 1.5\nchatter at")
     assert_nothing_overlaps(figure)
 
 
 def test_mark_without_chatter() -> None:
     figure = drawn(made_up({"frequency_ratio": [1.1]}, chatter=[0]), mark=(0, 1), mark_label="m")
-    assert figure.axes[0].get_title("left") == "chatter found: none"
+    assert figure.axes[0].get_title("left") == "chatter nowhere"
     with pytest.raises(ValueError, match="mark is compared with where chatter is found"):
         drawn(made_up({"frequency_ratio": [1.1]}, chatter=None), mark=(0, 1), mark_label="m")
 

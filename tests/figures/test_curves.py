@@ -87,7 +87,7 @@ def test_a_panel_for_each_variable() -> None:
     figure = curves(cube, *names, lines="mass_ratio")
     labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
     assert labels == [
-        r"largest primary displacement, either way $x_\mathrm{max}$ / ($F_0/K$)",
+        r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)",
         r"rms displacement over that without damper $x_\mathrm{rms} / (A/\sqrt{2})$",
         "work of the force per forcing period / ($F_0^2/K$)",
         "chatter: 0 none, 1 incomplete, 2 complete",

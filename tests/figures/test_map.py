@@ -122,7 +122,7 @@ def test_continuous_colours_and_their_bar() -> None:
     np.testing.assert_array_equal(mesh(ax).get_array(), values.T)
     assert mesh(ax).cmap.name == "cividis"
     label = " ".join(bar.get_ylabel().split())
-    assert label == r"largest primary displacement, either way $x_\mathrm{max}$ / ($F_0/K$)"
+    assert label == r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)"
     assert figure.legends == []
 
 

@@ -434,7 +434,7 @@ def test_settings_of_studies_that_check_are_the_arguments_of_draw(kinds: Kinds, 
         for argument in inspect.signature(draw).parameters.values()
         if argument.kind is inspect.Parameter.KEYWORD_ONLY
     ]
-    assert set(arguments) == set(kinds[name].model_fields) - {"kind", "each"}
+    assert set(arguments) == set(kinds[name].model_fields) - {"kind", "see"}
 
 
 def test_lyapunov_exponents_are_of_rigid_walls(tmp_path: Path) -> None:

@@ -328,11 +328,11 @@ def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
     """Say where chatter is found, and at how many points within the mark and outside it."""
     found = chatter_in_range(panel, along, *mark)
     if math.isnan(found["lowest"]):
-        return "chatter found: none"
+        return "chatter nowhere"
     return (
-        f"chatter found: {SYMBOLS[along]} = {found['lowest']:g} to {found['highest']:g};\n"
-        f"at {found['chatter_in_range']} of {found['in_range']} points in the marked range, "
-        f"{found['chatter_outside']} of {found['outside']} outside"
+        f"chatter at {found['chatter_in_range']} of {found['in_range']} points in the marked "
+        f"range, {found['chatter_outside']} of {found['outside']} outside,\n"
+        f"the outermost at {SYMBOLS[along]} = {found['lowest']:g} and {found['highest']:g}"
     )
 
 

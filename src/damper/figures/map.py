@@ -43,6 +43,7 @@ from damper.figures.common.style import (
     VARIABLE_SYMBOLS,
     VERMILION,
     YELLOW,
+    label,
 )
 from damper.study.fields import Text
 from damper.study.messages import Faults
@@ -251,7 +252,7 @@ def draw(
         if not classes:
             marks |= _hatch(ax, panel, x, y, known)
         if variable in RATIOS:
-            marks |= _contour(ax, panel, x, y, values)
+            marks |= _contour(ax, panel, x, y, np.where(known > 0.0, values, np.nan))
         if best:
             ratio = numbers(panel.get("amplitude_ratio", panel[variable]), y, x)
             ratio = values if variable in RATIOS else ratio
@@ -272,7 +273,8 @@ def draw(
         _colour_bar(figure, axes, mesh, place[variable])
     head(figure, place, caption)
     handles = [*_classes(place[variable], classes), *marks.values()]
-    legend(figure, handles)
+    units = cube.rms_displacement.attrs.get("units") if variable == _ATTRACTOR else ""
+    legend(figure, handles, label("rms of", "$x$", units) if units else "")
     return figure
 
 
@@ -384,7 +386,7 @@ def _hatch(ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray) -> di
     area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
     area.set(edgecolor=_HATCHES, linewidth=0.0)
     text = "walls never touched"
-    return {text: Patch(facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.0, label=text)}
+    return {text: Patch(facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.4, label=text)}
 
 
 def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> dict[str, Artist]:
@@ -469,13 +471,16 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
 
 
 def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
-    """Legend entries of classes, and of points without a value."""
+    """Legend entries of the classes that occur, and of points without a value."""
     from matplotlib.patches import Patch
 
+    values = numbers(array)
     handles: list[Artist] = [
-        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text) for text, colour in classes
+        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text)
+        for index, (text, colour) in enumerate(classes)
+        if (values == index).any()
     ]
-    if np.isnan(numbers(array)).any():
+    if np.isnan(values).any():
         text = "no value" if array.name in RATIOS else "run stopped"
         handles.append(Patch(facecolor=MISSING, edgecolor=BLACK, lw=0.4, label=text))
     return handles

@@ -13,7 +13,7 @@ from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, Entries, Text, as_numbers, one_of
 from damper.study.messages import Faults
 from damper.study.settings import SECTIONS
-from damper.study.study_file import Made
+from damper.study.study_file import Made, See
 from damper.study.yaml_file import as_part, show, words
 from damper.sweep.branches import DIRECTIONS
 
@@ -205,10 +205,7 @@ class FigureSettings(Product):
     overlays: ClassVar[bool] = False
     """Whether branches without a place are drawn over each other."""
 
-    see: Annotated[
-        Text | None,
-        Field(description="What to see in it, in a sentence or two, for the page of results."),
-    ] = None
+    see: See = None
 
     def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
         """Return further settings: what it must know of how the study measures."""

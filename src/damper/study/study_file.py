@@ -13,6 +13,11 @@ from damper.study.fields import Line, Strict, Text
 SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
 """Section of a study -> suffixes of the files that each of its entries makes."""
 
+See = Annotated[
+    Text | None,
+    Field(description="What to see in it, in a sentence or two, for the page of results."),
+]
+
 
 class Made(Strict):
     """A figure or a table of a study."""
@@ -31,7 +36,7 @@ class Made(Strict):
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         """Return the stems of the files that are made, with the settings each is made with."""
-        return {stem: self.model_dump(exclude_none=True)}
+        return {stem: self.model_dump(exclude={"see"}, exclude_none=True)}
 
 
 class StudyFile(Strict):

@@ -18,6 +18,7 @@ from damper.study.fields import Strict, Text
 from damper.study.messages import Faults
 from damper.study.settings import Fixed
 from damper.study.study_file import Made as Made
+from damper.study.study_file import See as See
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml
 

@@ -57,6 +57,7 @@ VARIABLE_MEANINGS = {
     "amplitude_ratio": "peak displacement over that without damper",
     "rms_ratio": "rms displacement over that without damper",
     "burst_at_duration": "duration of the burst",
+    "peak_displacement": "largest displacement",
 }
 #: Ratios that are 1 where the damper changes nothing.
 RATIOS = ("amplitude_ratio", "rms_ratio")

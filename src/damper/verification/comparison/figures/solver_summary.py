@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.figures.common.layout import head, wrap
 from damper.figures.common.style import BLACK, MISSING, PAGE
-from damper.verification.base import Made, OptionalCaption
+from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import (
     BASE,
     FILES,
@@ -42,6 +42,7 @@ class SolverSummary(Made):
     reads: ClassVar[tuple[str, ...]] = FILES
 
     caption: OptionalCaption = None
+    see: See = None
 
 
 def draw(errors: xr.Dataset, timings: xr.Dataset, *, caption: str | None = None) -> Figure:
@@ -63,7 +64,9 @@ def draw(errors: xr.Dataset, timings: xr.Dataset, *, caption: str | None = None)
     shown[relative] = np.vectorize(short)(ratios)[relative]
     _cells(right, ratios.values, _RATIOS, shown, corners)
     left.set_xlabel("smallest error of impact times / $\\sqrt{M/K}$\n(letters: failed otherwise)")
-    right.set_xlabel("time to errors of $10^{-6}$ in impact times,\nover that of the exact engine")
+    right.set_xlabel(
+        "time to errors of $10^{-6}$ in impact times, over\nthat of the engine, itself in µs"
+    )
     for ax in (left, right):
         names = [wrap(text.split(), 16.0) for text in errors.label.values]
         ax.set_xticks(range(len(names)), names)

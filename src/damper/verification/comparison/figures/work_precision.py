@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.figures.common.layout import head, legend, say, wrap
-from damper.figures.common.style import COLUMN, PAGE, PALE, units_text
+from damper.figures.common.style import COLUMN, PAGE, PALE, label
 from damper.study.fields import one_of
-from damper.verification.base import Made, OptionalCaption
+from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import FILES
 from damper.verification.comparison.errors import GOOD, OUTCOMES
 from damper.verification.comparison.marks import FAILURES, line_of
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Panels of one row.
-_COLUMNS = 3
 #: Errors below are drawn there: that is rounding.
 LEAST_ERROR = 1e-16
 _TOP = 1e1
@@ -48,6 +46,7 @@ class WorkPrecision(Made):
         "state_error"
     )
     caption: OptionalCaption = None
+    see: See = None
 
 
 def draw(
@@ -64,7 +63,7 @@ def draw(
     names = errors.scene.values[known] if known.any() else errors.scene.values
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
     strips = _strips(place)
-    columns = min(len(names), _COLUMNS)
+    columns = 2 if len(names) == 4 else min(len(names), 3)
     rows = -(-len(names) // columns)
     wide = COLUMN if columns == 1 else PAGE
     tall = 2.4 if columns == 1 else 1.62
@@ -80,10 +79,8 @@ def draw(
         if number + columns >= len(names):  # nothing below
             ax.tick_params(labelbottom=True)
             ax.set_xlabel("run time / s")
-    units = units_text(errors[error].attrs["units"])
-    figure.supylabel(
-        wrap([*_MEANINGS[error].split(), f"/ {units}"], 15.0 * tall * rows), fontsize=8.0
-    )
+    words = [*_MEANINGS[error].split(), label("", "", errors[error].attrs["units"])]
+    figure.supylabel(wrap(words, 15.0 * tall * rows), fontsize=8.0)
     head(figure, place, caption, remarks=_remarks(timings))
     legend(figure, _handles(place))
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from damper.figures.common.layout import legend, wrap
 from damper.figures.common.style import BLUE, ORANGE, PAGE, VERMILION
-from damper.verification.base import Made, OptionalCaption
+from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.labels import label_of
 from damper.verification.timing import machine_text
 
@@ -20,7 +21,7 @@ _ROW = 0.19
 """Height of a case in inches."""
 _RATIOS: dict[str, dict[str, Any]] = {
     "over_bare": {"color": VERMILION, "marker": "s", "label": "observed / bare engine"},
-    "over_base": {"color": BLUE, "marker": "o", "label": "bare engine / that of the first case"},
+    "over_base": {"color": BLUE, "marker": "o", "label": "bare engine / first case"},
     "over_rigid": {"color": ORANGE, "marker": "^", "label": "bare engine / rigid damper"},
 }
 
@@ -31,6 +32,7 @@ class CostFigure(Made):
     reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
 
     caption: OptionalCaption = None
+    see: See = None
 
 
 def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
@@ -50,8 +52,10 @@ def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
         if there:
             low, middle, high = np.transpose([case[key] for case in cases.values() if key in case])
             ends = np.abs([middle - low, high - middle])
-            # The two ratios of a bare engine stand one above the other.
-            places = np.asarray(there) + {"over_base": -0.2, "over_rigid": 0.2}.get(key, 0.0)
+            # The two ratios of one bare engine stand one above the other.
+            both = [{"over_base", "over_rigid"} <= case.keys() for case in cases.values()]
+            apart = {"over_base": -0.2, "over_rigid": 0.2}.get(key, 0.0)
+            places = np.asarray(there) + apart * np.asarray(both)[there]
             shown = {"ls": "", "ms": 3.4, "elinewidth": 0.8} | look
             handles.append(time.errorbar(middle, places, xerr=ends, **shown))
     time.set_xscale("log")
@@ -62,7 +66,9 @@ def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
     time.set_yticks(range(len(cases)), [label_of(name) for name in cases])
     time.set_ylim(len(cases) - 0.4, -0.6)
     sizes = [case.get("arrays", 0) / 1e6 for case in cases.values()]
-    memory.barh(range(len(cases)), sizes, height=0.6, color=BLUE)
+    bars = memory.barh(range(len(cases)), sizes, height=0.6, color=BLUE)
+    memory.bar_label(bars, [f"{size:.2g}" for size in sizes], padding=2.0, fontsize=7.0)
+    memory.margins(x=0.12)
     memory.set_xlabel("arrays of the observers / MB")
     memory.tick_params(left=False, labelleft=False)
     for ax in (time, memory):
@@ -72,6 +78,8 @@ def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
     letters = figure.get_figwidth() * 16.0
     usual = "Time and memory of benchmark cases against the bare engine"
     about = f"{machine_text(timings['machine'])}; {timings['repeats']} interleaved repeats; "
-    lines = [caption or usual, about + "grey: two timings of the same"]
-    figure.suptitle("\n".join(wrap(line.split(), letters) for line in lines), fontsize=8.5)
+    # A name and its version stay on one line.
+    parts = re.split(r"(?<=[,;]) ", about + "grey: two timings of the same")
+    lines = [wrap((caption or usual).split(), letters), wrap(parts, letters)]
+    figure.suptitle("\n".join(lines), fontsize=8.5)
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.figures.common.layout import say, wrap
 from damper.figures.common.style import BLUE, PAGE, VERMILION
-from damper.verification.base import Made, OptionalCaption
+from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.stress.tables.metamorphic import failures
 from damper.verification.stress.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
 
@@ -29,6 +29,7 @@ class MetamorphicFigure(Made):
     reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
 
     caption: OptionalCaption = None
+    see: See = None
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:

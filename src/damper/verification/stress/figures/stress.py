@@ -9,7 +9,7 @@ import numpy as np
 
 from damper.figures.common.layout import wrap
 from damper.figures.common.style import BLUE, ORANGE, PAGE, SKY, VERMILION
-from damper.verification.base import Made, OptionalCaption
+from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.labels import label_of, short
 from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
@@ -30,6 +30,7 @@ class StressFigure(Made):
     """How far each law is from its limit, over all runs, and the worst in each regime."""
 
     caption: OptionalCaption = None
+    see: See = None
 
 
 def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
@@ -90,7 +91,7 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     for (row, column), value in np.ndenumerate(values):
         ink = "white" if ratios[row, column] > 1.0 else "black"
         ax.text(column, row, short(value), ha="center", va="center", fontsize=6.5, color=ink)
-    ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED])
+    ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED], fontsize=6.5)
     names = [f"{row.regime.name} ({row.runs}, {row.stopped})" for row in rows]
     ax.set_yticks(range(len(rows)), names)
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
