@@ -9,7 +9,7 @@ from damper.study.config import load_config
 from damper.study.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = "Before.\n\n<!-- table: one/tables/t.md#Words -->\nold\n<!-- /table -->\n\nAfter.\n"
+DOCUMENT = "Before.\n\n<!-- table: one/tables/t.md#Words: m -->\nold\n<!-- /table -->\n\nAfter.\n"
 
 
 def test_tables_are_renewed(tmp_path, capsys):
@@ -20,13 +20,27 @@ def test_tables_are_renewed(tmp_path, capsys):
     assert document.read_text() == DOCUMENT
     made = tmp_path / "one/tables/t.md"
     made.parent.mkdir(parents=True)
-    made.write_text("# T\n\n| c |\n\n## Words: more\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\nMore.\n")
+    made.write_text("# T\n\n| c |\n\n## Words: m\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\nMore.\n")
     assert main([str(tmp_path), str(document)]) == 0
     assert document.read_text() == DOCUMENT.replace("old\n", "| a | b |\n|---|---|\n| 1 | 2 |\n")
     assert main([str(tmp_path), str(document)]) == 0
     assert capsys.readouterr().out.count("renewed: ") == 1
     made.write_text("# T\n")
     assert main([str(tmp_path), str(document)]) == 1
+
+
+def test_check_names_file_and_line_of_a_wrong_number(tmp_path, capsys):
+    document, made = tmp_path / "page.md", tmp_path / "one/tables/t.md"
+    made.parent.mkdir(parents=True)
+    made.write_text("# T\n\n## Words: m\n\n| a |\n|---|\n| 1.5 |\n")
+    document.write_text(DOCUMENT.replace("old\n", "| a |\n|---|\n| 1.4 |\n"))
+    before = document.read_text()
+    check = ["--check", str(tmp_path), str(document)]
+    assert main(check) == 1
+    assert capsys.readouterr().err == f"{document}:6: | 1.4 |\n  in the results: | 1.5 |\n"
+    assert document.read_text() == before
+    document.write_text(before.replace("1.4", "1.5"))
+    assert main(check) == 0
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("*.md")), ids=lambda path: path.stem)

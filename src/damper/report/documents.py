@@ -6,7 +6,8 @@
     <!-- /table -->
 
 by the first table in that file of the folder of results, or by the first one below a heading:
-``claims.md#B1``.
+``claims.md#B1``. With ``--check`` nothing is written: differences are named, and the exit status is
+1.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 
-_BLOCK = re.compile(r"<!-- table: (\S+) -->\n(.*?)<!-- /table -->", re.DOTALL)
+_BLOCK = re.compile(r"<!-- table: (.+?) -->\n(.*?)<!-- /table -->", re.DOTALL)
 
 
 def tables_of(document: str) -> dict[str, str]:
@@ -70,12 +73,34 @@ def renewed(document: str, results: Path) -> str:
     return _BLOCK.sub(renew, document)
 
 
+def differences(before: str, after: str) -> Iterator[tuple[int, str, str]]:
+    """Yield the lines of a document that differ from those of its renewed text.
+
+    Of each table the first: its number in the document, the line, and what it is to be.
+
+    Examples
+    --------
+    >>> text = "Text.\\n<!-- table: t.md -->\\n| 1 |\\n<!-- /table -->\\n"
+    >>> list(differences(text, text.replace("1", "2")))
+    [(3, '| 1 |', '| 2 |')]
+    """
+    for old, new in zip(_BLOCK.finditer(before), _BLOCK.finditer(after), strict=True):
+        first = before.count("\n", 0, old.start(2)) + 1
+        lines = zip_longest(old[2].splitlines(), new[2].splitlines(), fillvalue="nothing")
+        for number, (shown, made) in enumerate(lines, first):
+            if shown != made:
+                yield number, shown, made
+                break
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Renew the tables of documents; return the exit status."""
+    """Renew or check the tables of documents; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("results", type=Path, help="folder of results")
     parser.add_argument("documents", type=Path, nargs="+", help="Markdown files")
+    parser.add_argument("--check", action="store_true", help="write nothing, name differences")
     given = parser.parse_args(arguments)
+    status = 0
     for path in given.documents:
         before = path.read_text(encoding="utf-8")
         try:
@@ -83,10 +108,14 @@ def main(arguments: list[str] | None = None) -> int:
         except (OSError, ValueError) as error:
             print(f"{path}: {error}; make the results first", file=sys.stderr)
             return 1
-        if after != before:
+        if given.check:
+            for line, shown, made in differences(before, after):
+                print(f"{path}:{line}: {shown}\n  in the results: {made}", file=sys.stderr)
+                status = 1
+        elif after != before:
             path.write_text(after, encoding="utf-8", newline="\n")
             print(f"renewed: {path}")
-    return 0
+    return status
 
 
 if __name__ == "__main__":
