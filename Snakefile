@@ -23,6 +23,7 @@ include: "workflow/rules/report.smk"
 # They take seconds: a cluster's queue is not asked.
 localrules:
     claims,
+    documents,
     report,
     tidy,
 
@@ -60,6 +61,7 @@ rule tidy:
 onsuccess:
     report_cost()
     report_stopped()
+    report_too_large()
     report_left_over()
 
 

@@ -4,11 +4,9 @@ import base64
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from shutil import copyfile
 from typing import Any
 
 import numpy as np
-import plotly
 import pytest
 import xarray as xr
 from browser import CHROMIUM, Browser
@@ -17,7 +15,7 @@ import damper
 from damper.models import start_run
 from damper.report import interactive as module
 from damper.report.interactive import STRETCH, interactive, script_of
-from damper.report.page import Chapter, ShownTable, page
+from damper.report.page import Chapter, ShownTable, page, plotly_script
 from damper.study.config import load_study
 from damper.sweep.points import read_point
 
@@ -169,7 +167,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     one = Chapter("study", "A study", "ours", "sticking", tables=tables, interactive=figures)
     text = page([one], [], {"intervals": "<p>How.</p>"}, TEMPLATE)
     (folder / "report.html").write_text(text)
-    copyfile(Path(plotly.__file__).parent / "package_data/plotly.min.js", folder / "plotly.min.js")
+    (folder / "plotly.js").write_text(plotly_script())
     return folder
 
 

@@ -8,7 +8,7 @@ import pytest
 from jinja2 import UndefinedError
 
 import damper
-from damper.report.page import SHOWN_ROWS, captions, chapter, page
+from damper.report.page import SHOWN_ROWS, captions, chapter, page, too_large
 from damper.report.stopped import stopped_lines
 from damper.study.config import load_study
 from damper.study.kinds import FIGURES, TABLES
@@ -170,3 +170,13 @@ def test_a_kind_without_caption_is_an_error(tmp_path: Path) -> None:
     about = load_study(ROOT / "config/studies/burst.yaml").about()
     with pytest.raises(UndefinedError):
         page([chapter(about, tmp_path)], [], {}, TEMPLATE)
+
+
+def test_a_large_page_names_its_largest_parts(tmp_path):
+    small, large = tmp_path / "report.html", tmp_path / "map.js"
+    small.write_bytes(bytes(200))
+    large.write_bytes(bytes(900))
+    files = [small, large, tmp_path / "not made.js"]
+    assert too_large(files, 1100) == ""
+    text = too_large(files, 1000)
+    assert text.index("map.js") < text.index("report.html")

@@ -81,8 +81,8 @@ damper.sampled = (run) => damper.segments(run).flatMap((s) => {
   });
 });
 
-damper.unpack = (text, Kind) =>
-  new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+damper.bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+damper.unpack = (text, Kind) => new Kind(damper.bytes(text).buffer);
 
 // --- An interactive figure ------------------------------------------------------------------------
 
@@ -276,15 +276,19 @@ damper.draw = (place) => {
 damper.load = (path) => damper.load[path] = damper.load[path] || new Promise((done, failed) => {
   document.head.append(element("script", { src: path, onload: done, onerror: failed }));
 });
+damper.plotly = () => damper.plotly.ready = damper.plotly.ready || damper.load("plotly.js").then(async () => {
+  const packed = new Blob([damper.bytes(damper.packed)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  await damper.load(URL.createObjectURL(await new Response(packed).blob()));
+});
 const near = new IntersectionObserver((seen) => seen.filter((one) => one.isIntersecting).forEach(({ target }) => {
   near.unobserve(target);
-  Promise.all([damper.load("plotly.min.js"), damper.load(`${target.dataset.figure}.js`)])
+  Promise.all([damper.plotly(), damper.load(`${target.dataset.figure}.js`)])
     .then(() => damper.draw(target))
-    .catch(() => { target.textContent = "Its files, plotly.min.js and the folder interactive, are not beside this page."; });
+    .catch(() => { target.textContent = "Its files, plotly.js and the folder interactive, are not beside this page."; });
 }), { rootMargin: "300px" });
 const places = document.querySelectorAll("[data-figure]");
 places.forEach((place) => near.observe(place));
-addEventListener("load", () => places.length && damper.load("plotly.min.js").catch(() => {}));
+addEventListener("load", () => places.length && damper.plotly().catch(() => {}));
 
 // --- Filter and sorting ---------------------------------------------------------------------------
 

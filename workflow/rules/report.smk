@@ -1,15 +1,33 @@
 """One page with all verdicts, figures and tables; captions are in workflow/report."""
 
+from damper.report.documents import tables_of
+from damper.report.page import too_large
+
 CAPTIONS = HOME / "workflow/report"
 
 
 # What draws the interactive figures; without any, the page does without.
-PLOTLY = [f"{RESULTS}/plotly.min.js"] if DEFAULT_INTERACTIVE else []
+PLOTLY = [f"{RESULTS}/plotly.js"] if DEFAULT_INTERACTIVE else []
 
 
 def report_if_complete():
     """The page."""
     return [f"{RESULTS}/report.html"] if COMPLETE else []
+
+
+# The page and what belongs to it.
+PAGE_FILES = [
+    f"{RESULTS}/report.html",
+    *PLOTLY,
+    *(f"{RESULTS}/{n}.js" for n in DEFAULT_INTERACTIVE),
+]
+
+
+def report_too_large():
+    """Say what makes the page too large to share."""
+    text = too_large(map(Path, PAGE_FILES))
+    if text:
+        print(text, file=sys.stderr)
 
 
 def _page_kinds():
@@ -63,3 +81,25 @@ rule report:
         "Write the page with everything"
     script:
         "../scripts/report.py"
+
+
+# Documents that show tables of the default run.
+DOCUMENTS = [HOME / f"docs/{name}.md" for name in ("findings", "papers", "theory")]
+
+
+def _tables_shown(wildcards):
+    texts = [path.read_text(encoding="utf-8") for path in DOCUMENTS]
+    return sorted({f"{RESULTS}/{at.partition('#')[0]}" for text in texts for at in tables_of(text)})
+
+
+rule documents:
+    input:
+        _tables_shown,
+    params:
+        python=sys.executable,
+        results=RESULTS,
+        documents=DOCUMENTS,
+    message:
+        "Compare the documents' tables with the results"
+    shell:
+        "{params.python:q} -m damper.report.documents --check {params.results:q} {params.documents:q}"

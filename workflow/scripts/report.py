@@ -2,11 +2,9 @@
 
 import csv
 import sys
-from importlib.resources import files
 from pathlib import Path
-from shutil import copyfile
 
-from damper.report.page import captions, chapter, page
+from damper.report.page import captions, chapter, page, plotly_script
 from damper.study.fingerprint import stamp
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
@@ -30,4 +28,4 @@ text = page(
 Path(snakemake.output[0]).write_text(text, encoding="utf-8", newline="\n")
 stamp(snakemake.output[:1], job)
 for path in snakemake.output[1:]:
-    copyfile(files("plotly") / "package_data/plotly.min.js", path)
+    Path(path).write_text(plotly_script(), encoding="utf-8")

@@ -31,7 +31,7 @@ from damper.sweep.points import Point, read_point
 from damper.sweep.runs import run_points
 
 #: What of each motion is kept, and of how many points of a figure, at least two along an axis.
-STRETCH = {"periods": 5, "rows": 150}
+STRETCH = {"periods": 3, "rows": 150}
 MOST_RUNS = 240
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most
 #: dots of a column.

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import csv
 import platform
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from gzip import compress
 from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +23,8 @@ from damper.report.stopped import stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
 SHOWN_ROWS = 40
+#: Of the page with its interactive figures: what still can be sent by mail, and opens at once.
+MOST_BYTES = 10e6
 #: What studies are listed under, by their source.
 SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
 #: What the foot of the page has of each cube's attributes, and the packages that it lists.
@@ -156,6 +161,38 @@ def _rounded(cell: str) -> str:
         return f"{float(cell):.6g}"
     except ValueError:
         return cell
+
+
+def plotly_script() -> str:
+    """Return plotly for the page, which unpacks it: two megabytes instead of five."""
+    code = (files("plotly") / "package_data/plotly.min.js").read_bytes()
+    return f'damper.packed = "{b64encode(compress(code, mtime=0)).decode()}";\n'
+
+
+def too_large(paths: Iterable[Path], most: float = MOST_BYTES) -> str:
+    """Say which files make the page too large to share; nothing if it is not.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        The page and what belongs to it; those that are there count.
+    most : float
+        In bytes.
+
+    Returns
+    -------
+    str
+    """
+    sizes = {path: path.stat().st_size for path in paths if path.is_file()}
+    if sum(sizes.values()) <= most:
+        return ""
+    largest = sorted(sizes, key=lambda path: -sizes[path])[:3]
+    parts = ", ".join(f"{path} {sizes[path] / 1e6:.1f} MB" for path in largest)
+    return (
+        f"The page has {sum(sizes.values()) / 1e6:.1f} MB with its interactive figures, more than "
+        f"{most / 1e6:g} MB. The largest parts: {parts}. Fewer figures with `interactive: true`, "
+        "fewer points or fewer panels make it smaller."
+    )
 
 
 def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:

@@ -270,6 +270,7 @@ RULES = (
         "papers",
         "interactive",
         "report",
+        "documents",
         "tidy",
     ),
     *("reference", "errors", "comparison", "timings", "checks", "metamorphic", "stress", "cost"),
