@@ -11,18 +11,10 @@ from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.sweep.orbits import PeriodicOrbit, periodic_orbit
-from damper.sweep.runs import DEFAULTS
+from damper.sweep.record import settings_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-#: Settings of a run -> attribute of a cube.
-_ATTRIBUTES = {
-    "transient": "transient_periods",
-    "periods": "recorded_periods",
-    "accuracy": "accuracy",
-    "max_events": "max_events",
-}
 
 
 @xr.register_dataset_accessor("damper")
@@ -67,10 +59,9 @@ class CubeAccessor:
             For a point that does not say where along which dimension, or is no run by itself.
         """
         parameters, values = self._point(point)
-        settings = {name: self._cube.attrs[key] for name, key in _ATTRIBUTES.items()}
-        given = {name: type(DEFAULTS[name])(value) for name, value in settings.items()}
         primary = self._cube.attrs.get("primary_starts") or "rest"
         sampled = {"samples_per_period": samples_per_period}
+        given = settings_of(self._cube)
         return recorded(parameters, values, trajectory=sampled, initial=primary, **given)
 
     def history(self, *, start: float = 0.0, stop: float = 10.0, **point: Any) -> Figure:

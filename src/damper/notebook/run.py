@@ -68,7 +68,7 @@ class Run:
         rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
         rows = rows.rename({name: str(name).removeprefix(prefix) for name in rows.data_vars})
         rows = rows.isel(instant=np.isfinite(rows.time.values)).set_coords("time")
-        begun = self.cube.attrs["transient_periods"] * _period(self.parameters)
+        begun = self.cube.attrs["transient_periods"] * self.parameters.period
         attributes = rows.time.attrs | {"long_name": "time"}
         moved = rows.time + float(self.cube.trajectory_start) + begun
         return rows.assign_coords(time=moved.assign_attrs(attributes))
@@ -136,7 +136,7 @@ restitution=0.6)
     """
     if not isinstance(parameters, Parameters | SIParameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
-    length = real("until", until) / _period(parameters)
+    length = real("until", until) / parameters.period
     if not 0.0 < length < math.inf:
         raise ValueError(f"until = {until!r}: must be a number > 0")
     steps = math.floor(length * samples_per_period)
@@ -165,10 +165,3 @@ def recorded(
         "stroboscopic_section": {},
     }
     return Run(parameters, simulate(**values, state=state, observers=observers, **given), state)
-
-
-def _period(parameters: Parameters | SIParameters) -> float:
-    """Forcing period, in the unit of the parameters."""
-    if isinstance(parameters, SIParameters):
-        return 2.0 * math.pi / parameters.forcing_frequency
-    return parameters.period

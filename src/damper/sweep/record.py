@@ -59,8 +59,6 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         When the cube does not say how it was made, or was made without one of these observers, or
         its runs depend on more than their point: on a given state, a neighbour or a draw.
     """
-    from damper.sweep.runs import DEFAULTS
-
     about, settings = cube.attrs, observers_of(cube)
     for dim in ("direction", "draw"):
         if dim in cube.dims:
@@ -76,8 +74,15 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
     return {
         "observers": {name: settings[name] for name in observers or settings},
         "primary": about["primary_starts"],
-        **{
-            name: type(default)(about[_ATTRIBUTES.get(name, name)])
-            for name, default in DEFAULTS.items()
-        },
+        **settings_of(cube),
+    }
+
+
+def settings_of(cube: Any) -> dict[str, Any]:
+    """Return the settings of every run of a cube, as `damper.simulate` takes them."""
+    from damper.sweep.runs import DEFAULTS
+
+    return {
+        name: type(default)(cube.attrs[_ATTRIBUTES.get(name, name)])
+        for name, default in DEFAULTS.items()
     }
