@@ -147,3 +147,19 @@ def test_slips_are_named(slip: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"parameters": damper.Parameters(*CHATTER), "until": 1.0}
     with pytest.raises(TypeError, match=message):
         damper.events(**(given | slip))
+
+
+def test_events_are_shown_as_a_table_and_are_plain_in_all_else() -> None:
+    found = events(CHATTER, until=60.0)
+    head, fields, *rows = repr(found).splitlines()
+    assert head == f"<{len(found)} events>"
+    assert set(fields.split()) < set(EVENT.names or ())
+    assert (len(rows), rows[5].strip()) == (11, "...")
+    assert rows[7].split()[1] == "stick"
+    assert len(repr(found[:12]).splitlines()) == 14
+    assert repr(found[:0]).startswith("<0 events>")
+    for part in (found["time"], found[["x", "v"]], found[3]):
+        assert type(part) in (np.ndarray, np.void)
+    plain = found.view(np.ndarray)
+    assert repr(found == plain) == repr(plain == plain)
+    assert np.concatenate([found, plain]).tobytes() == 2 * plain.tobytes()

@@ -11,9 +11,9 @@ import click
 import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantity import Declared
+from damper.sweep.events import KINDS
 
 TEMPLATE = Path("config/studies/template.yaml")
-_KINDS = ("impact", "stick", "release", "stopped")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -75,7 +75,7 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
     import pandas as pd
 
     table = pd.DataFrame(damper.events(parameters, until=until))
-    table["kind"] = [_KINDS[kind] for kind in table["kind"]]
+    table["kind"] = [KINDS[kind] for kind in table["kind"]]
     if csv:
         table.to_csv(csv, index=False)
     if plot:

@@ -1,6 +1,7 @@
 """`damper.events`: the exact event sequence of one run as a structured array."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,10 @@ EVENT = np.dtype(
         ("time_in_period", "f8"),
     ]
 )
+#: Names of the kinds, in the order of their numbers.
+KINDS = ("impact", "stick", "release", "stopped")
+#: Most events that are shown whole; of more, the first and last few.
+_SHOWN, _FEW = 12, 5
 #: Field -> the unit that it is in.
 _SIZES = {
     "time": "time",
@@ -46,6 +51,30 @@ _SIZES = {
 }
 
 
+class Events(np.ndarray):
+    """Events as a structured array that is shown as a table; its fields are plain arrays."""
+
+    def __getitem__(self, key: Any) -> Any:
+        part = super().__getitem__(key)
+        other = isinstance(part, Events) and part.dtype != EVENT
+        return part.view(np.ndarray) if other else part
+
+    def __repr__(self) -> str:
+        if self.ndim != 1 or self.dtype != EVENT:
+            return repr(self.view(np.ndarray))
+        count, rows = len(self), self.view(np.ndarray)
+        shown = range(count) if count <= _SHOWN else [*range(_FEW), *range(count - _FEW, count)]
+        lines = [
+            f"{rows['time'][k]:12.6g} {KINDS[rows['kind'][k]]:>8} {rows['side'][k]:+5d} "
+            f"{rows['approach_speed'][k]:15.6g} {rows['x'][k]:12.6g} {rows['v'][k]:12.6g}"
+            for k in shown
+        ]
+        if count > _SHOWN:
+            lines.insert(_FEW, f"{'...':>12}")
+        head = f"{'time':>12} {'kind':>8} {'side':>5} {'approach_speed':>15} {'x':>12} {'v':>12}"
+        return "\n".join([f"<{count} event{'' if count == 1 else 's'}>", head, *lines])
+
+
 def events(
     parameters: Parameters | SIParameters,
     state: State | None = None,
@@ -53,7 +82,7 @@ def events(
     until: float,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
-) -> np.ndarray:
+) -> Events:
     """Every impact, start of sticking and release of a run, exactly.
 
     Parameters
@@ -75,7 +104,7 @@ def events(
 
     Returns
     -------
-    structured ndarray
+    Events, a structured ndarray that is shown as a table
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
         if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
         (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
@@ -101,6 +130,11 @@ def events(
     >>> first = damper.events(p, until=3.0)[0]
     >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
     0 -1 2.158603189
+    >>> damper.events(p, until=10.0)
+    <2 events>
+            time     kind  side  approach_speed            x            v
+          2.1586   impact    -1        0.285743         0.25      0.24418
+         5.25461   impact    +1        0.347026      1.03678     0.119076
     """
     end = real("until", until)
     if not isinstance(parameters, Parameters | SIParameters):
@@ -146,8 +180,8 @@ def events(
         time = periods * trajectory.period + rest
         row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
         pieces.append(np.array([row], dtype=EVENT))
-    rows = np.concatenate(pieces)
+    found: Events = np.concatenate(pieces).view(Events)
     if units is not NO_UNITS:
         for name, size in _SIZES.items():
-            rows[name] *= getattr(units, size)
-    return rows
+            found[name] *= getattr(units, size)
+    return found
