@@ -23,6 +23,7 @@ include: "workflow/rules/report.smk"
 # They take seconds: a cluster's queue is not asked.
 localrules:
     claims,
+    crate,
     documents,
     report,
     tidy,

@@ -83,6 +83,26 @@ rule report:
         "../scripts/report.py"
 
 
+rule crate:
+    input:
+        [everything_of(study) for study in DEFAULT.values()],
+        claims_if_complete(),
+        PAGE_FILES if COMPLETE else [],
+    output:
+        f"{RESULTS}/ro-crate-metadata.json",
+        [f"{RESULTS}/{name}/study.yaml" for name, study in DEFAULT.items() if study.has_cube],
+    log:
+        f"{LOGS}/crate.log",
+    benchmark:
+        f"{TIMES}/crate/crate.tsv"
+    params:
+        studies=lambda wildcards: [study.about() for study in DEFAULT.values()],
+    message:
+        "Describe the results as an RO-Crate"
+    script:
+        "../scripts/crate.py"
+
+
 # Documents that show tables of the default run.
 DOCUMENTS = [HOME / f"docs/{name}.md" for name in ("findings", "papers", "theory")]
 

@@ -135,7 +135,7 @@ def _provenance(cube: Path) -> dict[str, str]:
         return {name: f"{getattr(file, name)}" for name in PROVENANCE} if known else {}
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """Versions of Python, of this package and of those that results depend on."""
     found = {"Python": platform.python_version(), "damper": damper.__version__}
     for name in PACKAGES:
@@ -250,7 +250,7 @@ def page(
         ],
         how_to_read=how_to_read,
         provenance=PROVENANCE,
-        versions=_versions(),
+        versions=versions(),
         script=template.with_suffix(".js").read_text(encoding="utf-8"),
     )
     return text if text.endswith("\n") else f"{text}\n"

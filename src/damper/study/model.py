@@ -270,6 +270,7 @@ RULES = (
         "papers",
         "interactive",
         "report",
+        "crate",
         "documents",
         "tidy",
     ),
