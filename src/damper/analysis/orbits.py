@@ -10,11 +10,29 @@ import numpy as np
 
 from damper.parameters import Parameters
 from damper.parameters.quantities import ALL
+from damper.parameters.units import LENGTH, SPEED, attributes_of
 from damper.sweep.orbit_branches import Branch, continue_orbit
 from damper.sweep.orbits import PeriodicOrbit, pass_over, periodic_orbit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Variable, also of a special point -> long name and units; a text has none.
+_ABOUT = {
+    "motion": ("name of the motion that the branch is of", ""),
+    "along": ("axis that the branch is followed along", ""),
+    "first_end": ("why the branch ends where it begins", ""),
+    "last_end": ("why the branch ends", ""),
+    "value": ("value of the axis that the branch is followed along", "1"),
+    "stable": ("whether the motion is stable", "1"),
+    "growth": ("size of the largest Floquet multiplier", "1"),
+    "slowest_impact": ("approach speed of the slowest impact", SPEED),
+    "kind": ("what happens at the special point", ""),
+    "branch": ("number of the branch", "1"),
+    "word": ("order of the events in a period", ""),
+    "displacement": ("primary displacement once per forcing period", LENGTH),
+    "velocity": ("primary velocity once per forcing period", SPEED),
+}
 
 
 def follow_orbits(
@@ -77,7 +95,18 @@ def follow_orbits(
             f"{prefix}displacement": ((dim, "turn"), section[:, :, 0]),
             f"{prefix}velocity": ((dim, "turn"), section[:, :, 1]),
         }
-    return xr.Dataset(variables, coords={name: fixed[name] for name in ALL if name in fixed})
+    dataset = xr.Dataset(variables, coords={name: fixed[name] for name in ALL if name in fixed})
+    for name in map(str, dataset.variables):
+        dataset[name].attrs = _described(name)
+    return dataset
+
+
+def _described(name: str) -> dict[str, str]:
+    """Attributes of a variable."""
+    if name in ALL:
+        return {"long_name": ALL[name].long_name, **attributes_of(ALL[name].units)}
+    long_name, units = _ABOUT[name.removeprefix("point_")]
+    return {"long_name": long_name} | (attributes_of(units) if units else {})
 
 
 def _branch(

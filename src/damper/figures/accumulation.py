@@ -20,6 +20,7 @@ from damper.analysis.completion import (
 )
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
+from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -125,7 +126,7 @@ def draw(
             _panel(ax, panel, quantity)
         if rows:
             row[0].set_title(place_text(place, rows, value), loc="left")
-    units = place.rebound_speed.attrs["units"]
+    units = units_of(place.rebound_speed.attrs)
     for ax in axes[-1]:
         ax.set_xlabel(label("rebound speed", "$w$", units))
     figure.align_ylabels()
@@ -135,7 +136,7 @@ def draw(
 
 
 def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
-    units = panel[f"remaining_{quantity}"].attrs["units"]
+    units = units_of(panel[f"remaining_{quantity}"].attrs)
     name = "time" if quantity == "time" else "point"
     ax.set_ylabel(label(f"error of completion {name}", "", units))
     drawn = {order: errors_of(panel, quantity, order) for order in ORDERS}

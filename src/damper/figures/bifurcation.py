@@ -33,6 +33,7 @@ from damper.figures.common.style import (
     VERMILION,
     label,
 )
+from damper.parameters.units import units_of
 from damper.study.fields import Pair, Some, Text, one_of
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -291,7 +292,7 @@ def draw(
             if name == "relative_displacement" and "gap" in place.coords:
                 symbol = "$(y - x)/D$"
             meaning = _MEANINGS.get(name, name.replace("_", " "))
-            ax.set_ylabel(label(meaning, symbol, place[name].attrs["units"]))
+            ax.set_ylabel(label(meaning, symbol, units_of(place[name].attrs)))
     for ax in axes[-1]:
         ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
@@ -313,7 +314,7 @@ def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
     attrs = {"long_name": cube.displacement.attrs.get("long_name", "")}
     return cube.assign(
         relative_displacement=between.assign_attrs(attrs, units="1"),
-        relative_velocity=velocity.assign_attrs(attrs, units=cube.velocity.attrs["units"]),
+        relative_velocity=velocity.assign_attrs(attrs, units=units_of(cube.velocity.attrs)),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
+from damper.parameters.units import units_of
 from damper.study.messages import Faults
 from damper.study.products import (
     At,
@@ -120,7 +121,7 @@ def draw(
         ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
         attrs = cube[name].attrs
         words = [r"$|\Delta|$", *_SHORT.get(name, attrs.get("long_name", name)).split()]
-        units = label("", "", attrs.get("units", "1"))
+        units = label("", "", units_of(attrs))
         ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
     for value, look in zip(values, _STYLES, strict=False):
         if lines:

@@ -18,6 +18,7 @@ from damper.analysis.stretches import (
 )
 from damper.figures.common.layout import head, legend, say, select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, PURPLE, VERMILION, YELLOW, label
+from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
 from damper.study.fields import Pair, Unit
 from damper.study.messages import Faults
@@ -178,7 +179,7 @@ def draw(
     for ax in (left[1], right[1]):
         for wall in (-half_gap(place), half_gap(place)):
             ax.axhline(wall, **_WALL)
-    units = place.trajectory_time.attrs["units"]
+    units = units_of(place.trajectory_time.attrs)
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
     left[0].set_title("whole history", loc="left")
     left[0].set_xlim(start, stop)
@@ -218,7 +219,7 @@ def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
     """Return the label and the values of the panels one below the other."""
     x, v = run.trajectory_displacement, run.trajectory_velocity
     y, u = run.trajectory_free_displacement, run.trajectory_free_velocity
-    length, speed = y.attrs["units"], u.attrs["units"]
+    length, speed = units_of(y.attrs), units_of(u.attrs)
     return {
         label("free mass\ndisplacement", "$y$\n", length): y.values,
         label("relative\ndisplacement", "$y-x$\n", length): (y - x).values,
@@ -311,7 +312,7 @@ def _impacts(ax: Axes, run: xr.Dataset, burst: Burst) -> None:
         ax.set_yscale("log")
     else:
         say(ax, "its impacts are not among the listed events")
-    units = run.trajectory_velocity.attrs["units"]
+    units = units_of(run.trajectory_velocity.attrs)
     ax.set_ylabel(label("approach speed\nof each impact", "\n", units))
 
 

@@ -45,6 +45,7 @@ from damper.figures.common.style import (
     YELLOW,
     label,
 )
+from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -273,7 +274,7 @@ def draw(
         _colour_bar(figure, axes, mesh, place[variable])
     head(figure, place, caption)
     handles = [*_classes(place[variable], classes), *marks.values()]
-    units = cube.rms_displacement.attrs.get("units") if variable == _ATTRACTOR else ""
+    units = units_of(cube.rms_displacement.attrs) if variable == _ATTRACTOR else ""
     legend(figure, handles, label("rms of", "$x$", units) if units else "")
     return figure
 

@@ -12,6 +12,7 @@ from damper.analysis.sections import period_of
 from damper.analysis.stretches import half_gap
 from damper.figures.common.layout import head, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -186,7 +187,7 @@ def _frame_section(ax: Axes, place: xr.Dataset) -> None:
 def _label(axes: np.ndarray, place: xr.Dataset) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    length, speed = (place[name].attrs["units"] for name in _SECTION)
+    length, speed = (units_of(place[name].attrs) for name in _SECTION)
     primary = (
         label("displacement", VARIABLE_SYMBOLS["displacement"], length),
         label("velocity", VARIABLE_SYMBOLS["velocity"], speed),

@@ -12,6 +12,7 @@ from pydantic import Field
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.common.layout import head, legend, select
 from damper.figures.common.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
+from damper.parameters.units import units_of
 from damper.study.messages import Faults
 from damper.study.products import (
     At,
@@ -134,7 +135,7 @@ def draw(
         ax.plot(time, primary.values, **_PRIMARY, **raster)
         ax.plot(time, free.values, **_FREE, **raster)
         symbols = "$x$, $y$" if name == "displacement" else r"$\dot x$, $\dot y$"
-        ax.set_ylabel(label(name, symbols, primary.attrs["units"]))
+        ax.set_ylabel(label(name, symbols, units_of(primary.attrs)))
         stuck = _shade_sticking(ax, time, piece)
     below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
     below.set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{SYMBOLS[frequency]})")

@@ -1,6 +1,8 @@
 """Units: what lengths, times, speeds and energies are scaled by, and their sizes in SI units."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 LENGTH = "F0/K"
 SPEED = "F0/sqrt(K M)"
@@ -8,6 +10,28 @@ TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
 #: What these units are called where the damper is given in SI units.
 SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
+
+
+def attributes_of(units: str) -> dict[str, str]:
+    """Return a variable's attributes for its units: as CF asks, ones that UDUNITS reads.
+
+    Examples
+    --------
+    >>> attributes_of("rad"), attributes_of("F0/K")
+    ({'units': 'rad'}, {'units': '1', 'scaled_by': 'F0/K'})
+    """
+    return {"units": "1", "scaled_by": units} if units in SI_UNITS else {"units": units}
+
+
+def units_of(attributes: Mapping[str, Any]) -> str:
+    """Return what a variable with these attributes is scaled by, or else its units.
+
+    Examples
+    --------
+    >>> units_of(attributes_of("F0/K")), units_of({})
+    ('F0/K', '1')
+    """
+    return attributes.get("scaled_by", attributes.get("units", "1"))
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from damper.figures.common.style import LONG_NAMES, RATIOS
 from damper.figures.map import ABOUT_ONE, classified
 from damper.models import law_of
 from damper.parameters.quantities import is_si
-from damper.parameters.units import LENGTH, SPEED, TIME
+from damper.parameters.units import LENGTH, SPEED, TIME, units_of
 from damper.sweep.branches import branches
 from damper.sweep.grid import product
 from damper.sweep.points import Point, read_point
@@ -112,7 +112,7 @@ def _axis(place: Any, name: str, kept: Sequence[int] | None) -> dict[str, Any]:
 
 
 def _units(attributes: Mapping[str, Any]) -> str:
-    units = attributes.get("units", "")
+    units = units_of(attributes)
     return "" if units == "1" else units
 
 

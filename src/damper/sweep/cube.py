@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si
+from damper.parameters.units import attributes_of
 from damper.parameters.variables import (
     NO_VALUE,
     OWN_DIMENSIONS,
@@ -19,6 +20,8 @@ from damper.parameters.variables import (
 )
 from damper.sweep.slices import Slice
 
+#: Of a file's metadata: a long name and units for each variable, flags with their meanings.
+CONVENTIONS = "CF-1.11"
 REFERENCES = (
     "Paper A: Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110. "
     "Paper B: J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849."
@@ -67,7 +70,7 @@ def dataset(
     data: dict[str, Any] = {}
     for variable in (*variables, STATUS):
         array = arrays[variable.name]
-        attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
+        attrs: dict[str, Any] = {"long_name": variable.long_name, **attributes_of(variable.units)}
         if variable.comment:
             attrs["comment"] = variable.comment
         if variable is STATUS:
@@ -82,7 +85,7 @@ def dataset(
     coords: dict[str, Any] = {}
     for name, quantity in ALL.items():
         units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
-        attrs = {"long_name": quantity.long_name, "units": units}
+        attrs = {"long_name": quantity.long_name, **attributes_of(units)}
         if name in axes:
             coords[name] = (name, values[name], attrs)
         elif name in fixed:
@@ -189,6 +192,7 @@ def write_cube(cube: xr.Dataset, path: Path) -> None:
         for name, variable in cube.variables.items()
     }
     try:
+        cube = cube.assign_attrs(Conventions=CONVENTIONS)
         cube.to_netcdf(path, format="NETCDF4", engine="netcdf4", encoding=encoding)
     except (OSError, RuntimeError) as error:
         # netCDF calls a full disk an HDF error.

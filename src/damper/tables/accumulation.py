@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
+from damper.parameters.units import units_of
 from damper.study.messages import Faults
 from damper.study.products import (
     Offer,
@@ -62,7 +63,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         _summary(data),
     ]
     for quantity, title in zip(PREDICTED, ("time", "point"), strict=True):
-        units = cube[f"remaining_{quantity}"].attrs["units"]
+        units = units_of(cube[f"remaining_{quantity}"].attrs)
         some = data[data["quantity"] == quantity]
         body += [f"## Completion {title}", _cells(some, units, within)]
     return Table("predicted and simulated completion of bursts", data, body)

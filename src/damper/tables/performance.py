@@ -14,6 +14,7 @@ from pydantic import Field
 
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import in_millimetres
+from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -140,5 +141,5 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
 
 
 def _units(array: xr.DataArray) -> str:
-    units = array.attrs.get("units", "1")
+    units = units_of(array.attrs)
     return "" if units == "1" else f", {units}"

@@ -18,6 +18,7 @@ from damper.figures.common.style import (
     label,
     value_text,
 )
+from damper.parameters.units import units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,13 +98,13 @@ def whole(array: xr.DataArray) -> bool:
 
 def place_label(place: xr.Dataset, name: str, inches: float) -> str:
     """Label of an axis of the cube, in the cube's units, on as many lines as it needs."""
-    text = axis_label(name, place[name].attrs.get("units"))
+    text = axis_label(name, units_of(place[name].attrs))
     return wrap(_words(text.replace(" / ", "\xa0/\xa0")), inches * _LABEL)
 
 
 def place_text(place: xr.Dataset, name: str, value: Any) -> str:
     """Write the value of an axis of the cube, in the cube's units."""
-    return value_text(name, value, place[name].attrs.get("units"))
+    return value_text(name, value, units_of(place[name].attrs))
 
 
 def variable_label(array: xr.DataArray, inches: float) -> str:
@@ -111,7 +112,7 @@ def variable_label(array: xr.DataArray, inches: float) -> str:
     attrs = array.attrs
     name = str(array.name)
     meaning = VARIABLE_MEANINGS.get(name, attrs.get("long_name", name))
-    rest = label("", VARIABLE_SYMBOLS.get(name, ""), attrs.get("units", "1"))
+    rest = label("", VARIABLE_SYMBOLS.get(name, ""), units_of(attrs))
     return wrap([*_words(meaning), *([rest] if rest else [])], inches * _LABEL)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.parameters.units import attributes_of
 from damper.parameters.variables import TIME
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 from damper.verification.comparison.solvers import in_order, load
@@ -147,5 +148,5 @@ def _dataset(
     data: dict[str, Any] = {"setting": (_DIMS[1:], levels, about)}
     for name, (long_name, units) in described.items():
         array = arrays[name]
-        data[name] = (_DIMS[: array.ndim], array, {"long_name": long_name, "units": units})
+        data[name] = (_DIMS[: array.ndim], array, {"long_name": long_name, **attributes_of(units)})
     return xr.Dataset(data, coords, dict(attributes))

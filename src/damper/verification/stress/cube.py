@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.units import attributes_of
 from damper.parameters.variables import Variable
 from damper.verification.stress.laws import LAW_VARIABLES, RUN_OUTCOMES, RUN_VARIABLES
 from damper.verification.stress.verdicts import (
@@ -147,7 +148,7 @@ def _dataset(
 
 def _attributes(name: str) -> dict[str, Any]:
     about: Any = ALL[name] if name in POINT_NAMES else _VARIABLES[name]
-    attrs: dict[str, Any] = {"long_name": about.long_name, "units": about.units}
+    attrs: dict[str, Any] = {"long_name": about.long_name, **attributes_of(about.units)}
     if getattr(about, "comment", ""):
         attrs["comment"] = about.comment
     flags: Mapping[int, str] = {}

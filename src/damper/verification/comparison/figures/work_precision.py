@@ -9,6 +9,7 @@ from pydantic import Field
 
 from damper.figures.common.layout import head, legend, say, wrap
 from damper.figures.common.style import COLUMN, PAGE, PALE, label
+from damper.parameters.units import units_of
 from damper.study.fields import one_of
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import FILES
@@ -79,7 +80,7 @@ def draw(
         if number + columns >= len(names):  # nothing below
             ax.tick_params(labelbottom=True)
             ax.set_xlabel("run time / s")
-    words = [*_MEANINGS[error].split(), label("", "", errors[error].attrs["units"])]
+    words = [*_MEANINGS[error].split(), label("", "", units_of(errors[error].attrs))]
     figure.supylabel(wrap(words, 15.0 * tall * rows), fontsize=8.0)
     head(figure, place, caption, remarks=_remarks(timings))
     legend(figure, _handles(place))
