@@ -81,8 +81,8 @@ damper.sampled = (run) => damper.segments(run).flatMap((s) => {
   });
 });
 
-damper.bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-damper.unpack = (text, Kind) => new Kind(damper.bytes(text).buffer);
+damper.unpack = (text, Kind) =>
+  new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
 
 // --- An interactive figure ------------------------------------------------------------------------
 
@@ -277,7 +277,7 @@ damper.load = (path) => damper.load[path] = damper.load[path] || new Promise((do
   document.head.append(element("script", { src: path, onload: done, onerror: failed }));
 });
 damper.plotly = () => damper.plotly.ready = damper.plotly.ready || damper.load("plotly.js").then(async () => {
-  const packed = new Blob([damper.bytes(damper.packed)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const packed = (await fetch(`data:;base64,${damper.packed}`)).body.pipeThrough(new DecompressionStream("gzip"));
   await damper.load(URL.createObjectURL(await new Response(packed).blob()));
 });
 const near = new IntersectionObserver((seen) => seen.filter((one) => one.isIntersecting).forEach(({ target }) => {

@@ -195,6 +195,17 @@ def too_large(paths: Iterable[Path], most: float = MOST_BYTES) -> str:
     )
 
 
+def words(path: str) -> str:
+    """Return a file's name as people read it.
+
+    Examples
+    --------
+    >>> words("two_impacts/figures/clearance_mass_ratio~0.1")
+    'clearance mass ratio 0.1'
+    """
+    return path.rpartition("/")[2].replace("_", " ").replace("~", " ")
+
+
 def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
     """Return, for each kind of figure or table, how to read it, as HTML.
 
@@ -238,6 +249,7 @@ def page(
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment.filters["words"] = words
     chapters = sorted(chapters, key=lambda one: SUBJECTS.index(one.subject))
     subjects = {name: [one for one in chapters if one.subject == name] for name in SUBJECTS}
     studies = [{path.partition("/")[0] for path in row["figures"].split()} for row in verdicts]
