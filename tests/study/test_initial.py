@@ -10,9 +10,10 @@ import xarray as xr
 
 from damper import State, simulate
 from damper.parameters.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
+from damper.parameters.units import attributes_of
 from damper.study.config import ConfigError, Study, load_config, load_study
 from damper.sweep.branches import draws
-from damper.sweep.cube import gather, write_cube
+from damper.sweep.cube import CONVENTIONS, gather, write_cube
 from damper.sweep.slices import read_slice, simulate_slice, write_slice
 
 SCENE: dict[str, Any] = {
@@ -85,12 +86,12 @@ def test_coordinates_are_described(tmp_path: Path) -> None:
     assert dims == [("initial_displacement",), (), ("draw",), ("draw",)]
     for quantity in INITIAL_QUANTITIES:
         attrs = cube[quantity.name].attrs
-        assert attrs == {"long_name": quantity.long_name, "units": quantity.units}
+        assert attrs == {"long_name": quantity.long_name, **attributes_of(quantity.units)}
     assert cube.draw.values.tolist() == [0, 1]
     assert cube.draw.attrs["long_name"] == "random initial state"
     write_cube(cube, tmp_path / "cube.nc")
     with xr.open_dataset(tmp_path / "cube.nc") as back:
-        xr.testing.assert_identical(back.load(), cube)
+        xr.testing.assert_identical(back.load(), cube.assign_attrs(Conventions=CONVENTIONS))
 
 
 def test_zero_is_rest() -> None:
