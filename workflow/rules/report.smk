@@ -115,6 +115,8 @@ def _tables_shown(wildcards):
 rule documents:
     input:
         _tables_shown,
+    log:
+        f"{LOGS}/documents.log",
     params:
         python=sys.executable,
         results=RESULTS,
@@ -122,4 +124,5 @@ rule documents:
     message:
         "Compare the documents' tables with the results"
     shell:
-        "{params.python:q} -m damper.report.documents --check {params.results:q} {params.documents:q}"
+        "{params.python:q} -m damper.report.documents --check {params.results:q} {params.documents:q} "
+        "2>&1 | tee {log:q}"

@@ -51,12 +51,12 @@ _SIZES = {
 }
 
 
-class Events(np.ndarray):
+class EventTable(np.ndarray):
     """Events as a structured array that is shown as a table; its fields are plain arrays."""
 
     def __getitem__(self, key: Any) -> Any:
         part = super().__getitem__(key)
-        other = isinstance(part, Events) and part.dtype != EVENT
+        other = isinstance(part, EventTable) and part.dtype != EVENT
         return part.view(np.ndarray) if other else part
 
     def __repr__(self) -> str:
@@ -82,7 +82,7 @@ def events(
     until: float,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
-) -> Events:
+) -> EventTable:
     """Every impact, start of sticking and release of a run, exactly.
 
     Parameters
@@ -104,7 +104,7 @@ def events(
 
     Returns
     -------
-    Events, a structured ndarray that is shown as a table
+    EventTable, a structured ndarray that is shown as a table
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
         if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
         (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
@@ -180,7 +180,7 @@ def events(
         time = periods * trajectory.period + rest
         row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
         pieces.append(np.array([row], dtype=EVENT))
-    found: Events = np.concatenate(pieces).view(Events)
+    found: EventTable = np.concatenate(pieces).view(EventTable)
     if units is not NO_UNITS:
         for name, size in _SIZES.items():
             found[name] *= getattr(units, size)
