@@ -128,7 +128,7 @@ def test_heavy_packages_stay_in_their_rooms():
         text = path.read_text()
         parts = path.relative_to(SOURCE).with_suffix("").parts
         assert parts[0] in draws or "import matplotlib" not in text, path
-        allowed = parts[0] in reads or parts in (("sweep", "cube"), ("sweep", "orbit_branches"))
+        allowed = parts[0] in reads or parts in (("sweep", "cube"), ("sweep", "orbits", "branch"))
         assert allowed or "import xarray" not in text, path
 
 

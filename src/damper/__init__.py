@@ -25,10 +25,10 @@ HOME = {
     "Parameters": "damper.parameters",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
-    "PeriodicOrbit": "damper.sweep.orbits",
-    "continue_orbit": "damper.sweep.orbit_branches",
+    "PeriodicOrbit": "damper.sweep.orbits.periodic",
+    "continue_orbit": "damper.sweep.orbits.branch",
     "events": "damper.sweep.events",
-    "periodic_orbit": "damper.sweep.orbits",
+    "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",
     "simulate": "damper.study.simulation",
 }

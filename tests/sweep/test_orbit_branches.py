@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 import damper
 from damper.engine.compiled import plain
 from damper.parameters import Parameters, State
-from damper.sweep.orbit_branches import Branch, SpecialPoint
+from damper.sweep.orbits.branch import Branch, SpecialPoint
 from damper.theory.two_impacts import largest_clearance, orbits
 from tests.reference.impact_oscillator import ImpactOscillator
 

@@ -11,8 +11,9 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.parameters.quantities import ALL
 from damper.parameters.units import LENGTH, SPEED, attributes_of
-from damper.sweep.orbit_branches import Branch, continue_orbit
-from damper.sweep.orbits import PeriodicOrbit, pass_over, periodic_orbit
+from damper.sweep.orbits.branch import Branch, continue_orbit
+from damper.sweep.orbits.passes import pass_over
+from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ import xarray as xr
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
-from damper.sweep.orbits import PeriodicOrbit, periodic_orbit
+from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import settings_of
 
 if TYPE_CHECKING:

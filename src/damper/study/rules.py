@@ -123,7 +123,7 @@ def _check_orbits(study: Study, faults: Faults) -> None:
     """Refuse to follow a motion along what is no axis, out of it, or through compliant contact."""
     if not study.orbits:
         return
-    from damper.sweep.orbit_branches import FOLLOWED
+    from damper.sweep.orbits.branch import FOLLOWED
 
     axes = study.axis_values
     if study.model == "compliant":

@@ -1,0 +1,196 @@
+"""`damper.continue_orbit`: periodic motions along a parameter, stable or not."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from damper.parameters import Parameters
+from damper.parameters.quantities import unknown_name
+from damper.parameters.quantity import real, whole
+from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
+from damper.sweep.orbits.periodic import PeriodicOrbit, check
+from damper.sweep.orbits.walk import Walk
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Parameters along which a motion can be followed.
+FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole and q.model != "compliant")
+
+
+def continue_orbit(
+    orbit: PeriodicOrbit,
+    parameter: str,
+    start: float,
+    stop: float,
+    *,
+    step: float = 0.02,
+    max_orbits: int = 2000,
+) -> "Branch":
+    """Follow a periodic motion along a parameter, both ways, also where it is unstable.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        Its own value of the parameter lies between `start` and `stop`.
+    parameter : str
+        Name of a parameter of `damper.Parameters`, such as "restitution".
+    start, stop : float
+        Range of the parameter to stay in.
+    step : float, default 0.02
+        Largest step along the branch: 1 is the whole range, or a change of the state by its size.
+    max_orbits : int, default 2000
+        Orbits after which to stop, either way.
+
+    Returns
+    -------
+    Branch
+        Its first end is the one that is met from `orbit` towards smaller values.
+
+    Raises
+    ------
+    ValueError
+        For a range without the orbit's own value or out of the parameter's own; when the motion
+        does not satisfy Newton's method at its own value.
+    TypeError
+        For an unknown parameter.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0,
+    ...                       clearance=5.0, restitution=0.5)
+    >>> branch = damper.continue_orbit(damper.periodic_orbit(p), "clearance", 4.5, 6.0)
+    >>> [(point.kind, round(point.value, 9)) for point in branch.special_points]
+    [('symmetry breaking', 4.616152418)]
+    """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
+    most, step = whole("max_orbits", max_orbits, 1), real("step", step)
+    if not 0.0 < step <= 1.0:
+        raise ValueError(f"step = {step!r}: must be a number with 0 < step <= 1")
+    first = _through(orbit, parameter, start, stop)
+    down = Walk(first.turned(-1.0), step, most)
+    up = Walk(first.turned(1.0), step, most) if not down.closed else down
+    points = [*down.points[:0:-1], *up.points] if up is not down else down.points
+    special = [*down.special[::-1], *up.special] if up is not down else down.special
+    return Branch(
+        parameter,
+        tuple(point.orbit() for point in points),
+        tuple(SpecialPoint(kind, point.value, point.orbit()) for kind, point in special),
+        (down.end, up.end),
+    )
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """Where motions are born, die, or change their kind."""
+
+    kind: str
+    """One of `KINDS`."""
+    value: float
+    """Of the parameter, to 1e-10 of the range that is followed."""
+    orbit: PeriodicOrbit
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Periodic motions along a parameter, in the order of the branch; made by `continue_orbit`."""
+
+    parameter: str
+    orbits: tuple[PeriodicOrbit, ...]
+    special_points: tuple[SpecialPoint, ...]
+    ends: tuple[str, str]
+    """Why the branch ends where its first and its last orbit are."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values of the parameter, one for each orbit."""
+        return np.array([getattr(orbit.parameters, self.parameter) for orbit in self.orbits])
+
+    def switch(self, point: SpecialPoint) -> PeriodicOrbit:
+        """Find a motion on the branch that crosses this one at a special point.
+
+        Parameters
+        ----------
+        point : SpecialPoint
+            A period doubling, symmetry breaking or branch point.
+
+        Returns
+        -------
+        PeriodicOrbit
+            Of twice the period after a period doubling. `continue_orbit` follows it.
+
+        Raises
+        ------
+        ValueError
+            For a point of another kind, and when no such motion is found.
+        """
+        if point.kind not in ("period doubling", "symmetry breaking", "branch point"):
+            raise ValueError(f"no branch crosses at a point of the kind {point.kind!r}")
+        doubled = point.kind == "period doubling"
+        crossed = _through(point.orbit, self.parameter, self.values.min(), self.values.max())
+        orbit = replace(point.orbit, period=2 * point.orbit.period) if doubled else point.orbit
+        there = _through(orbit, self.parameter, self.values.min(), self.values.max())
+        values, vectors = np.linalg.eig(crossed.found.map)
+        vector = vectors[:, abs(values + (1.0 if doubled else -1.0)).argmin()].real
+        found = there.crossing(vector)
+        if found is None:
+            raise ValueError(f"no branch found that crosses at the {point.kind} {point.value!r}")
+        return found.orbit()
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Return the branch as a Dataset: its orbits, and its special points."""
+        import xarray as xr
+
+        orbits, points = self.orbits, self.special_points
+        quantity = next(q for q in Parameters.quantities if q.name == self.parameter)
+        about = {"long_name": quantity.long_name, "units": quantity.units}
+        multipliers = np.full((len(orbits), 4), np.nan, complex)
+        for row, orbit in zip(multipliers, orbits, strict=True):
+            row[: len(orbit.multipliers)] = orbit.multipliers
+        variables: dict[str, Any] = {
+            self.parameter: ("orbit", self.values, about),
+            "multiplier_real": (("orbit", "multiplier"), multipliers.real),
+            "multiplier_imaginary": (("orbit", "multiplier"), multipliers.imag),
+            "stable": ("orbit", np.array([orbit.stable for orbit in orbits], "i1")),
+            "impacts": ("orbit", np.array([orbit.impacts for orbit in orbits])),
+            "slowest_impact": ("orbit", np.array([orbit.slowest_impact for orbit in orbits])),
+            "word": ("orbit", np.array([orbit.word for orbit in orbits], dtype=object)),
+            "kind": ("point", np.array([point.kind for point in points], dtype=object)),
+            "value": ("point", np.array([point.value for point in points], float), about),
+        }
+        for name in ("x", "v", "y", "u"):
+            states = np.array([getattr(orbit.state, name) for orbit in orbits])
+            variables[name] = ("orbit", states)
+            at = np.array([getattr(point.orbit.state, name) for point in points], float)
+            variables[f"point_{name}"] = ("point", at)
+        attributes = {
+            "parameter": self.parameter,
+            "period": orbits[0].period,
+            "first_end": self.ends[0],
+            "last_end": self.ends[1],
+        }
+        return xr.Dataset(variables, attrs=attributes)
+
+
+def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> OrbitPoint:
+    """Return the orbit as a point of its branch."""
+    if name not in FOLLOWED:
+        raise unknown_name("parameter", name, FOLLOWED)
+    quantity = next(q for q in Parameters.quantities if q.name == name)
+    low, high = sorted((quantity.check(start), quantity.check(stop)))
+    p = orbit.parameters
+    check(p, orbit.period)
+    own = getattr(p, name)
+    if not low <= own <= high or low == high:
+        raise ValueError(
+            f"{name} from {start!r} to {stop!r}: must be a range with the orbit's own {own!r}"
+        )
+    equation = OrbitEquation(p, name, low, high - low, orbit.period, orbit.start, np.zeros(1))
+    at = equation.at(orbit.start[None, :], (own - low) / (high - low))
+    found = equation.over(at)
+    if found is None:
+        raise ValueError(f"the orbit cannot be run: {orbit.state} of {p}")
+    return OrbitPoint(equation, at, found, np.eye(len(at))[-1]).recentred()

@@ -1,0 +1,78 @@
+"""Corners of a branch: how it goes on where a touch of no speed begins or ends."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from damper.sweep.orbits.equation import OrbitPoint
+
+#: Step below which a corner of the branch is looked for, and how far ahead.
+CORNER, AHEAD = 1e-2, 0.05
+
+
+def vanishing(a: OrbitPoint) -> np.ndarray | None:
+    """Unknowns ahead at which the slowest impact has no speed left; None where it is not near."""
+    back = a.advance(-0.1 * CORNER)
+    if back is None or back.found.signature != a.found.signature:
+        return None
+    slowing = (back.found.slowest - a.found.slowest) / (0.1 * CORNER)
+    if slowing <= 0.0 or a.found.slowest > AHEAD * slowing:
+        return None
+    return a.at + a.found.slowest / slowing * a.tangent
+
+
+def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
+    """A point beyond a corner at which the slowest impact is lost."""
+    equation = a.equation
+    # The gap changes most in this direction: the derivative grows by the inverse of the speed.
+    across = np.linalg.svd(a.found.jacobian(a.slope))[2][0]
+    for ahead in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2):
+        at = corner + ahead * across
+        found = equation.over(at)
+        if found is None or found.touches >= a.found.touches:
+            continue
+        tangent = np.linalg.svd(found.jacobian(equation.slope(at, found)))[2][-1]
+        for step in (abs(ahead), -abs(ahead)):
+            b = equation.correct(corner + step * tangent, tangent)
+            if b and b.found.touches < a.found.touches:
+                b = replace(b, toward=b.at - corner)
+                if np.linalg.norm(b.at - corner) < 3.0 * abs(step):
+                    return b
+    return None
+
+
+def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
+    """A point beyond a grazing at which the touch has begun.
+
+    With the speed w of the touch the motion gains w E, and the gap's change along C is w^2 / c. So
+    beyond the grazing the branch goes on as w t, with J t + E = 0 and C t = 0.
+    """
+    before, equation = graze.found.jacobian(a.slope), a.equation
+    for ahead in (1e-4, 1e-3, 1e-5, 1e-2):
+        at = graze.at + ahead * a.tangent
+        found = equation.over(at)
+        if found is None or found.touches <= a.found.touches:
+            continue
+        speed = found.slowest
+        more = found.jacobian(equation.slope(at, found)) - before
+        across = more.T @ more @ a.tangent
+        across /= np.linalg.norm(across)
+        c = speed**2 / (ahead * across @ a.tangent)
+        lost = equation.over(graze.at - ahead * across)
+        if lost is None:
+            continue
+        gained = 2.0 * speed / c * more @ across
+        rows = np.vstack([before, across])
+        tangent = np.linalg.lstsq(rows, [*-gained, 0.0], rcond=None)[0]
+        guess = graze.at + speed * tangent
+        for _ in range(3):
+            if beside := equation.over(guess):
+                # The square of the touch's speed, on the other side of the grazing as well.
+                begun = beside.touches > a.found.touches
+                short = -c * ahead * beside.smallest_gap / lost.smallest_gap
+                square = beside.slowest**2 if begun else short
+                guess = guess + (speed**2 - square) / c * across
+        b = equation.correct(guess, across)
+        if b and b.found.touches > a.found.touches:
+            return replace(b, toward=b.at - graze.at)
+    return None

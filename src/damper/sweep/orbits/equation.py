@@ -1,0 +1,351 @@
+"""What the orbits of a branch satisfy, and the corrector that finds them.
+
+The unknowns are the states at some moments of the period, each in a flight, and the parameter.
+Pseudo-arclength continuation follows the curve on which runs from moment to moment join (Keller,
+Applications of Bifurcation Theory, 1977, 359-384): a step along the tangent, then Newton's method
+at right angles to it. The derivative by the state is exact; that by the parameter is a central
+difference of the engine's map, which Newton's method only converges with: docs/orbits.md.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, SIDE, SPEED
+from damper.models import model_of
+from damper.parameters import Parameters
+from damper.sweep.orbits.passes import Pass, moving, pass_over
+from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
+from damper.sweep.orbits.word import bursts_of
+
+#: Newton steps at right angles to the tangent, and halvings of one.
+_STEPS, _HALVINGS = 8, 3
+#: What cannot be less for roundoff, over the size of the state.
+_ROUNDOFF = 1e-15
+#: Central differences by the parameter take this part of its range either way.
+_DIFFERENCE = 1e-8
+#: Most moments of a period at which states are unknowns, and the smallest part of its flight that
+#: lies before and after one.
+_MOMENTS, MARGIN = 8, 0.1
+
+
+@dataclass(frozen=True)
+class OrbitEquation:
+    """The equation of the branch: from one moment of the period to the next, runs must join.
+
+    The unknowns are the components of the states at these moments that move, over their size, and
+    the parameter's place in its range.
+    """
+
+    base: Parameters
+    name: str
+    low: float
+    span: float
+    period: int
+    state: np.ndarray
+    """A state on the branch: its size, and the components that do not move."""
+    moments: np.ndarray
+    """In forcing periods."""
+
+    @cached_property
+    def moving(self) -> np.ndarray:
+        return moving(self.base)
+
+    @cached_property
+    def size(self) -> float:
+        largest = float(abs(self.state[self.moving]).max()) or 1.0
+        return largest * len(self.moments) ** 0.5
+
+    def at(self, states: np.ndarray, value: float) -> np.ndarray:
+        """Unknowns of states at the moments and a value of the parameter's place."""
+        return np.append(states[:, self.moving].ravel() / self.size, value)
+
+    def over(self, at: np.ndarray) -> "Round | None":
+        """Run from each moment to the next; None where there is no such run."""
+        starts = np.tile(self.state, (len(self.moments), 1))
+        starts[:, self.moving] = self.size * at[:-1].reshape(len(starts), -1)
+        moments = [*self.moments, self.moments[0] + self.period]
+        try:
+            value: dict[str, Any] = {self.name: self.low + self.span * float(at[-1])}
+            p = replace(self.base, **value)
+            model = model_of(p)
+            passes = [
+                pass_over(p, start, moments[k], moments[k + 1], model)
+                for k, start in enumerate(starts)
+            ]
+        except ValueError:
+            # Outside the box or a parameter's range, or too many events.
+            return None
+        return Round(self, passes)
+
+    def slope(self, at: np.ndarray, found: "Round") -> np.ndarray:
+        """Derivative of what is lacking by the parameter, a central difference."""
+        ends = []
+        for way in (-_DIFFERENCE, _DIFFERENCE):
+            beside = at.copy()
+            beside[-1] += way
+            passed = self.over(beside)
+            ends.append((beside[-1], passed) if passed else (at[-1], found))
+        (below, first), (above, last) = ends
+        return (last.lacking - first.lacking) / ((above - below) or 1.0)
+
+    def correct(
+        self, guess: np.ndarray, normal: np.ndarray, slope: np.ndarray | None = None
+    ) -> "OrbitPoint | None":
+        """Newton's method at right angles to a direction; None where it does not converge.
+
+        A slope from nearby saves time. Just after a grazing all derivatives must be of one place.
+        """
+        at, found = guess, self.over(guess)
+        if found is None:
+            return None
+        for _ in range(_STEPS):
+            left = abs(found.lacking).max()
+            if left <= _ROUNDOFF:
+                break
+            here = self.slope(at, found) if slope is None else slope
+            rows = np.vstack([found.jacobian(here), normal])
+            try:
+                change = np.linalg.solve(rows, [*-found.lacking, normal @ (guess - at)])
+            except np.linalg.LinAlgError:
+                break
+            for halving in range(1 if left <= TOLERANCE else _HALVINGS):
+                nearer = at + 0.5**halving * change
+                passed = self.over(nearer)
+                if passed and abs(passed.lacking).max() < left:
+                    at, found = nearer, passed
+                    break
+            else:
+                # Nothing is nearer: as near as roundoff allows, or nowhere.
+                break
+        return OrbitPoint(self, at, found) if abs(found.lacking).max() <= TOLERANCE else None
+
+
+@dataclass(frozen=True)
+class Round:
+    """Runs from each moment of a period to the next."""
+
+    equation: OrbitEquation
+    passes: list[Pass]
+
+    @cached_property
+    def lacking(self) -> np.ndarray:
+        """What the state at each moment differs by from the end of the run before."""
+        ends = np.array([each.end for each in self.passes])
+        starts = np.array([each.start for each in self.passes])
+        return (
+            (ends - np.roll(starts, -1, 0))[:, self.equation.moving] / self.equation.size
+        ).ravel()
+
+    def jacobian(self, slope: np.ndarray) -> np.ndarray:
+        """Derivative of what is lacking by all unknowns."""
+        moves = self.equation.moving
+        size, count = len(moves), len(self.passes)
+        rows = np.zeros((size * count, size * count + 1))
+        for k, each in enumerate(self.passes):
+            here = slice(size * k, size * (k + 1))
+            later = size * ((k + 1) % count)
+            rows[here, here] += each.derivative[np.ix_(moves, moves)]
+            rows[here, later : later + size] -= np.eye(size)
+        rows[:, -1] = slope
+        return rows
+
+    @cached_property
+    def map(self) -> np.ndarray:
+        """Derivative of the state after the period by that at the first moment."""
+        moves = self.equation.moving
+        whole = np.eye(4)
+        for each in self.passes:
+            whole = each.derivative @ whole
+        return whole[np.ix_(moves, moves)]
+
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """The log."""
+        return np.concatenate([each.rows for each in self.passes])
+
+    @cached_property
+    def events(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the log that an event begins, and their times since the first moment."""
+        times = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
+        struck = self.rows[:, CAUSE] >= IMPACT
+        return self.rows[struck], times[struck]
+
+    @cached_property
+    def signature(self) -> tuple[tuple[str, int, bool], ...]:
+        """What it does in a period, event by event."""
+        rows, _ = self.events
+        bursts = bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED])
+        return tuple((burst.wall, burst.impacts, burst.completes) for burst in bursts)
+
+    @property
+    def touches(self) -> int:
+        """Impacts in a period, but for those that complete."""
+        return sum(impacts for _, impacts, _ in self.signature)
+
+    @property
+    def completions(self) -> int:
+        """Chatter sequences that complete in a period."""
+        return sum(completes for _, _, completes in self.signature)
+
+    @property
+    def slowest(self) -> float:
+        """Smallest approach speed."""
+        rows, _ = self.events
+        return float(min(rows[rows[:, CAUSE] == IMPACT, SPEED], default=np.inf))
+
+    @cached_property
+    def smallest_gap(self) -> float:
+        """Smallest gap in a flight, other than at its ends; over the size of the state."""
+        gaps = [gap for each in self.passes for gap in each.smallest_gaps()]
+        return min(gaps, default=np.inf) / self.equation.size
+
+    def state(self, moment: float) -> np.ndarray:
+        """State at a moment of the period, in forcing periods."""
+        moments, period = self.equation.moments, self.equation.period
+        later = (moment - moments[0]) % period
+        index = int(np.searchsorted(moments - moments[0], later, "right")) - 1
+        tau = (later - moments[index] + moments[0]) * self.passes[index].parameters.period
+        return self.passes[index].state_after(tau)
+
+
+@dataclass(frozen=True)
+class OrbitPoint:
+    """An orbit, as a point of the branch, with the branch's direction there."""
+
+    equation: OrbitEquation
+    at: np.ndarray
+    found: Round
+    toward: np.ndarray | None = None
+    """A direction along the branch; without one, that of larger values."""
+
+    @property
+    def parameters(self) -> Parameters:
+        return self.found.passes[0].parameters
+
+    @property
+    def value(self) -> float:
+        return float(getattr(self.parameters, self.equation.name))
+
+    def turned(self, way: float) -> "OrbitPoint":
+        """The point with the branch's direction the other way where `way` is negative."""
+        return replace(self, toward=way * self.tangent)
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        return self.equation.slope(self.at, self.found)
+
+    @cached_property
+    def tangent(self) -> np.ndarray:
+        tangent = np.linalg.svd(self.found.jacobian(self.slope))[2][-1]
+        along = tangent[-1] if self.toward is None else tangent @ self.toward
+        return tangent if along >= 0.0 else -tangent
+
+    @cached_property
+    def tests(self) -> dict[str, float]:
+        """Functions that vanish at special points, and are smooth along the branch."""
+        map_ = self.found.map
+        values = np.linalg.eigvals(map_)
+        pairs = [a * b - 1.0 for i, a in enumerate(values) for b in values[:i]]
+        jacobian = self.found.jacobian(self.slope)
+        return {
+            "fold": float(self.tangent[-1]),
+            "period doubling": float(np.linalg.det(map_ + np.eye(len(map_)))),
+            "torus": float(np.prod(pairs).real),
+            "branch point": float(np.linalg.det(np.vstack([jacobian, self.tangent]))),
+        }
+
+    @cached_property
+    def defect(self) -> np.ndarray:
+        """What half the period, mirrored for an odd number of forcing periods, does to the state.
+
+        Zero for a motion that is its own mirror image, or repeats already after half the period.
+        """
+        equation = self.equation
+        way = 1.0 if equation.period % 2 == 0 else -1.0
+        half = self.found.state(equation.moments[0] + 0.5 * equation.period)
+        return (self.found.passes[0].start - way * half)[equation.moving] / equation.size
+
+    @property
+    def turns(self) -> bool:
+        """Whether a pair of multipliers on the unit circle is complex."""
+        values = np.linalg.eigvals(self.found.map)
+        return bool(abs(values[abs(abs(values) - 1.0).argmin()].imag) > 0.0)
+
+    def advance(self, step: float) -> "OrbitPoint | None":
+        """The point a step further, or the one at the end of the range if that is nearer."""
+        guess, normal = self.at + step * self.tangent, self.tangent
+        if not 0.0 <= guess[-1] <= 1.0:
+            end = float(guess[-1] > 0.5)
+            guess = self.at + (end - self.at[-1]) / self.tangent[-1] * self.tangent
+            guess[-1], normal = end, np.eye(len(guess))[-1]
+        found = self.equation.correct(guess, normal, self.slope)
+        if found is None or np.linalg.norm(found.at - guess) > abs(step):
+            return None
+        return replace(found, toward=self.tangent)
+
+    @property
+    def flights(self) -> np.ndarray:
+        """Start and end of the flights between events, since the first moment; shape (n, 2)."""
+        rows, times = self.found.events
+        length = self.equation.period * self.parameters.period
+        ends = np.append(times[1:], times[:1] + length)
+        return np.column_stack([times, ends])[rows[:, MODE] == FLIGHT]
+
+    @property
+    def margin(self) -> float:
+        """Smallest part of a flight that lies before or after a moment; 0 where one is in none."""
+        start, end = self.flights.T[:, :, None]
+        if not start.size:
+            return 0.5
+        period = self.parameters.period
+        since = (self.equation.moments - self.equation.moments[0]) * period
+        # A flight may end in the next period.
+        since = since + np.where(since < start.min(), self.equation.period * period, 0.0)
+        parts = np.minimum(since - start, end - since) / (end - start)
+        return float(parts.max(0).min())
+
+    def recentred(self, part: float = 0.5) -> "OrbitPoint":
+        """The point with moments in the middle, or at another part, of the longest flights."""
+        equation, flights = self.equation, self.flights
+        if not len(flights):
+            return self
+        lengths = flights[:, 1] - flights[:, 0]
+        long = np.argsort(-lengths, kind="stable")[:_MOMENTS]
+        long = long[lengths[long] > MARGIN * lengths.max()]
+        middle = (flights[long, 0] + part * lengths[long]) / self.parameters.period
+        moments = np.sort((equation.moments[0] + middle) % equation.period)
+        there = replace(equation, moments=moments, state=self.found.passes[0].start)
+        ends = []
+        for ahead in (0.0, 1e-6):
+            found = equation.over(self.at + ahead * self.tangent)
+            if found is None:
+                return self
+            states = np.array([found.state(moment) for moment in moments])
+            ends.append(there.at(states, self.at[-1] + ahead * self.tangent[-1]))
+        point = there.correct(ends[0], np.eye(len(ends[0]))[-1])
+        return replace(point, toward=ends[1] - ends[0]) if point else self
+
+    def crossing(self, vector: np.ndarray) -> "OrbitPoint | None":
+        """A point of the branch that crosses here, along a deviation at the first moment."""
+        deviation = np.zeros(len(self.found.passes[0].start))
+        moves, deviations = self.equation.moving, []
+        deviation[moves] = vector
+        for each in self.found.passes:
+            deviations.append(deviation)
+            deviation = each.derivative @ deviation
+        across = self.equation.at(np.array(deviations), 0.0)
+        across /= np.linalg.norm(across)
+        for step in (3e-3, 1e-3, 1e-2, 3e-4):
+            guess = self.at + step * across
+            found = self.equation.correct(guess, across)
+            if found and np.linalg.norm(found.at - guess) < step:
+                return found
+        return None
+
+    def orbit(self) -> PeriodicOrbit:
+        """The orbit, from time 0 on."""
+        start = self.found.state(0.0)
+        return nearest_orbit(self.parameters, self.equation.period, start, 3)

@@ -1,0 +1,123 @@
+"""Runs from one moment to another, with the derivative of the end by the start."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from damper.engine.loop import FINISHED
+from damper.engine.segment import DURATION, FLIGHT, MODE, SIDE
+from damper.engine.trajectory import Trajectory
+from damper.models import check_state, model_of
+from damper.models.tangent import derivative
+from damper.parameters import Parameters, State
+
+#: Mass ratio from which on the free mass is a fixed stop: an impact changes its velocity by less
+#: than `TOLERANCE`. Its place is given, and two multipliers that are 1 are left out.
+FIXED_STOP = 1e12
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A run from one moment to another: states, derivative, log."""
+
+    parameters: Parameters
+    start: np.ndarray
+    start_side: float
+    """Wall at which the masses are in contact; 0 in flight."""
+    end: np.ndarray
+    side: float
+    derivative: np.ndarray
+    rows: np.ndarray
+    trajectory: Trajectory
+
+    @property
+    def change(self) -> float:
+        return float(abs(self.end - self.start).max())
+
+    def state_after(self, tau: float) -> np.ndarray:
+        """State a time after the start."""
+        starts = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
+        index = int(np.searchsorted(starts, tau, "right")) - 1
+        x, v, gap, rate = self.trajectory.motion_in(self.rows[index], tau - starts[index])
+        side = self.rows[index, SIDE]
+        return np.array([x, v, x + side * (self.parameters.clearance - gap), v - side * rate])
+
+    def smallest_gaps(self) -> list[float]:
+        """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
+        p, found = self.parameters, []
+        for row in self.rows[self.rows[:, MODE] == FLIGHT]:
+            duration = float(row[DURATION])
+            count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
+            times = np.linspace(0.0, duration, count)
+            rates = [self.trajectory.motion_in(row, tau)[3] for tau in times]
+            for k in range(count - 1):
+                if rates[k] * rates[k + 1] < 0.0:
+                    rate = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[3], row)
+                    tau = zero(rate, times[k], times[k + 1], rates[k], rates[k + 1])
+                    gap = self.trajectory.motion_in(row, tau)[2]
+                    found.append(gap if rates[k] < 0.0 else 2.0 * p.clearance - gap)
+        return found
+
+
+def pass_over(
+    parameters: Parameters, start: np.ndarray, begin: float, end: float, model: Any = None
+) -> Pass:
+    """Run from one moment to another, both in forcing periods; `model` is that of the parameters.
+
+    Raises
+    ------
+    ValueError
+        Where the state lies outside the box, or the run does not come to its end.
+    """
+    period = parameters.period
+    state = State(*map(float, (*start, begin * period)))
+    check_state(parameters, state)
+    trajectory = Trajectory(model or model_of(parameters), state)
+    side = _side(trajectory, start)
+    pieces: list[np.ndarray] = []
+    until = float(np.floor(end)), (end - np.floor(end)) * period
+    deviations = derivative(trajectory, *until, pieces)
+    if trajectory.status != FINISHED:
+        raise ValueError("the run used up max_events within a period")
+    last = trajectory.state_at(*until)
+    after = vector(last)
+    rows = np.concatenate(pieces)
+    return Pass(
+        parameters, start, side, after, _side(trajectory, after), deviations, rows, trajectory
+    )
+
+
+def vector(state: State) -> np.ndarray:
+    """(x, v, y, u) of a state."""
+    return np.array([state.x, state.v, state.y, state.u])
+
+
+def moving(parameters: Parameters) -> np.ndarray:
+    """Components of (x, v, y, u) that take part: not those of a free mass that is a fixed stop."""
+    return np.arange(2 if parameters.mass_ratio >= FIXED_STOP else 4)
+
+
+def zero(
+    function: Callable[[float], float], low: float, high: float, f_low: float, f_high: float
+) -> float:
+    """Where a function changes its sign, by the Illinois method; NaN where it is not a number."""
+    for _ in range(100):
+        middle = (low * f_high - high * f_low) / (f_high - f_low)
+        value = function(middle)
+        if value == 0.0 or min(abs(middle - high), abs(middle - low)) < 1e-14 or value != value:
+            return middle
+        if value * f_high < 0.0:
+            low, f_low = high, f_high
+        else:
+            f_low *= 0.5
+        high, f_high = middle, value
+    return middle
+
+
+def _side(trajectory: Trajectory, state: np.ndarray) -> float:
+    """Wall of the contact that a state is in; 0 in flight."""
+    x, v, y, u = state
+    return float(np.sign(y - x)) if u == v and abs(y - x) >= trajectory.model.clearance else 0.0

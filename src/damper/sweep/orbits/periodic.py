@@ -1,0 +1,210 @@
+"""`damper.periodic_orbit`: a periodic motion, stable or not, and its multipliers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from damper.models import start_run
+from damper.parameters import Parameters, State
+from damper.parameters.quantity import whole
+from damper.parameters.state import need_state
+from damper.sweep.events import events
+from damper.sweep.orbits.passes import Pass, moving, pass_over, vector
+from damper.sweep.orbits.word import WallImpacts, bursts_of
+
+#: Largest change of the state over the period, over the size of the state.
+TOLERANCE = 1e-11
+#: Steps of Newton's method, and halvings of one of them.
+_STEPS, _HALVINGS = 60, 12
+
+
+def periodic_orbit(
+    parameters: Parameters, period: int = 1, guess: State | None = None, *, settle: int = 200
+) -> "PeriodicOrbit":
+    """Find a motion that repeats after some forcing periods, stable or not, by Newton's method.
+
+    The derivative of the state after the period is that of `damper.models.tangent`, through
+    impacts, completed chatter and sticking. No impact of the orbit is skipped: it is a run of the
+    engine.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Of rigid walls.
+    period : int, default 1
+        Forcing periods after which it repeats. A shorter motion repeats then, too.
+    guess : State, optional
+        Where to look. Its time may be any: the search begins at the next start of a period. When
+        not given, a run from rest, after it has settled.
+    settle : int, default 200
+        Forcing periods of that run.
+
+    Returns
+    -------
+    PeriodicOrbit
+
+    Raises
+    ------
+    ValueError
+        When none is found, with where the search stopped; for compliant contact; when the period
+        is no multiple of that of a time-varying free mass.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3,
+    ...                       clearance=0.05, restitution=0.3)
+    >>> orbit = damper.periodic_orbit(p)
+    >>> orbit.stable, orbit.events.size
+    (True, 20)
+    """
+    period, settle = whole("period", period, 1), whole("settle", settle, 0)
+    check(parameters, period)
+    best = nearest_orbit(parameters, period, _settled(parameters, guess, settle))
+    if best.change > TOLERANCE * max(1.0, abs(best.start).max()):
+        raise ValueError(
+            f"no motion of period {period} found: the search stopped at {best.state}, "
+            f"which the period changes by {best.change:.3g}; try another guess or period"
+        )
+    return best
+
+
+@dataclass(frozen=True)
+class PeriodicOrbit:
+    """One motion that repeats after a number of forcing periods.
+
+    Made by `periodic_orbit`.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    period : int
+        Forcing periods after which it repeats.
+    state : State
+        At time 0, the start of a forcing period: a run of `parameters` from here is on the orbit.
+    derivative : ndarray (4, 4)
+        Of (x, v, y, u) after the period by those at its start.
+    change : float
+        Largest change of the state over the period: how closely it is met.
+    """
+
+    parameters: Parameters
+    period: int
+    state: State
+    derivative: np.ndarray
+    change: float
+
+    @property
+    def start(self) -> np.ndarray:
+        """The state as an array (x, v, y, u)."""
+        return vector(self.state)
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers, complex, the largest first; shape (4,).
+
+        Where a chatter sequence completes, two of them are zero. Beside a fixed stop there are only
+        those of the primary; shape (2,).
+        """
+        moves = moving(self.parameters)
+        values = np.linalg.eigvals(self.derivative[np.ix_(moves, moves)]).astype(complex)
+        return values[np.lexsort((-values.imag, -abs(values)))]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out: all multipliers inside the unit circle."""
+        return bool(abs(self.multipliers[0]) < 1.0)
+
+    @cached_property
+    def events(self) -> np.ndarray:
+        """Its events, as `damper.events` gives them, over the period."""
+        until = self.period * 2.0 * np.pi / self.parameters.frequency_ratio
+        return events(self.parameters, self.state, until=until)
+
+    @cached_property
+    def bursts(self) -> "tuple[WallImpacts, ...]":
+        """Its runs of impacts on one wall, the longest on the right wall first."""
+        names = ("kind", "side", "approach_speed")
+        return bursts_of(*(self.events[name] for name in names))
+
+    @property
+    def word(self) -> str:
+        """Its events: "R3 L2 RS" for three impacts right, two left, complete chatter right."""
+        return " ".join(f"{b.wall}{'S' if b.completes else b.impacts}" for b in self.bursts)
+
+    @property
+    def impacts(self) -> float:
+        """Impacts in its period; infinitely many where a chatter sequence completes."""
+        return sum(np.inf if burst.completes else burst.impacts for burst in self.bursts)
+
+    @property
+    def slowest_impact(self) -> float:
+        """Smallest approach speed outside complete chatter; NaN without such an impact.
+
+        The derivative grows by its inverse.
+        """
+        return min((burst.slowest for burst in self.bursts if not burst.completes), default=np.nan)
+
+
+def nearest_orbit(
+    parameters: Parameters, period: int, start: np.ndarray, steps: int = _STEPS
+) -> "PeriodicOrbit":
+    """What Newton's method finds from a state at time 0: the state that changes least."""
+
+    def over(start: np.ndarray) -> Pass:
+        return pass_over(parameters, start, 0.0, float(period))
+
+    best = found = over(start)
+    for _ in range(steps):
+        if found.change <= TOLERANCE * max(1.0, abs(found.start).max()):
+            break
+        if found.side != found.start_side:
+            # It ends in contact, or no more: the next period begins as this one ends.
+            found = over(found.end)
+        elif (stepped := _newton(found, over)) is None:
+            break
+        else:
+            found = stepped
+        best = min(best, found, key=lambda each: each.change)
+    state = State(*map(float, best.start))
+    return PeriodicOrbit(parameters, period, state, best.derivative, best.change)
+
+
+def check(parameters: Parameters, period: int) -> None:
+    """Refuse what is not followed."""
+    if not isinstance(parameters, Parameters):
+        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters")
+    if parameters.model == "compliant":
+        raise ValueError("deviations are not followed through compliant contact")
+    order = parameters.modulation_order if parameters.model == "time_varying" else 1
+    if period % order:
+        raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
+
+
+def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
+    """As much of a Newton step as makes the change smaller; None where nothing does."""
+    # In contact there are two directions, both masses together.
+    basis = np.vstack([np.eye(2), np.eye(2)]) if found.side else np.eye(4)
+    basis = basis[:, : len(moving(found.parameters))]
+    rows = basis.shape[1]
+    left = np.eye(rows) - (found.derivative @ basis)[:rows]
+    lacking = (found.end - found.start)[:rows]
+    step = basis @ np.linalg.lstsq(left, lacking, rcond=None)[0]
+    for halving in range(_HALVINGS):
+        start = found.start + 0.5**halving * step
+        if abs(start[2] - start[0]) <= found.parameters.clearance * (1.0 + 1e-15):
+            passed = over(start)
+            if passed.change < found.change:
+                return passed
+    return None
+
+
+def _settled(parameters: Parameters, guess: State | None, settle: int) -> np.ndarray:
+    """State at the start of a forcing period: the first one after the guess, or of a long run."""
+    need_state(guess)
+    trajectory = start_run(parameters, guess)
+    at = float(settle) if guess is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
+    trajectory.skip(at)
+    return vector(trajectory.state_at(at))

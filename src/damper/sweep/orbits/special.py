@@ -1,0 +1,66 @@
+"""Where special points of a branch lie, to roundoff."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from damper.sweep.orbits.equation import OrbitPoint
+from damper.sweep.orbits.passes import zero
+
+#: What a special point can be.
+KINDS = (
+    "fold",
+    "period doubling",
+    "torus",
+    "branch point",
+    "symmetry breaking",
+    "grazing",
+    "complete chatter",
+)
+
+
+def root(a: OrbitPoint, b: OrbitPoint, test: Callable[[OrbitPoint], float]) -> OrbitPoint | None:
+    """The point between two at which a function changes its sign."""
+    points: dict[float, OrbitPoint] = {}
+
+    def along(step: float) -> float:
+        point = a.advance(step)
+        if point is None:
+            return float("nan")
+        points[step] = point
+        return test(point)
+
+    step = float(a.tangent @ (b.at - a.at))
+    return points.get(zero(along, 0.0, step, test(a), test(b)))
+
+
+def grazing(a: OrbitPoint, size: float) -> OrbitPoint | None:
+    """The point ahead at which a touch is about to appear: the smallest gap in a flight is zero."""
+    point, gap, ahead = a, a.found.smallest_gap, a.tangent
+    step = 0.25 * size
+    for _ in range(60):
+        # Slope and tangent of the first: a difference would soon reach beyond the root.
+        b = a.equation.correct(point.at + step * ahead, a.tangent, a.slope)
+        if b is None or b.found.signature != a.found.signature:
+            step *= 0.25
+            continue
+        closing = (gap - b.found.smallest_gap) / step
+        ahead = (b.at - point.at) / step
+        point, gap = b, b.found.smallest_gap
+        if gap < 1e-12:
+            return replace(point, toward=a.tangent)
+        if closing <= 0.0 or gap > 4.0 * size * closing:
+            return None
+        # Short of the root, so that the touch does not begin.
+        step = 0.98 * gap / closing
+    return None
+
+
+def last_complete(a: OrbitPoint, size: float) -> OrbitPoint:
+    """The last point at which as many chatter sequences complete as at the given one."""
+    # Not closer, where the two halves of a symmetric motion may differ by roundoff.
+    while size > 2e-11:
+        size *= 0.5
+        b = a.advance(size)
+        if b is not None and b.found.completions == a.found.completions:
+            a = b
+    return a
