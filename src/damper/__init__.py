@@ -6,7 +6,8 @@ Rooms, each importing only those above it:
 - `engine`: one run, whatever the model: exact flow, certified search, event loop, segment log.
 - `models`: one file or folder for each damper. `theory`: closed forms to compare with.
 - `observers`: one file each, a pass over the segment log.
-- `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`, `continue_orbit`.
+- `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`, `continue_orbit`,
+  `continue_point`.
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
@@ -27,6 +28,7 @@ HOME = {
     "State": "damper.parameters",
     "PeriodicOrbit": "damper.sweep.orbits.periodic",
     "continue_orbit": "damper.sweep.orbits.branch",
+    "continue_point": "damper.sweep.orbits.point_curve",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",
@@ -40,6 +42,7 @@ __all__ = [
     "State",
     "__version__",
     "continue_orbit",
+    "continue_point",
     "events",
     "periodic_orbit",
     "run",

@@ -5,14 +5,18 @@ import pytest
 from scipy.optimize import brentq
 
 import damper
+from damper.analysis.closed_forms import reduced_gap
 from damper.engine.compiled import plain
 from damper.parameters import Parameters, State
 from damper.sweep.orbits.branch import Branch, SpecialPoint
+from damper.sweep.orbits.point_curve import PointCurve
+from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import largest_clearance, orbits
 from tests.reference.impact_oscillator import ImpactOscillator
 
 periodic_orbit = plain(damper.periodic_orbit)
 continue_orbit = plain(damper.continue_orbit)
+continue_point = plain(damper.continue_point)
 TWO_IMPACTS = Parameters(
     mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0, clearance=5.0, restitution=0.5
 )
@@ -150,6 +154,84 @@ def test_border_of_complete_chatter() -> None:
         p = Parameters(0.1, 0.02, 1.3, 0.05, border.value + way)
         orbit = periodic_orbit(p, guess=border.orbit.state)
         assert ("S" in orbit.word) == completes
+
+
+def curve(point: SpecialPoint, **ranges: tuple[float, float]) -> PointCurve:
+    """A few points, both ways along the second parameter."""
+    return continue_point(point, ranges, step=0.1, max_points=3)
+
+
+@pytest.mark.parametrize(
+    "other", [{"restitution": (0.6, 0.95)}, {"frequency_ratio": (2.6, 3.0)}], ids=lambda one: [*one]
+)
+def test_curves_of_the_impact_oscillator(
+    oscillator: Branch, other: dict[str, tuple[float, float]]
+) -> None:
+    """The closed form along both parameters: of the period doubling, of grazing, of the fold."""
+
+    def closed_form(orbit: damper.PeriodicOrbit, kind: str) -> float:
+        p = orbit.parameters
+        known = ImpactOscillator(p.frequency_ratio, p.restitution)
+        if kind == "fold":
+            return -known.fold
+        return abs(known.g) if kind == "grazing" else known.period_doubling(1.0)
+
+    branch = continue_orbit(unstable(0.97), "clearance", -1.79 - REST, -1.75 - REST)
+    for point in (*oscillator.special_points, *points(branch, "fold")):
+        found = curve(point, clearance=(5.0, 10.5), **other)
+        assert len(found.orbits) == 7
+        assert np.ptp(found.values(*other)) > 0.02
+        for orbit in found.orbits:
+            place = orbit.parameters.clearance + REST
+            assert place == pytest.approx(closed_form(orbit, point.kind), abs=1e-11)
+
+
+def test_curves_of_two_impacts(two_impacts: Branch) -> None:
+    """Fold, and multipliers of half the period on the unit circle, from the closed form."""
+    for kind in ("fold", "symmetry breaking", "torus"):
+        (point,) = points(two_impacts, kind)
+        found = curve(point, restitution=(0.3, 0.7), clearance=(1.0, 12.0))
+        assert len(found.orbits) == 7
+        for orbit in found.orbits:
+            p = orbit.parameters
+            if kind == "fold":
+                assert p.clearance == pytest.approx(largest_clearance(p), abs=1e-10)
+                continue
+            known = min(orbits(p), key=lambda each: abs(each.displacement - at_impact(orbit)))
+            critical = abs(known.multipliers) if kind == "torus" else -known.multipliers
+            assert abs(critical - 1.0).min() < 1e-9
+
+
+def at_impact(orbit: damper.PeriodicOrbit) -> float:
+    return float(orbit.events[orbit.events["side"] == 1]["x"][0])
+
+
+def test_border_of_complete_chatter_of_a_small_mass() -> None:
+    """The limit of a vanishing mass, which is bisected by itself."""
+    first = periodic_orbit(Parameters(1e-6, 0.02, 1.3, 0.3, 0.437))
+    branch = continue_orbit(first, "restitution", 0.437, 0.44, step=0.5, max_orbits=5)
+    (border,) = points(branch, "complete chatter")
+    for other in ({"clearance": (0.02, 1.0)}, {"frequency_ratio": (1.1, 2.0)}):
+        ranges = {"restitution": (0.05, 0.95), **other}
+        found = continue_point(border, ranges, step=0.1, max_points=1)
+        assert np.ptp(found.values("restitution")) > 0.01
+        for orbit in found.orbits:
+            known = critical_restitution(reduced_gap(orbit.parameters))
+            assert orbit.parameters.restitution == pytest.approx(known, abs=1e-6)
+    assert found.to_dataset().attrs["kind"] == "complete chatter"
+
+
+def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
+    (grazing,) = points(oscillator, "grazing")
+    found = continue_point(grazing, {"clearance": (9.0, 10.5), "frequency_ratio": (2.79, 2.81)})
+    assert found.values("frequency_ratio")[[0, -1]].tolist() == [2.79, 2.81]
+    assert "frequency_ratio = 2.79 is the end of the range" in found.ends[0]
+    with pytest.raises(ValueError, match="ranges of clearance: must be of clearance, along which"):
+        continue_point(grazing, {"clearance": (9.0, 10.5)})
+    with pytest.raises(TypeError, match=r"unknown parameter 'restitutoin'.*mean 'restitution'"):
+        continue_point(grazing, {"clearance": (9.0, 10.5), "restitutoin": (0.1, 0.9)})
+    with pytest.raises(TypeError, match="must be one of a branch's special_points"):
+        continue_point("grazing", {"clearance": (9.0, 10.5)})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """`damper.continue_orbit`: periodic motions along a parameter, stable or not."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,7 +78,7 @@ def continue_orbit(
     return Branch(
         parameter,
         tuple(point.orbit() for point in points),
-        tuple(SpecialPoint(kind, point.value, point.orbit()) for kind, point in special),
+        tuple(SpecialPoint(kind, point.value, point.orbit(), point) for kind, point in special),
         (down.end, up.end),
     )
 
@@ -92,6 +92,8 @@ class SpecialPoint:
     value: float
     """Of the parameter, to 1e-10 of the range that is followed."""
     orbit: PeriodicOrbit
+    found: OrbitPoint = field(repr=False, compare=False)
+    """The solution on the branch, from which `continue_point` goes on."""
 
 
 @dataclass(frozen=True)
@@ -177,20 +179,37 @@ class Branch:
 
 def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> OrbitPoint:
     """Return the orbit as a point of its branch."""
-    if name not in FOLLOWED:
-        raise unknown_name("parameter", name, FOLLOWED)
-    quantity = next(q for q in Parameters.quantities if q.name == name)
-    low, high = sorted((quantity.check(start), quantity.check(stop)))
     p = orbit.parameters
     check(p, orbit.period)
+    low, high = need_range(p, name, start, stop)
     own = getattr(p, name)
-    if not low <= own <= high or low == high:
-        raise ValueError(
-            f"{name} from {start!r} to {stop!r}: must be a range with the orbit's own {own!r}"
-        )
-    equation = OrbitEquation(p, name, low, high - low, orbit.period, orbit.start, np.zeros(1))
+    equation = OrbitEquation(
+        p, (name,), np.array([low]), np.array([high - low]), orbit.period, orbit.start, np.zeros(1)
+    )
     at = equation.at(orbit.start[None, :], (own - low) / (high - low))
     found = equation.over(at)
     if found is None:
         raise ValueError(f"the orbit cannot be run: {orbit.state} of {p}")
     return OrbitPoint(equation, at, found, np.eye(len(at))[-1]).recentred()
+
+
+def need_range(p: Parameters, name: str, start: float, stop: float) -> tuple[float, float]:
+    """Least and greatest value of a range of a parameter, its own value between them.
+
+    Raises
+    ------
+    TypeError
+        For an unknown parameter.
+    ValueError
+        For a range without its own value, or out of the range of what the parameter may be.
+    """
+    if name not in FOLLOWED:
+        raise unknown_name("parameter", name, FOLLOWED)
+    quantity = next(q for q in Parameters.quantities if q.name == name)
+    low, high = sorted((quantity.check(start), quantity.check(stop)))
+    own = getattr(p, name)
+    if not low <= own <= high or low == high:
+        raise ValueError(
+            f"{name} from {start!r} to {stop!r}: must be a range with the orbit's own {own!r}"
+        )
+    return low, high

@@ -36,13 +36,13 @@ class OrbitEquation:
     """The equation of the branch: from one moment of the period to the next, runs must join.
 
     The unknowns are the components of the states at these moments that move, over their size, and
-    the parameter's place in its range.
+    the place on a line of parameters, from `low` to `low + span`.
     """
 
     base: Parameters
-    name: str
-    low: float
-    span: float
+    names: tuple[str, ...]
+    low: np.ndarray
+    span: np.ndarray
     period: int
     state: np.ndarray
     """A state on the branch: its size, and the components that do not move."""
@@ -59,7 +59,7 @@ class OrbitEquation:
         return largest * len(self.moments) ** 0.5
 
     def at(self, states: np.ndarray, value: float) -> np.ndarray:
-        """Unknowns of states at the moments and a value of the parameter's place."""
+        """Unknowns of states at the moments and a place on the line."""
         return np.append(states[:, self.moving].ravel() / self.size, value)
 
     def over(self, at: np.ndarray) -> "Round | None":
@@ -68,8 +68,8 @@ class OrbitEquation:
         starts[:, self.moving] = self.size * at[:-1].reshape(len(starts), -1)
         moments = [*self.moments, self.moments[0] + self.period]
         try:
-            value: dict[str, Any] = {self.name: self.low + self.span * float(at[-1])}
-            p = replace(self.base, **value)
+            values: list[Any] = (self.low + self.span * at[-1]).tolist()
+            p = replace(self.base, **dict(zip(self.names, values, strict=True)))
             model = model_of(p)
             passes = [
                 pass_over(p, start, moments[k], moments[k + 1], model)
@@ -226,8 +226,12 @@ class OrbitPoint:
         return self.found.passes[0].parameters
 
     @property
+    def name(self) -> str:
+        return self.equation.names[0]
+
+    @property
     def value(self) -> float:
-        return float(getattr(self.parameters, self.equation.name))
+        return float(getattr(self.parameters, self.name))
 
     def turned(self, way: float) -> "OrbitPoint":
         """The point with the branch's direction the other way where `way` is negative."""
@@ -309,24 +313,35 @@ class OrbitPoint:
 
     def recentred(self, part: float = 0.5) -> "OrbitPoint":
         """The point with moments in the middle, or at another part, of the longest flights."""
+        moved = self.moved(self.centres(part), 1e-6 * self.tangent)
+        point = moved and moved.equation.correct(moved.at, np.eye(len(moved.at))[-1])
+        return replace(point, toward=moved.toward) if moved and point else self
+
+    def centres(self, part: float = 0.5) -> np.ndarray:
+        """Moments in the middle, or at another part, of the longest flights."""
         equation, flights = self.equation, self.flights
         if not len(flights):
-            return self
+            return np.empty(0)
         lengths = flights[:, 1] - flights[:, 0]
         long = np.argsort(-lengths, kind="stable")[:_MOMENTS]
         long = long[lengths[long] > MARGIN * lengths.max()]
         middle = (flights[long, 0] + part * lengths[long]) / self.parameters.period
-        moments = np.sort((equation.moments[0] + middle) % equation.period)
-        there = replace(equation, moments=moments, state=self.found.passes[0].start)
+        return np.sort((equation.moments[0] + middle) % equation.period)
+
+    def moved(self, moments: np.ndarray, toward: np.ndarray) -> "OrbitPoint | None":
+        """The point with other moments, not corrected, and a small step in terms of these."""
+        if not len(moments):
+            return None
+        there = replace(self.equation, moments=moments, state=self.found.passes[0].start)
         ends = []
-        for ahead in (0.0, 1e-6):
-            found = equation.over(self.at + ahead * self.tangent)
+        for at in (self.at, self.at + toward):
+            found = self.equation.over(at)
             if found is None:
-                return self
+                return None
             states = np.array([found.state(moment) for moment in moments])
-            ends.append(there.at(states, self.at[-1] + ahead * self.tangent[-1]))
-        point = there.correct(ends[0], np.eye(len(ends[0]))[-1])
-        return replace(point, toward=ends[1] - ends[0]) if point else self
+            ends.append(there.at(states, at[-1]))
+        runs = there.over(ends[0])
+        return OrbitPoint(there, ends[0], runs, ends[1] - ends[0]) if runs else None
 
     def crossing(self, vector: np.ndarray) -> "OrbitPoint | None":
         """A point of the branch that crosses here, along a deviation at the first moment."""

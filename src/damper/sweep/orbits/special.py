@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from damper.sweep.orbits.equation import OrbitPoint
 from damper.sweep.orbits.passes import zero
 
@@ -55,12 +57,15 @@ def grazing(a: OrbitPoint, size: float) -> OrbitPoint | None:
     return None
 
 
-def last_complete(a: OrbitPoint, size: float) -> OrbitPoint:
+def last_complete(a: OrbitPoint, size: float, tolerance: float = 2e-11) -> OrbitPoint:
     """The last point at which as many chatter sequences complete as at the given one."""
+    last = a
     # Not closer, where the two halves of a symmetric motion may differ by roundoff.
-    while size > 2e-11:
+    while size > tolerance:
         size *= 0.5
-        b = a.advance(size)
-        if b is not None and b.found.completions == a.found.completions:
-            a = b
-    return a
+        guess = last.at + size * a.tangent
+        b = a.equation.correct(guess, a.tangent, a.slope)
+        near = b is not None and np.linalg.norm(b.at - guess) < size
+        if b and near and b.found.completions == a.found.completions:
+            last = b
+    return replace(last, toward=a.tangent)

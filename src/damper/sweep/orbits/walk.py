@@ -41,11 +41,11 @@ class Walk:
             elif size > _LEAST:
                 size *= 0.4
             else:
-                self.end = f"no orbit found beyond {point.equation.name} = {point.value!r}"
+                self.end = f"no orbit found beyond {point.name} = {point.value!r}"
 
     def _ends(self, most: int) -> bool:
         point = self.points[-1]
-        name, at = point.equation.name, point.at[-1]
+        name, at = point.name, point.at[-1]
         if (at <= 0.0 and point.tangent[-1] < 0.0) or (at >= 1.0 and point.tangent[-1] > 0.0):
             self.end = f"{name} = {point.value!r} is the end of the range"
         elif len(self.points) > 10 and self._returns():
@@ -123,7 +123,7 @@ class Walk:
                 which = (
                     "symmetric motions" if a.equation.period % 2 else "motions of half the period"
                 )
-                self.end = f"meets {which} near {a.equation.name} = {point.value:.6g}"
+                self.end = f"meets {which} near {a.name} = {point.value:.6g}"
                 points = [(kind, each) for kind, each in points if kind == "torus"]
         points.sort(key=lambda each: float(a.tangent @ (each[1].at - a.at)))
         symmetric = np.linalg.norm(a.defect) < _SYMMETRIC
