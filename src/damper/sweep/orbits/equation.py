@@ -317,14 +317,14 @@ class OrbitPoint:
         point = moved and moved.equation.correct(moved.at, np.eye(len(moved.at))[-1])
         return replace(point, toward=moved.toward) if moved and point else self
 
-    def centres(self, part: float = 0.5) -> np.ndarray:
+    def centres(self, part: float = 0.5, least: float = MARGIN) -> np.ndarray:
         """Moments in the middle, or at another part, of the longest flights."""
         equation, flights = self.equation, self.flights
         if not len(flights):
             return np.empty(0)
         lengths = flights[:, 1] - flights[:, 0]
         long = np.argsort(-lengths, kind="stable")[:_MOMENTS]
-        long = long[lengths[long] > MARGIN * lengths.max()]
+        long = long[lengths[long] > least * lengths.max()]
         middle = (flights[long, 0] + part * lengths[long]) / self.parameters.period
         return np.sort((equation.moments[0] + middle) % equation.period)
 

@@ -7,7 +7,6 @@ whatever its kind is.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +17,12 @@ from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.orbits.special import grazing, last_complete, root
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 #: Smallest step, and the largest turn of the curve in a step (as a cosine).
 _LEAST, _TURN = 1e-5, 0.95
+#: Smallest part of the longest flight that a flight with a moment lasts.
+_LONG = 0.4
 #: How closely the border of complete chatter is located.
-_BEYOND = 1e-9
+_BEYOND = 1e-8
 
 
 def continue_point(
@@ -107,23 +105,6 @@ class PointCurve:
         """Values of a parameter, one for each orbit."""
         return np.array([getattr(orbit.parameters, parameter) for orbit in self.orbits])
 
-    def to_dataset(self) -> "xr.Dataset":
-        """Return the curve as a Dataset: its parameters, and the words of its orbits."""
-        import xarray as xr
-
-        about = {q.name: q for q in Parameters.quantities}
-        variables: dict[str, Any] = {
-            name: (
-                "orbit",
-                self.values(name),
-                {"long_name": about[name].long_name, "units": about[name].units},
-            )
-            for name in self.parameters
-        }
-        variables["word"] = "orbit", np.array([o.word for o in self.orbits], dtype=object)
-        attributes = {"kind": self.kind, "first_end": self.ends[0], "last_end": self.ends[1]}
-        return xr.Dataset(variables, attrs=attributes)
-
 
 @dataclass(frozen=True)
 class _Plane:
@@ -195,11 +176,8 @@ class _CurveWalk:
     def _take(self, here: np.ndarray, along: np.ndarray, size: float) -> bool:
         """Go a step; False where it has to be smaller."""
         last = self.points[-1]
-        if last.margin < MARGIN and last.toward is not None:
-            # Backwards, for a touch may begin ahead.
-            moved = last.moved(last.centres(), -1e-6 * last.toward)
-            if moved is not None and moved.toward is not None:
-                last = self.points[-1] = replace(moved, toward=-_unit(moved.toward))
+        if last.margin < MARGIN or len(self.points) == 1:
+            last = self.points[-1] = _recentred(last)
         equation = last.equation
         across = np.array([along[1], -along[0]])
         before = equation.span / (self.plane.high - self.plane.low)
@@ -214,13 +192,8 @@ class _CurveWalk:
             place[edge] = round(place[edge])
             across = np.where(np.arange(2) == edge, 0.0, np.copysign(1.0, across))
         there = self.plane.line(equation, place, across)
-        guess = np.append(last.at[:-1], 0.5)
-        if len(self.points) > 1:
-            earlier = self.points[-2]
-            states = np.array([earlier.found.state(moment) for moment in equation.moments])
-            chord = np.linalg.norm(here - self._place(-2))
-            part = np.linalg.norm(place - here) / chord
-            guess[:-1] += part * (last.at - equation.at(states, 0.5))[:-1]
+        guess, middle = self._predict(equation, float(np.linalg.norm(place - here)))
+        guess[-1] = 0.5 + (middle - place) @ across if len(self.points) > 1 else 0.5
         found = _located(self.kind, last, there, guess, size)
         if found is None:
             return False
@@ -229,6 +202,33 @@ class _CurveWalk:
             return False
         self.points.append(found)
         return bool(np.linalg.norm(went) < 3.0 * size)
+
+    def _predict(self, equation: OrbitEquation, ahead: float) -> tuple[np.ndarray, np.ndarray]:
+        """Unknowns and place a step ahead: of the parabola through the last three points."""
+        points = self.points[-3:]
+        places = np.array([self.plane.place(point.parameters) for point in points])
+        moments = equation.moments
+        states = [np.array([each.found.state(m) for m in moments]) for each in points]
+        at = np.array([equation.at(each, 0.5) for each in states])
+        lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        behind = -np.append(np.cumsum(lengths[::-1])[::-1], 0.0)
+        # Lagrange's weights.
+        away = behind[:, None] - behind + np.eye(len(points))
+        parts = (ahead - behind) / away
+        np.fill_diagonal(parts, 1.0)
+        weights = parts.prod(axis=1)
+        return weights @ at, weights @ places
+
+
+def _recentred(point: OrbitPoint) -> OrbitPoint:
+    """The point with moments in the middle of flights that no prediction leaves."""
+    if point.toward is None:
+        return point
+    # Backwards, for a touch may begin ahead.
+    moved = point.moved(point.centres(least=_LONG), -1e-6 * point.toward)
+    if moved is None or moved.toward is None:
+        return point
+    return replace(moved, toward=-_unit(moved.toward))
 
 
 def _located(
@@ -260,7 +260,7 @@ def _border(a: OrbitPoint, last: OrbitPoint, size: float) -> OrbitPoint | None:
     """The last point of a line at which as many chatter sequences complete as before."""
     if a.found.completions != last.found.completions:
         return None
-    for _ in range(6):
+    for _ in range(4):
         b = a.advance(size)
         if b and b.found.completions == a.found.completions:
             a, size = b, 2.0 * size
