@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, svg_of
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
@@ -141,5 +141,5 @@ def test_in_si_units() -> None:
 
 
 def test_files(cube: xr.Dataset, tmp_path: Path) -> None:
-    svg = assert_files("accumulation", cube, tmp_path, rows="restitution", at=AT)
+    svg = svg_of(drawn("accumulation", cube, rows="restitution", at=AT), tmp_path)
     assert "<image" in svg, "point clouds are rasterised"

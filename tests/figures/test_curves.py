@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from figures.drawing import (
-    assert_files,
     assert_nothing_overlaps,
     drawn,
     laid_out,
     legend_texts,
     made_up,
+    svg_of,
 )
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
@@ -242,10 +242,9 @@ def test_simulated(tmp_path: Path) -> None:
     )
     names = ["amplitude_ratio", "impacts_per_period"]
     settings = {"variables": names, "along": "frequency_ratio", "lines": "mass_ratio"}
-    svg = assert_files("curves", cube, tmp_path, **settings, best="clearance")
-    assert "<image" not in svg
     figure = drawn("curves", cube, **settings, best="clearance")
     assert_nothing_overlaps(figure)
+    assert "<image" not in svg_of(figure, tmp_path)
     worst = cube.amplitude_ratio.max("frequency_ratio").idxmin("clearance").values
     for text, d in zip(legend_texts(figure), worst, strict=False):
         assert f"best $d$ = {d:g}" in text

@@ -1,13 +1,12 @@
 """The free mass in time: what is annotated and shaded is what the event list says."""
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
@@ -235,11 +234,7 @@ def test_labels_and_page(cube: xr.Dataset) -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_files(cube: xr.Dataset, tmp_path: Path) -> None:
-    assert_files("free_mass", cube, tmp_path, near=40.0)
-
-
-def test_si(tmp_path: Path) -> None:
+def test_si() -> None:
     cube = simulate(
         **SI,
         gap=0.002,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_files, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, svg_of
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
@@ -183,11 +183,11 @@ def test_si_units_and_files(tmp_path: Path) -> None:
     for ax in figure.axes:
         (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
         assert np.abs(line.get_ydata()).max() == pytest.approx(1.0, abs=1e-9)
-    assert "<image" not in assert_files("histories", cube, tmp_path, panels="restitution")
+    assert "<image" not in svg_of(drawn("histories", cube, panels="restitution"), tmp_path)
 
 
 def test_very_many_points_are_rasterised(
     cube: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(histories, "_MOST_POINTS", 100)
-    assert "<image" in assert_files("histories", cube, tmp_path, panels="restitution")
+    assert "<image" in svg_of(drawn("histories", cube, panels="restitution"), tmp_path)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from figures.drawing import assert_files, drawn, laid_out
+from figures.drawing import drawn, laid_out, svg_of
 from matplotlib.figure import Figure
 
 from damper.figures import draw
@@ -59,7 +59,7 @@ def test_nothing_overlaps_or_leaves_the_page(drawing: str, caption: str | None) 
 
 @pytest.mark.parametrize("drawing", SYMBOLS)
 def test_files(drawing: str, tmp_path: Path) -> None:
-    assert "<image" not in assert_files("schematic", None, tmp_path, drawing=drawing)
+    assert "<image" not in svg_of(drawn("schematic", None, drawing=drawing), tmp_path)
 
 
 def test_unknown_drawing_is_refused() -> None:

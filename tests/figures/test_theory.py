@@ -1,13 +1,12 @@
 """Theory drawn over simulations: where its lines lie, and that nothing is paid for unasked."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_files, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -296,7 +295,7 @@ def test_sticking_and_further_impacts_are_told_apart() -> None:
         assert not found.two_impacts.any()
 
 
-def test_manifold_figure(decay: xr.Dataset, tmp_path: Path) -> None:
+def test_manifold_figure(decay: xr.Dataset) -> None:
     figure = drawn("slow_manifold", decay, panels="restitution")
     assert_nothing_overlaps(figure)
     assert len(legend_texts(figure)) == 6
@@ -309,7 +308,6 @@ def test_manifold_figure(decay: xr.Dataset, tmp_path: Path) -> None:
         xi, theta = solid.get_data()
         np.testing.assert_allclose(xi, amplitude(theta, restitution))
         assert theta[[0, -1]] == pytest.approx([fold(restitution).theta, SYMMETRIC_LIMIT])
-    assert_files("slow_manifold", decay, tmp_path, panels="restitution")
 
 
 def test_manifold_without_impacts() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_same_files, legend_texts
+from figures.drawing import legend_texts
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from damper.figures.common.style import style
@@ -329,8 +329,3 @@ def test_summary_tells_errors_failures_and_ratios(cubes):
     assert "s stalled" in figure.get_suptitle()
     codes = [OUTCOMES.index(name) for name in ("good", "capped", "missed", "missed")]
     assert solver_summary.letters(np.array([*codes, np.nan])) == "mc"
-
-
-@pytest.mark.parametrize("kind", [work_precision, solver_summary])
-def test_files_are_the_same_twice_and_small(kind, cubes, tmp_path):
-    assert_same_files(lambda: kind.draw(*cubes), tmp_path)

@@ -2,12 +2,10 @@
 
 import csv
 import io
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_same_files
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from damper.figures.common.style import style
@@ -256,9 +254,3 @@ def test_no_runs(tmp_path):
     assert "No runs were compared" in metamorphic_table.make(cube).markdown()
     figure = drawn(metamorphic_figure, cube)
     assert [text.get_text() for text in figure.axes[0].texts] == ["no runs were compared"]
-
-
-def test_files_are_the_same_twice_and_small(cube, again, tmp_path):
-    for kind, data in ((stress_figure, cube), (metamorphic_figure, again)):
-        draw = SimpleNamespace(kind=kind, data=data)
-        assert_same_files(lambda draw=draw: draw.kind.draw(draw.data), tmp_path)
