@@ -91,7 +91,7 @@ def test_figure_shows_each_ratio_that_there_is(timings):
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)
     points = [container.lines[0].get_xydata() for container in time.containers]
     assert points[0] == pytest.approx(np.array([[1.5, 1]]))
-    assert points[1][:, 1] == pytest.approx([-0.2, 1.8, 2.8])
+    assert points[1][:, 1] == pytest.approx([0.0, 2.0, 2.8])
     assert points[2][:, 1] == pytest.approx([3.2])
     assert [bar.get_width() for bar in memory.patches] == [0.0, 962 / 1e6, 0.0, 0.0]
     assert_nothing_overlaps(figure)
