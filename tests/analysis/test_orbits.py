@@ -38,6 +38,13 @@ def test_branches_at_each_place_of_the_other_axes(branches: xr.Dataset) -> None:
         assert bool(orbit.stable) == closed_form(p)[0].stable
 
 
+def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Dataset) -> None:
+    for name, variable in branches.variables.items():
+        assert len(variable.attrs["long_name"]) > 3, name
+        assert variable.dtype.kind not in "fi" or variable.attrs["units"] in ("1", "rad"), name
+    assert branches.point_velocity.attrs["scaled_by"] == "F0/sqrt(K M)"
+
+
 def test_table(branches: xr.Dataset) -> None:
     table = make(branches, {})
     first = table.data[table.data.restitution == 0.5].iloc[0]

@@ -24,7 +24,7 @@ _ABOUT = {
     "along": ("axis that the branch is followed along", ""),
     "first_end": ("why the branch ends where it begins", ""),
     "last_end": ("why the branch ends", ""),
-    "value": ("value of the axis that the branch is followed along", "1"),
+    "value": ("value of the axis that the branch is followed along, in its units", "1"),
     "stable": ("whether the motion is stable", "1"),
     "growth": ("size of the largest Floquet multiplier", "1"),
     "slowest_impact": ("approach speed of the slowest impact", SPEED),
