@@ -6,7 +6,7 @@ import xarray as xr
 
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
-from damper.figures.overlays.orbits import overlay
+from damper.figures.overlays.orbits import overlay, overlay_curves
 from damper.parameters import Parameters
 from damper.tables.special_points import make
 from damper.theory.two_impacts import orbits as closed_form
@@ -14,6 +14,10 @@ from damper.theory.two_impacts import orbits as closed_form
 FIXED = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "phase": 0.0}
 AXES = {"restitution": (0.4, 0.5), "clearance": (4.5, 4.8)}
 ENTRY = {"along": "clearance", "start": 4.7, "period": 1, "max_orbits": 50, "settle": 60}
+BREAKING = ENTRY | {
+    "at": {"restitution": 0.5},
+    "curves": {"symmetry breaking": {"restitution": (0.49, 0.51)}},
+}
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +69,27 @@ def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
     assert "symmetry breaking" in labels
     nowhere = panel.assign_coords(restitution=0.7)
     assert overlay({"displacement": ax}, nowhere, "clearance", branches) == []
+
+
+def test_curves_of_special_points() -> None:
+    """On the curve the multiplier of half the period is -1; drawn over a map of both axes."""
+    from matplotlib.figure import Figure
+
+    found = plain(follow_orbits)({"two": BREAKING}, FIXED, AXES)
+    for name in AXES:
+        found[name].attrs["axis"] = 1
+    assert found.restitution.values.tolist() == [0.5]
+    assert found.curve_kind.values.tolist() == ["symmetry breaking"]
+    assert found.curve_other_value.values[[0, -1]].tolist() == [0.49, 0.51]
+    for clearance, r in zip(found.curve_value.values, found.curve_other_value.values, strict=True):
+        known = closed_form(Parameters(0.1, 0.1, 1.0, clearance, r))[0].multipliers
+        assert abs(known + 1.0).min() < 1e-9
+    table = make(found, {})
+    assert table.data.restitution.tolist()[1:] == found.curve_other_value.values.tolist()
+    assert "restitution = 0.51 is the end of the range" in str(table.body)
+    ax = Figure().subplots()
+    panel = xr.Dataset(coords={"clearance": [4.5, 4.8], "restitution": [0.4, 0.5]})
+    (handle,) = overlay_curves(ax, panel, "restitution", "clearance", found)
+    assert handle.get_label() == "symmetry breaking"
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_value)
+    assert overlay_curves(ax, panel, "restitution", "mass_ratio", found) == []

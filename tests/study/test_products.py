@@ -452,6 +452,18 @@ def test_lyapunov_exponents_are_of_rigid_walls(tmp_path: Path) -> None:
     [
         ({"along": "clearence", "start": 1}, "did you mean 'clearance'?"),
         ({"along": "clearance", "start": 5}, "orbits.two.start\n    'start' is outside of the"),
+        (
+            {"along": "clearance", "start": 1, "at": {"mass_ratio": 3}},
+            "'mass_ratio' has no value 3",
+        ),
+        (
+            {"along": "clearance", "start": 1, "curves": {"folds": {"restitution": [0, 1]}}},
+            "did you mean 'fold'?",
+        ),
+        (
+            {"along": "clearance", "start": 1, "curves": {"fold": {"damping_ratio": [0.5, 1]}}},
+            "a range that holds these values",
+        ),
     ],
 )
 def test_orbits_follow_an_axis_from_a_value_of_it(

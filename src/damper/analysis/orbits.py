@@ -14,6 +14,7 @@ from damper.parameters.units import LENGTH, SPEED, attributes_of
 from damper.sweep.orbits.branch import Branch, continue_orbit
 from damper.sweep.orbits.passes import pass_over
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
+from damper.sweep.orbits.point_curve import continue_point
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +34,18 @@ _ABOUT = {
     "word": ("order of the events in a period", ""),
     "displacement": ("primary displacement once per forcing period", LENGTH),
     "velocity": ("primary velocity once per forcing period", SPEED),
+    "curve": ("number of the curve of special points", "1"),
+    "curve_branch": ("number of the branch on which the curve begins", "1"),
+    "curve_other": ("the other parameter of the curve", ""),
+    "curve_kind": ("what happens at the points of the curve", ""),
+    "curve_first_end": ("why the curve ends where it begins", ""),
+    "curve_last_end": ("why the curve ends", ""),
+    "curve_word": ("order of the events in a period", ""),
+    "curve_value": ("value of the axis that the branch is followed along, in its units", "1"),
+    "curve_other_value": ("value of the other parameter, in its units", "1"),
 }
+#: Largest step along a curve of special points.
+_STEP = 0.1
 
 
 def follow_orbits(
@@ -44,23 +56,43 @@ def follow_orbits(
 ) -> xr.Dataset:
     """Follow periodic motions along an axis, at each place of the other axes.
 
-    `entries` gives for each motion `along`, the axis; `start`, the value at which a run from rest
-    that has settled shows it; `period`; `settle`, periods of that run; `max_orbits`. `displacement`
-    and `velocity` are those at a part `at` of the forcing period.
+    Parameters
+    ----------
+    entries : mapping
+        Name of the motion -> `along`, the axis; `start`, the value at which a run from rest that
+        has settled shows it; `period`; `settle`, periods of that run; `max_orbits`; `at`, values of
+        other axes; `curves`, kind of a special point -> parameter -> its range.
+    fixed, axes : mapping
+        Values of the study's quantities.
+    at : float, default 0
+        Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
 
-    Along `orbit` and `point` lie all orbits and special points, with the number of their branch;
-    along `branch`, its name, the values of the other axes, and why it ends; along `turn`, the
-    forcing periods of an orbit.
+    Returns
+    -------
+    xarray.Dataset
+        Along `orbit` and `point`, all orbits and special points, with the number of their branch;
+        along `branch`, its name, the values of the other axes, and why it ends. Along `turn`, the
+        forcing periods of an orbit. Along `curve_point`, special points over the axis and another
+        parameter, with the number of their `curve`.
     """
     import xarray as xr
 
     found = []
     for name, entry in entries.items():
         along = entry["along"]
-        others = {axis: values for axis, values in axes.items() if axis != along}
+        at_only = {axis: (value,) for axis, value in entry.get("at", {}).items()}
+        others = {k: at_only.get(k, values) for k, values in axes.items() if k != along}
         for place in combinations(*others.values()):
             where = dict(zip(others, place, strict=True))
             found.append((name, along, where, _branch(entry, {**fixed, **where}, axes[along])))
+    curves = [
+        (k, along, other, continue_point(point, ranges, step=_STEP))
+        for k, (name, along, _, branch) in enumerate(found)
+        for point in branch.special_points
+        for other, ends in entries[name].get("curves", {}).get(point.kind, {}).items()
+        for ranges in ({along: (min(axes[along]), max(axes[along])), other: ends},)
+    ]
+    on_curves = [(k, orbit) for k, (*_, curve) in enumerate(curves) for orbit in curve.orbits]
     turns = max((entry["period"] for entry in entries.values()), default=1)
     orbits = [(k, o) for k, (*_, branch) in enumerate(found) for o in branch.orbits]
     points = [(k, p) for k, (*_, branch) in enumerate(found) for p in branch.special_points]
@@ -80,6 +112,20 @@ def follow_orbits(
         "stable": ("orbit", np.array([o.stable for _, o in orbits], "i1")),
         "growth": ("orbit", np.array([abs(o.multipliers[0]) for _, o in orbits], float)),
         "slowest_impact": ("orbit", np.array([o.slowest_impact for _, o in orbits], float)),
+        "curve_branch": ("curve", np.array([k for k, *_ in curves], "i4")),
+        "curve_other": ("curve", _texts(other for _, _, other, _ in curves)),
+        "curve_kind": ("curve", _texts(curve.kind for *_, curve in curves)),
+        "curve_first_end": ("curve", _texts(curve.ends[0] for *_, curve in curves)),
+        "curve_last_end": ("curve", _texts(curve.ends[1] for *_, curve in curves)),
+        "curve": ("curve_point", np.array([k for k, _ in on_curves], "i4")),
+        "curve_word": ("curve_point", _texts(orbit.word for _, orbit in on_curves)),
+        **{
+            name: ("curve_point", np.concatenate([np.empty(0), *values]))
+            for name, values in (
+                ("curve_value", [curve.values(along) for _, along, _, curve in curves]),
+                ("curve_other_value", [curve.values(other) for *_, other, curve in curves]),
+            )
+        },
         "kind": ("point", _texts(p.kind for _, p in points)),
         "point_value": ("point", np.array([p.value for _, p in points], float)),
     }

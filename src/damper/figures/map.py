@@ -60,6 +60,7 @@ from damper.study.products import (
     Role,
     check_written,
     need,
+    need_orbits,
 )
 from damper.study.yaml_file import words
 
@@ -151,6 +152,10 @@ class Map(FigureSettings):
             "and clearance."
         ),
     ] = None
+    orbits: Annotated[
+        bool,
+        Field(description="Whether to draw the curves of special points of the study's orbits."),
+    ] = False
     interactive: Interactive = False
     equal: Annotated[
         bool,
@@ -161,8 +166,15 @@ class Map(FigureSettings):
     ] = False
     caption: Caption = None
 
+    @property
+    def reads(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Files of the study that it shows."""
+        return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
+
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        if settings.get("orbits") is True:
+            need_orbits(("orbits",), offer, faults)
         if settings.get("variable") == _ATTRACTOR:
             need(offer, faults, "response", "impacts")
         else:
@@ -191,6 +203,7 @@ class Map(FigureSettings):
 
 def draw(
     cube: xr.Dataset,
+    branches: xr.Dataset | None = None,
     *,
     variable: str,
     x: str,
@@ -199,6 +212,7 @@ def draw(
     at: Mapping[str, Any] | None = None,
     best: str | None = None,
     theory: str | None = None,
+    orbits: bool = False,
     equal: bool = False,
     caption: str | None = None,
 ) -> Figure:
@@ -207,6 +221,8 @@ def draw(
     Parameters
     ----------
     cube : xarray.Dataset
+    branches : xarray.Dataset, optional
+        The study's orbits, from `damper.analysis.orbits.follow_orbits`; needed for `orbits`.
     variable : str
         Variable with one value at each point; `chatter` and `status` are drawn in classes, and so
         is `attractor`, which is found from rms displacement and impacts per period.
@@ -222,6 +238,8 @@ def draw(
     theory : {"small_mass_limit", "steady_amplitude"}, optional
         Draw the small-mass limit of the restitution up to which bursts complete; x and y must be
         restitution and clearance (or gap). Or the steady amplitude without damper.
+    orbits : bool, default False
+        Draw the curves of special points over x and y.
     equal : bool, default False
         Cells of equal size, with each value written at its axis.
     caption : str, optional
@@ -262,6 +280,10 @@ def draw(
             marks |= _best(ax, panel, x, y, good, best, variable)
         if theory:
             for handle in import_module(THEORY[theory]).overlay(ax, panel, x, y):
+                marks[str(handle.get_label())] = handle
+        if orbits and branches is not None:
+            curves = import_module("damper.figures.overlays.orbits").overlay_curves
+            for handle in curves(ax, panel, x, y, branches):
                 marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, values, classes)
         if panels:

@@ -24,13 +24,14 @@ from damper.study.axes import axis_values
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
-from damper.study.products import Offer
+from damper.study.products import Offer, check_listed
 from damper.study.settings import MOST_DRAWS, OBSERVER_SETTINGS, SECTIONS, Axis
 from damper.study.yaml_file import as_part, words
 from damper.sweep.branches import DIRECTIONS
 
 if TYPE_CHECKING:
     from damper.study.model import Study
+    from damper.study.settings import FollowedOrbit
 
 
 def relate(raw: dict[str, Any], study: Study | None, faults: Faults) -> None:
@@ -142,6 +143,33 @@ def _check_orbits(study: Study, faults: Faults) -> None:
             message = f"'start' is outside of the axis {entry.along} (value: {entry.start:g})"
             allowed = f"{min(axes[entry.along]):g} to {max(axes[entry.along]):g}"
             faults.add(("orbits", name, "start"), message, allowed)
+        else:
+            with faults.of("orbits", name):
+                _check_curves(study, entry, faults)
+
+
+def _check_curves(study: Study, entry: FollowedOrbit, faults: Faults) -> None:
+    """Refuse places that no axis has, and curves that do not begin in their range."""
+    from damper.sweep.orbits.branch import FOLLOWED
+
+    axes = study.axis_values
+    others = [name for name in axes if name != entry.along]
+    for axis, value in entry.at.items():
+        if axis not in others:
+            faults.unknown(("at", axis), "axis", axis, others)
+        else:
+            check_listed(("at", axis), axis, value, axes[axis], faults)
+    for kind, ranges in entry.curves.items():
+        for name, (low, high) in ranges.items():
+            loc = ("curves", kind, name)
+            own = axes.get(name, (study.fixed.get(name, 0.0),))
+            own = (entry.at[name],) if name in entry.at else own
+            if name == entry.along or name not in FOLLOWED:
+                message = f"a point cannot be followed along {entry.along} and {name}"
+                faults.add(loc, message, words(each for each in FOLLOWED if each != entry.along))
+            elif not low <= min(own) <= max(own) <= high:
+                message = f"the motion has {name} from {min(own):g} to {max(own):g}"
+                faults.add(loc, message, "a range that holds these values; or give one value in at")
 
 
 def corners(study: Study) -> list[Parameters]:

@@ -13,13 +13,25 @@ from pydantic import Field, create_model
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
-from damper.parameters.quantities import ALL, INITIAL_NAMES
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, WAYS, axis_values
-from damper.study.fields import Coordinate, Distinct, Pair, Rule, Some, Strict, Text, Unit, one_of
+from damper.study.fields import (
+    Coordinate,
+    Distinct,
+    Entries,
+    Pair,
+    Rule,
+    Some,
+    Strict,
+    Text,
+    Unit,
+    one_of,
+)
 from damper.study.messages import Faults
 from damper.study.schema import THE_PARAMETERS
 from damper.sweep.branches import DIRECTIONS
+from damper.sweep.orbits import KINDS
 
 Assumed = Annotated[
     Text | None,
@@ -29,6 +41,8 @@ Stated = Annotated[
     Text | None, Field(description="Where the source gives this value; not with `assumed`.")
 ]
 
+#: Nothing given; copied for each model.
+_NONE: Any = {}
 _WITH_SI = {units: f"{units}, {si}" for units, si in SI_UNITS.items()}
 
 
@@ -191,6 +205,12 @@ class Initial(Strict):
             faults.add(("draws",), message, "integer >= 1")
 
 
+Curves = Annotated[
+    dict[str, Pair[float]],
+    Entries("parameter", PARAMETER_NAMES, to="its range: [low, high]", dropped=True),
+]
+
+
 class FollowedOrbit(Strict):
     """A periodic motion to follow along an axis, stable or not, at each value of the others."""
 
@@ -208,6 +228,19 @@ class FollowedOrbit(Strict):
     max_orbits: Annotated[
         int, Field(ge=1, le=100_000, description="Orbits after which to stop, either way.")
     ] = 500
+    at: Annotated[
+        dict[str, Coordinate],
+        Entries("axis", tuple(ALL), to="one of its values"),
+        Field(description="Values of other axes to follow it at; at each value when not given."),
+    ] = _NONE
+    curves: Annotated[
+        dict[str, Curves],
+        Entries("special point", KINDS, to="a parameter and the range of it"),
+        Field(
+            description="Special points to follow along the axis and one more parameter: kind of "
+            "the point -> parameter -> [low, high]."
+        ),
+    ] = _NONE
 
 
 class Threshold(Strict):

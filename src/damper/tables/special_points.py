@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from damper.study.messages import Faults
 from damper.study.products import Offer, Product, need_orbits
 from damper.tables import Table
@@ -44,12 +46,32 @@ def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
                 strict=True,
             )
         ]
+        for number in np.flatnonzero(branches.curve_branch.values == k):
+            other = str(branches.curve_other[number].item())
+            curve = branches.isel(curve_point=branches.curve.values == number)
+            rows += [
+                {**place, other: at, "point": kind, "along": along, "value": value, "word": word}
+                for kind, at, value, word in zip(
+                    [branches.curve_kind[number].item()] * curve.sizes["curve_point"],
+                    curve.curve_other_value.values.tolist(),
+                    curve.curve_value.values.tolist(),
+                    curve.curve_word.values.tolist(),
+                    strict=True,
+                )
+            ]
+            first, last = branches.curve_first_end[number], branches.curve_last_end[number]
+            ends.append(
+                f"The {branches.curve_kind[number].item()} along {along} and {other} ends where "
+                f"{first.item()}, and where {last.item()}."
+            )
         shown = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in where.items())
         ends.append(
             f"{branch.motion.item()}{f' ({shown})' if shown else ''} ends where "
             f"{branch.first_end.item()}, and where {branch.last_end.item()}."
         )
-    data = pd.DataFrame(rows, columns=["motion", *others, "point", "along", "value", "word"])
+    over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]
+    places = dict.fromkeys([*others, *over])
+    data = pd.DataFrame(rows, columns=["motion", *places, "point", "along", "value", "word"])
     data = data.dropna(axis="columns", how="all") if len(data) else data
     cells = data.map(lambda cell: f"{cell:.10g}" if isinstance(cell, float) else cell)
     body = [

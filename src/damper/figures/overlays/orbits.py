@@ -1,4 +1,4 @@
-"""Branches of periodic motions, drawn over a bifurcation diagram."""
+"""Branches of periodic motions over a bifurcation diagram, and special points over a map."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ _LINES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "lw": 1.4, "ls": "-", "zorder": 3.0},
     False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
+#: Curves of special points, and the rim by which they are seen on every colour.
+_CURVE: dict[str, Any] = {"color": GREEN, "lw": 1.2}
 #: Kind of special point -> its marker.
 _MARKERS = {
     "fold": "o",
@@ -57,8 +59,7 @@ def overlay(
 
     drawn: dict[str, Artist] = {}
     for k in np.flatnonzero(branches.along.values == along):
-        others = (name for name in branches.data_vars if name in panel.coords and name != along)
-        if any(float(branches[name][k]) != float(panel[name]) for name in others):
+        if not _there(branches.isel(branch=k), panel, along):
             continue
         orbits = branches.isel(orbit=branches.branch.values == k)
         points = branches.isel(point=branches.point_branch.values == k)
@@ -82,3 +83,51 @@ def overlay(
                     drawn[kind] = Line2D([], [], label=kind, **style)
             ax.set(xlim=limits[0], ylim=limits[1])
     return list(drawn.values())
+
+
+def overlay_curves(
+    ax: Axes, panel: xr.Dataset, x: str, y: str, branches: xr.Dataset
+) -> list[Artist]:
+    """Draw the curves of special points over one panel of a map, where both axes are theirs.
+
+    Parameters
+    ----------
+    ax : Axes
+    panel : xarray.Dataset
+        The panel's part of the cube: scalar coordinates, and the axes of the map.
+    x, y : str
+        Axes of abscissa and ordinate.
+    branches : xarray.Dataset
+        From `damper.analysis.orbits.follow_orbits`.
+
+    Returns
+    -------
+    list of Artist
+        What the legend has to say.
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patheffects import withStroke
+
+    drawn: dict[str, Artist] = {}
+    limits = ax.get_xlim(), ax.get_ylim()
+    for k, curve in enumerate(branches.curve_branch.values):
+        branch, other = branches.isel(branch=curve), str(branches.curve_other[k].item())
+        points = branches.isel(curve_point=branches.curve.values == k)
+        values = {
+            str(branch.along.item()): points.curve_value,
+            other: points.curve_other_value,
+        }
+        if set(values) != {x, y} or not _there(branch, panel, x, y):
+            continue
+        ax.plot(values[x], values[y], **_CURVE, path_effects=[withStroke(linewidth=2.0)])
+        kind = str(branches.curve_kind[k].item())
+        text = f"border of {kind}" if kind == "complete chatter" else kind
+        drawn[text] = Line2D([], [], label=text, **_CURVE)
+    ax.set(xlim=limits[0], ylim=limits[1])
+    return list(drawn.values())
+
+
+def _there(branch: xr.Dataset, panel: xr.Dataset, *along: str) -> bool:
+    """Whether a branch lies at the place of a panel."""
+    others = (name for name in branch.variables if name in panel.coords and name not in along)
+    return all(float(branch[name]) == float(panel[name]) for name in others)

@@ -88,7 +88,7 @@ class SpecialPoint:
     """Where motions are born, die, or change their kind."""
 
     kind: str
-    """One of `KINDS`."""
+    """One of `damper.sweep.orbits.KINDS`."""
     value: float
     """Of the parameter, to 1e-10 of the range that is followed."""
     orbit: PeriodicOrbit

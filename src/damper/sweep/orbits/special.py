@@ -8,17 +8,6 @@ import numpy as np
 from damper.sweep.orbits.equation import OrbitPoint
 from damper.sweep.orbits.passes import zero
 
-#: What a special point can be.
-KINDS = (
-    "fold",
-    "period doubling",
-    "torus",
-    "branch point",
-    "symmetry breaking",
-    "grazing",
-    "complete chatter",
-)
-
 
 def root(a: OrbitPoint, b: OrbitPoint, test: Callable[[OrbitPoint], float]) -> OrbitPoint | None:
     """The point between two at which a function changes its sign."""

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from damper.sweep.orbits import KINDS
 from damper.sweep.orbits.corners import AHEAD, CORNER, missed, struck, vanishing
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
-from damper.sweep.orbits.special import KINDS, grazing, last_complete, root
+from damper.sweep.orbits.special import grazing, last_complete, root
 
 #: Smallest step along the branch, and the largest turn of its tangent in a step (as a cosine).
 _LEAST, _TURN = 1e-6, 0.95
