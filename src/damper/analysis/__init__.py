@@ -10,6 +10,7 @@ from typing import Any
 #: Function -> the module that holds it.
 HOME = {
     "attractors": "motions",
+    "basin_fractions": "basins",
     "best_clearance": "optimum",
     "burst_statistics": "bursts",
     "chatter_in_range": "intervals",

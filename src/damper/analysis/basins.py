@@ -1,0 +1,66 @@
+"""Basins of attraction: the part of the starts from which runs end in each motion."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from damper.analysis.motions import attractors
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def basin_fractions(
+    cube: xr.Dataset, along: str | None = None, confidence: float = 0.95
+) -> pd.DataFrame:
+    """Part of the starts that ends in each motion, with confidence limits.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observers ``response`` and ``impacts``. All other axes and draws
+        are starts.
+    along : str, optional
+        Axis at each of whose values to count.
+    confidence : float, default 0.95
+        Of the limits, which are Wilson's: as if the starts were drawn at random.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Value of the axis, motion, starts that end in it and of all that ended, their part, and its
+        limits `lower` and `upper`. Runs that stopped do not count.
+    """
+    import pandas as pd
+
+    classes, names = attractors(cube)
+    rows = []
+    for value in [None] if along is None else cube[along].values.tolist():
+        here = classes if value is None else classes.sel({along: value})
+        found = here.values[np.isfinite(here.values)]
+        for number, name in enumerate(names if found.size else ()):
+            count = int((found == number).sum())
+            lower, upper = wilson_limits(count, found.size, confidence)
+            place = {} if value is None else {along: value}
+            rows.append(
+                place
+                | {"motion": name, "starts": count, "of": found.size}
+                | {"fraction": count / found.size, "lower": lower, "upper": upper}
+            )
+    return pd.DataFrame(rows)
+
+
+def wilson_limits(count: int, of: int, confidence: float) -> tuple[float, float]:
+    """Limits of a part by Wilson's score interval (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
+    z = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
+    part, more = count / of, z * z / of
+    middle = part + 0.5 * more
+    spread = z * math.sqrt(part * (1.0 - part) / of + 0.25 * more / of)
+    # Of none and of all the limit is exact.
+    lower = (middle - spread) / (1.0 + more) if count else 0.0
+    return lower, (middle + spread) / (1.0 + more) if count < of else 1.0

@@ -1,0 +1,42 @@
+"""Basins of attraction: the part of the starts that ends in each motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from damper.analysis.basins import basin_fractions
+from damper.study.fields import Text
+from damper.study.messages import Faults
+from damper.study.products import Offer, Product, Role, fit_axis, need
+from damper.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Basins(Product):
+    """The part of the starts that ends in each motion, with confidence limits."""
+
+    along: Annotated[
+        Text | None, Field(description="Axis at each of whose values to count; none: all at once.")
+    ] = None
+    confidence: Annotated[float, Field(gt=0, lt=1, description="Of the limits.")] = 0.95
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "response", "impacts")
+        fit_axis("along", Role(), settings, offer, faults)
+
+
+def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
+    """Show the part of each motion; see `damper.tables.make`."""
+    data = basin_fractions(cube, settings.get("along"), settings["confidence"])
+    cells = data.map(lambda cell: f"{cell:.4g}" if isinstance(cell, float) else cell)
+    text = (
+        "Runs that end in each motion, of all that did not stop. The limits are Wilson's, of "
+        f"{settings['confidence']:.0%} confidence, as if the starts were drawn at random."
+    )
+    return Table("basins of attraction", data, [text, cells])
