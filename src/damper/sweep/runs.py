@@ -8,7 +8,7 @@ buffer a thread plus what the observers were asked to keep.
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, fields
 from textwrap import indent
 from typing import Any
@@ -82,8 +82,8 @@ DEFAULTS: dict[str, Any] = {f.name: f.default for f in _FIELDS}
 def settings_text() -> str:
     """Return the entries of the settings in a docstring, in numpydoc's form."""
     return "".join(
-        f"    {f.name} : {type(f.default).__name__}, default {f.default}\n"
-        + indent(f.metadata["about"], " " * 8)
+        f"{f.name} : {type(f.default).__name__}, default {f.default}\n"
+        + indent(f.metadata["about"], " " * 4)
         + "\n"
         for f in _FIELDS
     )
@@ -188,21 +188,25 @@ class _Sweep:
         self._stopped = False
 
     def run(self, chains: list[list[int]], teams: list[list[Observer]]) -> None:
-        """Run all chains, in one thread for each team of observers; one is the calling thread.
+        """Run all chains, in one thread for each team of observers.
 
-        Where one fails or the user interrupts, the others stop soon after.
+        Where one fails or the user interrupts, the others stop soon after. Several threads leave
+        the calling one idle: an interrupt in the midst of compiling, which only that one notices,
+        would leave numba's lock closed to the others.
         """
         waiting = iter(chains)
         if len(teams) == 1:
             self._work(waiting, teams[0])
             return
         try:
-            with ThreadPoolExecutor(len(teams) - 1) as pool:
-                others = [pool.submit(self._work, waiting, team) for team in teams[1:]]
+            with ThreadPoolExecutor(len(teams)) as pool:
+                working = [pool.submit(self._work, waiting, team) for team in teams]
                 try:
-                    self._work(waiting, teams[0])
-                    for other in others:
-                        other.result()
+                    for each in working:
+                        # By turns: a wait without an end does not notice every interrupt.
+                        while wait([each], timeout=0.1).not_done:
+                            pass
+                        each.result()
                 finally:
                     self._stopped = True
         except KeyboardInterrupt:
