@@ -113,7 +113,7 @@ def test_fields_are_the_declarations(kind: type) -> None:
     for quantity, field in zip(kind.quantities, fields, strict=True):
         required = field.default is dataclasses.MISSING
         assert quantity.default == (None if required else field.default)
-        assert f"\n    {quantity.name} : float" in kind.__doc__
+        assert f"\n{quantity.name} : float" in kind.__doc__
         assert quantity.default == ALL[quantity.name].default
     units = {quantity.name: quantity.units for quantity in SIParameters.quantities}
     assert units["yield_speed"] == "m/s"

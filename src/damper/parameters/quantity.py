@@ -12,6 +12,7 @@ figures and the arguments of `damper.simulate` follow from that.
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from inspect import cleandoc
 from textwrap import wrap
 from typing import Any, ClassVar, dataclass_transform
 
@@ -199,13 +200,13 @@ def _quantity_of(field: Field[Any], known: Mapping[str, Quantity]) -> Quantity:
 
 
 def filled(text: str | None, quantities: Iterable[Quantity], kind: str = "float") -> str:
-    """Return a docstring with its lists of quantities filled in."""
+    """Return a docstring, without its indentation, with its lists of quantities filled in."""
     listed = {False: "", True: ""}
     for quantity in quantities:
         listed[quantity.option] += _entry(quantity, kind)
-    text = text or ""
+    text = cleandoc(text or "")  # as Python does itself from 3.13 on
     for name, option in (("{quantities}", False), ("{options}", True)):
-        text = text.replace(f"    {name}\n", listed[option])
+        text = text.replace(f"{name}\n", listed[option])
     return text
 
 
@@ -218,6 +219,4 @@ def _entry(quantity: Quantity, kind: str) -> str:
     # A range keeps its sign on the line of its number.
     about += "" if quantity.limits == "any" else f"; {quantity.limits.replace('= ', '=~')}"
     lines = (line.replace("=~", "= ") for line in wrap(f"{about}.", 90))
-    return "".join(
-        [f"    {quantity.name} : {kind}{default}\n", *(f"        {line}\n" for line in lines)]
-    )
+    return "".join([f"{quantity.name} : {kind}{default}\n", *(f"    {line}\n" for line in lines)])

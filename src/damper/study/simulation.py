@@ -162,7 +162,7 @@ def _with_names(plain: Signature) -> Signature:
 _SIGNATURE = _with_names(signature(simulate))
 simulate.__signature__ = _SIGNATURE  # type: ignore[attr-defined]
 simulate.__doc__ = filled(simulate.__doc__, ALL.values(), kind="float or 1-D").replace(
-    "    {run}\n", settings_text()
+    "{run}\n", settings_text()
 )
 
 
