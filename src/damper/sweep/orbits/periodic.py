@@ -63,7 +63,7 @@ def periodic_orbit(
     period, settle = whole("period", period, 1), whole("settle", settle, 0)
     check(parameters, period)
     best = nearest_orbit(parameters, period, _settled(parameters, guess, settle))
-    if best.change > TOLERANCE * max(1.0, abs(best.start).max()):
+    if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):
         raise ValueError(
             f"no motion of period {period} found: the search stopped at {best.state}, "
             f"which the period changes by {best.change:.3g}; try another guess or period"
@@ -158,7 +158,7 @@ def nearest_orbit(
 
     best = found = over(start)
     for _ in range(steps):
-        if found.change <= TOLERANCE * max(1.0, abs(found.start).max()):
+        if found.change <= TOLERANCE * max(1.0, float(np.abs(found.start).max())):
             break
         if found.side != found.start_side:
             # It ends in contact, or no more: the next period begins as this one ends.
