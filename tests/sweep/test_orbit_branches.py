@@ -222,9 +222,12 @@ def test_border_of_complete_chatter_of_a_small_mass() -> None:
 
 def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
     (grazing,) = points(oscillator, "grazing")
-    found = continue_point(grazing, {"clearance": (9.0, 10.5), "frequency_ratio": (2.79, 2.81)})
-    assert found.values("frequency_ratio")[[0, -1]].tolist() == [2.79, 2.81]
-    assert "frequency_ratio = 2.79 is the end of the range" in found.ends[0]
+    ranges = {"clearance": (9.0, 10.5), "frequency_ratio": (2.8, 2.81)}
+    found = continue_point(grazing, ranges, step=0.4)
+    values = found.values("frequency_ratio").tolist()
+    assert (values[0], values[-1]) == (2.8, 2.81)
+    assert values == sorted({*values})
+    assert "frequency_ratio = 2.8 is the end of the range" in found.ends[0]
     with pytest.raises(ValueError, match="ranges of clearance: must be of clearance, along which"):
         continue_point(grazing, {"clearance": (9.0, 10.5)})
     with pytest.raises(TypeError, match=r"unknown parameter 'restitutoin'.*mean 'restitution'"):

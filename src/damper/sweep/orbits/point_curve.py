@@ -67,7 +67,7 @@ def continue_point(
     ...     branch.special_points[0], {"clearance": (4.5, 6.0), "restitution": (0.5, 0.55)}
     ... )
     >>> curve.values("clearance").round(6).tolist()[::len(curve.orbits) - 1]
-    [4.616152, 4.999653]
+    [4.616152, 4.789154]
     """
     if not isinstance(point, SpecialPoint):
         raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
@@ -142,6 +142,8 @@ class _CurveWalk:
         self.plane, self.kind, self.points = plane, kind, [first]
         self.closed, self.end = False, ""
         size, along = 0.2 * step, np.array([0.0, way])
+        if not 0.0 < self._place(0)[1] + 1e-12 * way < 1.0:
+            self._see_end(most, size)
         while not self.end:
             here = self._place(-1)
             if len(self.points) > 1:
@@ -186,7 +188,8 @@ class _CurveWalk:
         outside = (place < 0.0) | (place > 1.0)
         if outside.any():
             # On the edge of the plane, where the step first meets it.
-            beyond = np.where(outside, abs(np.clip(place, 0.0, 1.0) - place) / abs(along), 0.0)
+            beyond = np.zeros(2)
+            beyond[outside] = abs(place.clip(0.0, 1.0) - place)[outside] / abs(along)[outside]
             edge = int(beyond.argmax())
             place = here + (size - beyond[edge]) * along
             place[edge] = round(place[edge])
