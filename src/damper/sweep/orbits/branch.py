@@ -67,9 +67,7 @@ def continue_orbit(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
-    most, step = whole("max_orbits", max_orbits, 1), real("step", step)
-    if not 0.0 < step <= 1.0:
-        raise ValueError(f"step = {step!r}: must be a number with 0 < step <= 1")
+    most, step = whole("max_orbits", max_orbits, 1), need_step(step)
     first = _through(orbit, parameter, start, stop)
     down = Walk(first.turned(-1.0), step, most)
     up = Walk(first.turned(1.0), step, most) if not down.closed else down
@@ -191,6 +189,14 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     if found is None:
         raise ValueError(f"the orbit cannot be run: {orbit.state} of {p}")
     return OrbitPoint(equation, at, found, np.eye(len(at))[-1]).recentred()
+
+
+def need_step(step: float) -> float:
+    """Check the largest step along a branch or a curve, a part of the range."""
+    step = real("step", step)
+    if not 0.0 < step <= 1.0:
+        raise ValueError(f"step = {step!r}: must be a number with 0 < step <= 1")
+    return step
 
 
 def need_range(p: Parameters, name: str, start: float, stop: float) -> tuple[float, float]:

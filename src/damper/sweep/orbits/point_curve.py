@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from damper.parameters import Parameters
-from damper.parameters.quantity import real, whole
-from damper.sweep.orbits.branch import SpecialPoint, need_range
+from damper.parameters.quantity import whole
+from damper.sweep.orbits.branch import SpecialPoint, need_range, need_step
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.orbits.special import grazing, last_complete, root
@@ -71,9 +71,7 @@ def continue_point(
     """
     if not isinstance(point, SpecialPoint):
         raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
-    most, step = whole("max_points", max_points, 1), real("step", step)
-    if not 0.0 < step <= 1.0:
-        raise ValueError(f"step = {step!r}: must be a number with 0 < step <= 1")
+    most, step = whole("max_points", max_points, 1), need_step(step)
     own = point.found.name
     if len(ranges) != 2 or own not in ranges:
         raise ValueError(
@@ -142,15 +140,14 @@ class _CurveWalk:
         self.plane, self.kind, self.points = plane, kind, [first]
         self.closed, self.end = False, ""
         size, along = 0.2 * step, np.array([0.0, way])
-        if not 0.0 < self._place(0)[1] + 1e-12 * way < 1.0:
-            self._see_end(most, size)
         while not self.end:
             here = self._place(-1)
             if len(self.points) > 1:
                 along = _unit(here - self._place(-2))
+            if self._ends(here, along, most, size):
+                break
             if self._take(here, along, size):
                 size = min(step, 1.4 * size)
-                self._see_end(most, size)
             elif size > _LEAST:
                 size *= 0.4
             elif len(self.points) == 1 and along[1]:
@@ -166,14 +163,15 @@ class _CurveWalk:
         p = self.points[-1].parameters
         return ", ".join(f"{name} = {getattr(p, name)!r}" for name in self.plane.names)
 
-    def _see_end(self, most: int, size: float) -> None:
-        here = self._place(-1)
-        if min(here.min(), (1.0 - here).min()) <= 1e-12:
+    def _ends(self, here: np.ndarray, along: np.ndarray, most: int, size: float) -> bool:
+        edge = np.where(along < 0.0, here, 1.0 - here)[along != 0.0]
+        if edge.min() <= 1e-12:
             self.end = f"{self._where()} is the end of the range"
         elif len(self.points) > 10 and np.linalg.norm(here - self._place(0)) < size:
             self.closed, self.end = True, f"closed at {self._where()}"
         elif len(self.points) > most:
             self.end = f"max_points = {most} are found"
+        return bool(self.end)
 
     def _take(self, here: np.ndarray, along: np.ndarray, size: float) -> bool:
         """Go a step; False where it has to be smaller."""
