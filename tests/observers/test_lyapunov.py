@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import damper
+from damper.engine.segment import DURATION, FLIGHT, MODE
 from damper.models import start_run
+from damper.models.compliant.restitution import contact_damping
 from damper.parameters import Parameters, State
 from damper.theory.two_impacts import orbits
 
@@ -80,16 +82,25 @@ def test_chaos_is_the_growth_of_a_small_distance() -> None:
     assert float(cube.largest_lyapunov_exponent) == pytest.approx(growth / periods, abs=0.05)
 
 
-def test_compliant_contact_is_refused() -> None:
-    with pytest.raises(ValueError, match="lyapunov: deviations are not followed through compliant"):
-        damper.simulate(
-            mass_ratio=0.1,
-            damping_ratio=0.1,
-            frequency_ratio=1.0,
-            clearance=1.0,
-            restitution=0.5,
-            contact_stiffness_ratio=1e4,
-            observers=["lyapunov"],
-            transient=0,
-            periods=1,
-        )
+@pytest.mark.parametrize("tension", [0, 1])
+def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
+    """All four exponents are finite: the masses never join."""
+    values = {
+        "mass_ratio": 0.1,
+        "damping_ratio": 0.1,
+        "frequency_ratio": 0.8,
+        "clearance": 0.5,
+        "restitution": 0.5,
+        "contact_stiffness_ratio": 1e4,
+        "contact_tension": tension,
+    }
+    cube = damper.simulate(**values, transient=0, periods=20, observers=["lyapunov"])
+    log = np.concatenate(
+        [piece.copy() for piece in start_run(Parameters(**values)).segments(20.0, 0.0)]
+    )
+    touching = log[log[:, MODE] != FLIGHT, DURATION].sum() / 20.0
+    assert touching > 0.0
+    drag = 2.0 * contact_damping(0.5, bool(tension)) * math.sqrt(1e4 * 1.1 / 0.1)
+    known = -2.0 * 0.1 * math.tau / 0.8 - drag * touching
+    assert float(cube.lyapunov_exponents.sum()) == pytest.approx(known, rel=1e-10)
+    assert abs(float(cube.lyapunov_residual)) < 1e-10 * abs(known)

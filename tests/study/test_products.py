@@ -437,16 +437,6 @@ def test_settings_of_studies_that_check_are_the_arguments_of_draw(kinds: Kinds, 
     assert set(arguments) == set(kinds[name].model_fields) - {"kind", "see"}
 
 
-def test_lyapunov_exponents_are_of_rigid_walls(tmp_path: Path) -> None:
-    observers = {"lyapunov": {}}
-    load(tmp_path, GOOD, observers=observers, figures={}, tables={})
-    parameters = GOOD["parameters"] | {"contact_stiffness_ratio": 1e4}
-    message = blame(
-        tmp_path, GOOD, observers=observers, parameters=parameters, figures={}, tables={}
-    )
-    assert "observers.lyapunov\n    deviations are not followed through compliant" in message
-
-
 @pytest.mark.parametrize(
     ("entry", "message"),
     [

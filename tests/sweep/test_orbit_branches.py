@@ -1,5 +1,7 @@
 """Branches of periodic motions against closed forms, and against motions found by themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -133,6 +135,19 @@ def test_two_impacts(two_impacts: Branch) -> None:
         assert len(matches) == 1
         growth = abs(matches[0].multipliers[0]) ** 2
         assert abs(orbit.multipliers[0]) == pytest.approx(growth, rel=1e-8)
+
+
+def test_compliant_walls_tend_to_rigid_ones(two_impacts: Branch) -> None:
+    """What a stiff wall changes goes with the duration of a contact, 1 / sqrt(k)."""
+    (known,) = points(two_impacts, "symmetry breaking")
+    differences = []
+    for stiffness in (1e6, 1e8):
+        p = replace(TWO_IMPACTS, clearance=4.65, contact_stiffness_ratio=stiffness)
+        branch = continue_orbit(periodic_orbit(p), "clearance", 4.59, 4.65, step=0.5)
+        (found,) = points(branch, "symmetry breaking")
+        differences.append(found.value - known.value)
+    assert differences[0] / differences[1] == pytest.approx(10.0, rel=1e-2)
+    assert abs(differences[1]) < 1e-3
 
 
 def test_switch_to_the_asymmetric_branch(two_impacts: Branch) -> None:

@@ -71,13 +71,7 @@ def test_what_is_not_found_is_said() -> None:
         periodic_orbit(resonant, settle=1)
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ({"contact_stiffness_ratio": 1e4}, "not followed through compliant contact"),
-        ({"modulation_depth": 0.2, "modulation_order": 2}, "a multiple of modulation_order = 2"),
-    ],
-)
-def test_what_is_not_followed_is_refused(more: dict[str, float], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+def test_a_period_that_is_none_of_the_free_mass_is_refused() -> None:
+    more = {"modulation_depth": 0.2, "modulation_order": 2}
+    with pytest.raises(ValueError, match="a multiple of modulation_order = 2"):
         periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER, **more))

@@ -1,4 +1,4 @@
-"""Tangent dynamics of rigid walls: what small deviations become along the segment log.
+"""Tangent dynamics: what small deviations become along the segment log.
 
 A deviation is one of (x, v, y, u), both masses' displacements and velocities at one time. Between
 events it follows the linear flow. At an impact the deviated motion hits earlier or later, so
@@ -10,7 +10,8 @@ Non-Smooth Mechanical Systems, Springer 2004): g is the jump and G its derivativ
 time derivative of the state before and after, n the gradient of the gap. Where the engine closes a
 complete chatter sequence, g also lets the masses join: their centre follows the flow of sticking
 from there on, so two directions vanish at once, and the completion time does not matter. A release
-changes no time derivative: nothing happens to a deviation. Derivations: docs/orbits.md.
+changes no time derivative: nothing happens to a deviation. Derivations: docs/orbits.md. Compliant
+walls have functions of their own (`damper.models.compliant.tangent`).
 """
 
 from typing import Any, NamedTuple
@@ -60,9 +61,37 @@ def mass_ratio_rate(model: Any, periods: float, time: float) -> float:
 
 
 @by_model
-def flight_damping(model: Any) -> float:
-    """Rate at which volumes of (x, v, y, u) shrink in flight."""
+def damping_in(model: Any, s: Segment) -> float:
+    """Rate at which volumes of (x, v, y, u) shrink in a segment in which masses are apart."""
     return 2.0 * model.free.damping
+
+
+@by_model
+def shrunk_by(model: Any, s: Segment) -> float:
+    """What the impact that begins a segment leaves of volumes of (x, v, y, u)."""
+    return rebound_slope(model.law, s.speed) * s.rate / s.speed
+
+
+@by_model
+def joins(model: Any, s: Segment) -> bool:
+    """Whether the masses move as one in a segment, so that two directions vanish."""
+    return s.mode != FLIGHT
+
+
+@by_model
+def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
+    """Take deviations, the columns of a (4, n) array, over what begins a segment."""
+    if s.cause == IMPACT:
+        strike(model, s, deviations)
+
+
+@by_model
+def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
+    """Take deviations through a part of a segment, between two times after its start."""
+    if s.mode == FLIGHT:
+        fly_on(model, high - low, deviations)
+    else:
+        stay_on(model, s.periods, s.time + low, high - low, deviations)
 
 
 @compiled
@@ -187,14 +216,10 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
     for index in range(len(log)):
         s = segment_at(log[index])
         if begun or index > 0:
-            if s.cause == IMPACT:
-                strike(model, s, deviations)
-        elif s.mode != FLIGHT:
+            over_event(model, s, deviations)
+        elif joins(model, s):
             join(mass_ratio_at(model, s.periods, s.time), deviations)
-        if s.mode == FLIGHT:
-            fly_on(model, s.duration, deviations)
-        else:
-            stay_on(model, s.periods, s.time, s.duration, deviations)
+        over_time(model, s, 0.0, s.duration, deviations)
 
 
 def derivative(

@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.impact import rebound_slope
 from damper.engine.model import mass_ratio_at
-from damper.engine.segment import FLIGHT, IMPACT, TAIL, segment_at
+from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models.tangent import flight_damping, fly_on, join, stay_on, strike
+from damper.models.tangent import damping_in, join, joins, over_event, over_time, shrunk_by
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.parameters.variables import SPEED, Variable
 
@@ -17,6 +16,9 @@ from damper.parameters.variables import SPEED, Variable
 #: joined; the smallest approach speed.
 _TOTALS = record_type("begun", "halved", "joined", "slowest")
 _DIM = ("exponent",)
+#: By this power of e volumes may shrink until deviations are orthonormalised again: the direction
+#: that shrinks most must not be lost in the roundoff of the others.
+_SHRUNK = 10.0
 
 
 class Lyapunov(Observer):
@@ -30,7 +32,10 @@ class Lyapunov(Observer):
 
     An impact that only grazes makes deviations unbounded: see `slowest_impact`.
 
-    Not for compliant contact. Everything stays missing where the run stopped early.
+    Compliant contact lets no direction vanish, and its own dashpot shrinks volumes in the place of
+    impacts.
+
+    Everything stays missing where the run stopped early.
     """
 
     variables = (
@@ -64,8 +69,6 @@ class Lyapunov(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        if type(self._model).__name__ == "Compliant":
-            raise ValueError("lyapunov: deviations are not followed through compliant contact")
         self._totals = np.zeros(1, _TOTALS)
         self._totals["slowest"] = math.inf
         self._frame = np.eye(4)
@@ -111,23 +114,24 @@ def _follow(model, log, window, frame, growth, volume, totals):
             total.halved = start / model.period
             for k in range(4):
                 growth[0, k] = growth[1, k]
-        if s.cause == IMPACT and start >= 0.0:
-            total.slowest = min(total.slowest, s.speed)
-            shrunk = rebound_slope(model.law, s.speed) * s.rate / s.speed
-            volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
-            strike(model, s, frame)
-            if s.mode == TAIL:
-                total.joined = 1.0
-        elif total.begun == 0.0 and s.mode != FLIGHT:
+        if start >= 0.0:
+            if s.cause == IMPACT:
+                total.slowest = min(total.slowest, s.speed)
+                shrunk = shrunk_by(model, s)
+                volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
+            over_event(model, s, frame)
+        elif total.begun == 0.0 and joins(model, s):
             join(mass_ratio_at(model, s.periods, s.time), frame)
+        if joins(model, s):
             total.joined = 1.0
         total.begun = 1.0
-        if s.mode == FLIGHT:
-            volume[0] -= flight_damping(model) * (high - low)
-            fly_on(model, high - low, frame)
-        else:
-            stay_on(model, s.periods, s.time + low, high - low, frame)
-        _orthonormalise(frame, growth, total.joined == 1.0)
+        shrunk = damping_in(model, s) * (high - low)
+        volume[0] -= shrunk
+        pieces = 1 + int(shrunk / _SHRUNK)
+        for piece in range(pieces):
+            begin = low + (high - low) * piece / pieces
+            over_time(model, s, begin, begin + (high - low) / pieces, frame)
+            _orthonormalise(frame, growth, total.joined == 1.0)
 
 
 @compiled

@@ -121,15 +121,12 @@ def _check_records(study: Study, faults: Faults) -> None:
 
 
 def _check_orbits(study: Study, faults: Faults) -> None:
-    """Refuse to follow a motion along what is no axis, out of it, or through compliant contact."""
+    """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
     from damper.sweep.orbits.branch import FOLLOWED
 
     axes = study.axis_values
-    if study.model == "compliant":
-        message = "periodic motions are not followed through compliant contact"
-        faults.add(("orbits",), message, "a study of rigid walls")
     if is_si({**study.fixed, **axes}) or any(name in INITIAL_NAMES for name in axes):
         message = "periodic motions are followed over dimensionless parameters alone"
         faults.add(("orbits",), message, "a study without SI units and axes of initial quantities")
@@ -194,9 +191,6 @@ def _check_dampers(study: Study, faults: Faults) -> None:
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
-    if study.model == "compliant" and "lyapunov" in study.observers:
-        message = "deviations are not followed through compliant contact"
-        faults.add(("observers", "lyapunov"), message, "a study of rigid walls")
     for name in study.interactive if study.model != "rigid" else ():
         message = f"the page evaluates motions of the rigid damper, this is the {study.model} one"
         faults.add(("figures", name, "interactive"), message, "false")

@@ -54,6 +54,8 @@ from damper.engine.segment import (
     clock_after,
 )
 from damper.models import rigid
+from damper.models import tangent as declared_tangent
+from damper.models.compliant import tangent
 from damper.models.compliant.flow import (
     Pair,
     Touch,
@@ -464,3 +466,7 @@ def _lags(model, s, start, slope, span):
     bound2, bound3 = bounds_ahead(model.free, start, min(span, HORIZON))
     second = model.touch.stiffness * bound2 + model.touch.damping * bound3
     return slope > 0.5 * span * second
+
+
+for _name in ("joins", "shrunk_by", "damping_in", "over_event", "over_time"):
+    getattr(declared_tangent, _name).of(Compliant)(getattr(tangent, _name))

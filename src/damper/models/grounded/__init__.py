@@ -408,6 +408,6 @@ def _free_mass_acceleration(model, y, u):
     return -2.0 * model.support.damping * u - model.support.stiffness * y
 
 
-@tangent.flight_damping.of(Grounded)
-def _flight_damping(model):
+@tangent.damping_in.of(Grounded)
+def _damping_in(model, s):
     return 2.0 * (model.free.damping + model.support.damping)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Parameters along which a motion can be followed.
-FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole and q.model != "compliant")
+FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole)
 
 
 def continue_orbit(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, SIDE, SPEED
+from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING, SIDE, SPEED
 from damper.models import model_of
 from damper.parameters import Parameters
 from damper.sweep.orbits.passes import Pass, moving, pass_over
@@ -167,16 +167,14 @@ class Round:
         return np.concatenate([each.rows for each in self.passes])
 
     @cached_property
-    def events(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of the log that an event begins, and their times since the first moment."""
-        times = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
-        struck = self.rows[:, CAUSE] >= IMPACT
-        return self.rows[struck], times[struck]
+    def events(self) -> np.ndarray:
+        """Rows of the log that an event begins."""
+        return self.rows[self.rows[:, CAUSE] >= IMPACT]
 
     @cached_property
     def signature(self) -> tuple[tuple[str, int, bool], ...]:
         """What it does in a period, event by event."""
-        rows, _ = self.events
+        rows = self.events
         bursts = bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED])
         return tuple((burst.wall, burst.impacts, burst.completes) for burst in bursts)
 
@@ -193,7 +191,7 @@ class Round:
     @property
     def slowest(self) -> float:
         """Smallest approach speed."""
-        rows, _ = self.events
+        rows = self.events
         return float(min(rows[rows[:, CAUSE] == IMPACT, SPEED], default=np.inf))
 
     @cached_property
@@ -293,10 +291,13 @@ class OrbitPoint:
     @property
     def flights(self) -> np.ndarray:
         """Start and end of the flights between events, since the first moment; shape (n, 2)."""
-        rows, times = self.found.events
+        rows = self.found.rows
+        # Also where a compliant contact ends, which is no event.
+        began = rows[:, CAUSE] != NOTHING
+        times = (np.cumsum(rows[:, DURATION]) - rows[:, DURATION])[began]
         length = self.equation.period * self.parameters.period
         ends = np.append(times[1:], times[:1] + length)
-        return np.column_stack([times, ends])[rows[:, MODE] == FLIGHT]
+        return np.column_stack([times, ends])[rows[began, MODE] == FLIGHT]
 
     @property
     def margin(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from damper.engine.loop import FINISHED
-from damper.engine.segment import DURATION, FLIGHT, MODE, SIDE
+from damper.engine.segment import DURATION, FLIGHT, GAP, MODE, SIDE
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.tangent import derivative
@@ -48,7 +48,8 @@ class Pass:
     def smallest_gaps(self) -> list[float]:
         """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
         p, found = self.parameters, []
-        for row in self.rows[self.rows[:, MODE] == FLIGHT]:
+        # A flight may begin below the surface of a compliant wall.
+        for row in self.rows[(self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)]:
             duration = float(row[DURATION])
             count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
             times = np.linspace(0.0, duration, count)
@@ -76,7 +77,7 @@ def pass_over(
     state = State(*map(float, (*start, begin * period)))
     check_state(parameters, state)
     trajectory = Trajectory(model or model_of(parameters), state)
-    side = _side(trajectory, start)
+    side = _side(parameters, start)
     pieces: list[np.ndarray] = []
     until = float(np.floor(end)), (end - np.floor(end)) * period
     deviations = derivative(trajectory, *until, pieces)
@@ -86,7 +87,7 @@ def pass_over(
     after = vector(last)
     rows = np.concatenate(pieces)
     return Pass(
-        parameters, start, side, after, _side(trajectory, after), deviations, rows, trajectory
+        parameters, start, side, after, _side(parameters, after), deviations, rows, trajectory
     )
 
 
@@ -117,7 +118,8 @@ def zero(
     return middle
 
 
-def _side(trajectory: Trajectory, state: np.ndarray) -> float:
-    """Wall of the contact that a state is in; 0 in flight."""
+def _side(parameters: Parameters, state: np.ndarray) -> float:
+    """Wall at which a state's masses have joined; 0 where they have not."""
     x, v, y, u = state
-    return float(np.sign(y - x)) if u == v and abs(y - x) >= trajectory.model.clearance else 0.0
+    joined = u == v and abs(y - x) >= parameters.clearance and parameters.model != "compliant"
+    return float(np.sign(y - x)) if joined else 0.0

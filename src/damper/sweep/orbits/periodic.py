@@ -32,7 +32,6 @@ def periodic_orbit(
     Parameters
     ----------
     parameters : Parameters
-        Of rigid walls.
     period : int, default 1
         Forcing periods after which it repeats. A shorter motion repeats then, too.
     guess : State, optional
@@ -48,7 +47,7 @@ def periodic_orbit(
     Raises
     ------
     ValueError
-        When none is found, with where the search stopped; for compliant contact; when the period
+        When none is found, with where the search stopped; when the period
         is no multiple of that of a time-varying free mass.
 
     Examples
@@ -176,8 +175,6 @@ def check(parameters: Parameters, period: int) -> None:
     """Refuse what is not followed."""
     if not isinstance(parameters, Parameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters")
-    if parameters.model == "compliant":
-        raise ValueError("deviations are not followed through compliant contact")
     order = parameters.modulation_order if parameters.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
@@ -194,7 +191,8 @@ def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
     step = basis @ np.linalg.lstsq(left, lacking, rcond=None)[0]
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
-        if abs(start[2] - start[0]) <= found.parameters.clearance * (1.0 + 1e-15):
+        distance, clearance = abs(start[2] - start[0]), found.parameters.clearance
+        if distance <= clearance * (1.0 + 1e-15) or found.parameters.model == "compliant":
             passed = over(start)
             if passed.change < found.change:
                 return passed

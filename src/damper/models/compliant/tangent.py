@@ -1,0 +1,76 @@
+"""Tangent dynamics of compliant walls.
+
+The state does not jump, but the contact force may: by c w where a contact begins with the approach
+speed w, and where one that pulls lets go, c being the wall's damping. A deviated motion touches
+later by tau, so it lacks the impulse c w tau, which is c times the deviation of the gap: no speed
+divides it. Derivation: docs/orbits.md.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.segment import FLIGHT, IMPACT, RELEASE, SEPARATION, Segment
+from damper.models.compliant.flow import advance
+from damper.models.tangent import fly_on
+
+
+@compiled
+def joins(model: Any, s: Segment) -> bool:
+    """Whether two directions vanish: never, for the walls yield."""
+    return False
+
+
+@compiled
+def shrunk_by(model: Any, s: Segment) -> float:
+    """What a touch leaves of volumes of (x, v, y, u): all."""
+    return 1.0
+
+
+@compiled
+def damping_in(model: Any, s: Segment) -> float:
+    """Rate at which volumes of (x, v, y, u) shrink in a segment."""
+    return model.touch.drag + (0.0 if s.mode == FLIGHT else model.touch.relative_damping)
+
+
+@compiled
+def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
+    """Take deviations, the columns of a (4, n) array, over what begins a segment."""
+    if s.cause == IMPACT:
+        _push(model, -model.touch.damping, deviations)
+    elif model.tension != 0.0 and s.mode == FLIGHT and s.cause in (RELEASE, SEPARATION):
+        # Without tension the force has vanished by itself.
+        _push(model, model.touch.damping, deviations)
+
+
+@compiled
+def _push(model, strength, deviations):
+    """Give both masses an impulse in proportion to what their distance deviates by."""
+    for k in range(deviations.shape[1]):
+        impulse = strength * (deviations[0, k] - deviations[2, k])
+        deviations[1, k] += impulse
+        deviations[3, k] -= impulse / model.mass_ratio
+
+
+@compiled
+def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
+    """Take deviations through a part of a segment, between two times after its start."""
+    if s.mode == FLIGHT:
+        fly_on(model, high - low, deviations)
+    else:
+        _touch(model, s, high - low, deviations)
+
+
+@compiled
+def _touch(model, s: Segment, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations through contact, which is linear: they are a motion without force."""
+    beta = model.touch.reduced
+    for k in range(deviations.shape[1]):
+        x, v = s.side * deviations[0, k], s.side * deviations[1, k]
+        gap, rate = x - s.side * deviations[2, k], v - s.side * deviations[3, k]
+        z = x - beta * gap, v - beta * rate, gap, rate, 0.0, 0.0
+        z = advance(model.touch, model.table, z, tau)
+        x, v = z[0] + beta * z[2], z[1] + beta * z[3]
+        deviations[0, k], deviations[1, k] = s.side * x, s.side * v
+        deviations[2, k], deviations[3, k] = s.side * (x - z[2]), s.side * (v - z[3])
