@@ -210,6 +210,15 @@ def test_accuracy_is_the_error_of_the_completion_time(scene: tuple, accuracy: fl
     assert np.array_equal(coarse[:same], fine[:same])
 
 
+def test_nothing_is_closed_that_still_meets_the_other_wall() -> None:
+    """With hardly any clearance the speed is small enough for that some 30 impacts before."""
+    scene, state = (0.1, 0.24, 0.035, 1e-12, 0.7, 2.96), (-2.6, -2.0, -2.6, 0.8)
+    found = events(scene, state, until=1e-4)
+    exact = reference.events(*scene, state=state, until=1e-4, dps=30, burst_floor=1e-13)
+    stick = next(float(event.time) for event in exact if event.kind == "stick")
+    assert found["time"][found["kind"] == 1].tolist() == pytest.approx([stick], abs=1e-12)
+
+
 # --- conservation laws over the whole range
 
 

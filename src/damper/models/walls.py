@@ -130,7 +130,9 @@ def _struck(model, s, periods, time, end):
             new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)
-        if error <= model.tolerance:
+        # The next bounce must turn before the other wall; a constant force lets it rise this high.
+        rise = 0.25 * rate * left * (1.0 - restitution_at(model.law, 0.0))
+        if error <= model.tolerance and rise <= model.clearance:
             new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
     return Step(end.duration, True, False, end.steps, new, start)
 

@@ -26,6 +26,7 @@ from damper.engine.segment import (
     FLIGHT,
     IMPACT,
     STICKING,
+    TAIL,
     Segment,
     segment_at,
     write_segment,
@@ -319,6 +320,12 @@ def _depth(model, at):
 def _sample_contact(model, s, found):
     """Look whether everything is finite, and whether the contact force is tensile; as above."""
     sticks = s.mode == STICKING and s.side != 0.0
+    if s.mode == TAIL and s.duration > 0.0:
+        # Its first bounce rises highest.
+        half = 0.5 * (1.0 - restitution_at(model.law, 0.0)) * s.completion
+        x, v, gap, rate = motion(model, s, min(half, s.duration))
+        depth = _depth(model, Sample(x, v, gap, rate, gap))
+        found.penetration = _larger(found.penetration, depth)
     # Without a force to look at, one in the middle: what is not finite is not so at one time only.
     samples = 1
     if sticks:
