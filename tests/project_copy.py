@@ -1,11 +1,12 @@
 """Copies of the project in which Snakemake runs."""
 
 import hashlib
+import multiprocessing
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import yaml
 
@@ -24,17 +25,38 @@ def copy_project(folder: Path) -> Path:
     return folder
 
 
+#: Importing Snakemake takes as long as all that it does in most of the tests: done once.
+_WITH_SNAKEMAKE = multiprocessing.get_context("forkserver")
+_WITH_SNAKEMAKE.set_forkserver_preload(["snakemake.cli"])
+
+
 def snakemake(folder: Path, *arguments: str, code: int = 0, **environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
-        cwd=folder,
-        env=os.environ | environment,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    assert done.returncode == code, done.stdout
-    return done.stdout
+    """Run Snakemake in a folder, in a process of its own; its output."""
+    with TemporaryDirectory() as beside:
+        output = Path(beside, "output")
+        command = ["--cores", "2", *arguments]
+        process = _WITH_SNAKEMAKE.Process(
+            target=_snakemake, args=(folder, command, output, os.environ | environment)
+        )
+        process.start()
+        process.join()
+        text = output.read_text()
+    assert process.exitcode == code, text
+    return text
+
+
+def _snakemake(folder: Path, command: list[str], output: Path, environment: dict) -> None:
+    from snakemake.cli import main
+
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.path[:0] = [path for path in environment.get("PYTHONPATH", "").split(os.pathsep) if path]
+    os.chdir(folder)
+    file = os.open(output, os.O_CREAT | os.O_WRONLY)
+    os.dup2(file, 1)
+    os.dup2(file, 2)
+    sys.argv = ["snakemake", *command]
+    main(command)
 
 
 def jobs(output: str) -> dict[str, int]:
