@@ -2,6 +2,10 @@
 
 CHECKS, SOLVERS = "checks", "solvers"
 
+# Estimated seconds of runs up to which plain Python takes no longer than to compile for them: it is
+# 20 to 700 times as slow.
+PLAIN_SECONDS = 0.03
+
 
 def compiled(models, parts):
     """Return the marks that these parts are compiled for these models."""
@@ -21,10 +25,14 @@ SIMULATED = [study for study in STUDIES.values() if study.name in DEFAULT]
 def engine_of(model, studies):
     """Return the mark of a model's event loop with all observers that studies ask for.
 
-    One process compiles what these share only once.
+    One process compiles what these share only once. A few short runs are done sooner without.
     """
-    using = [study.observers for study in studies if model in models_of(study.name)]
-    return compiled([model], ["engine", *sorted(set().union(*using))])
+    using = [study for study in studies if model in models_of(study.name)]
+    more = any(study.orbits or study.interactive for study in using)
+    if not more and sum(taken_by(study.name).run_seconds for study in using) < PLAIN_SECONDS:
+        return []
+    names = set().union(*(study.observers for study in using))
+    return compiled([model], ["engine", *sorted(names)])
 
 
 def compiled_for(study):

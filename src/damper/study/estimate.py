@@ -63,6 +63,11 @@ class Estimate(NamedTuple):
         return self.slices * self.job.seconds
 
     @property
+    def run_seconds(self) -> float:
+        """Time of all runs alone, without what a job takes to start."""
+        return self.slices * self.job.run_seconds
+
+    @property
     def simulate_resources(self) -> dict[str, int]:
         """Resources of a simulation job, as rules of the workflow give them."""
         return _resources(self.job.memory, self.job.seconds)

@@ -92,7 +92,12 @@ class Job:
     @property
     def seconds(self) -> float:
         """Time of the process on one core, if no run stops early; a rough upper figure."""
-        return _PROCESS_SECONDS + self.runs * self._run_seconds
+        return _PROCESS_SECONDS + self.run_seconds
+
+    @property
+    def run_seconds(self) -> float:
+        """Time of its runs alone."""
+        return self.runs * self._run_seconds
 
     @property
     def array_bytes(self) -> int:
