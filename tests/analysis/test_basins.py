@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.stats import binomtest
 
 from damper.analysis.basins import basin_fractions, wilson_limits
+from damper.observers.motion import ObservedMotion
 from damper.tables.basins import make
 
 
@@ -18,10 +19,12 @@ def test_limits_are_wilsons(count: int, of: int, confidence: float) -> None:
 
 def test_each_motion_at_each_value_of_an_axis() -> None:
     """A run that stopped does not count."""
-    rms = np.array([[1.0, 1.0, 2.0, np.nan], [2.0, 2.0, 2.0, 2.0]])
+    period = np.array([[1.0, 1.0, 2.0, np.nan], [2.0, 2.0, 2.0, 2.0]])
     dims = ("clearance", "initial_velocity")
+    names = [variable.name for variable in ObservedMotion.variables]
     cube = xr.Dataset(
-        {"rms_displacement": (dims, rms), "impacts_per_period": (dims, np.full((2, 4), 2.0))},
+        {name: (dims, np.where(np.isnan(period), np.nan, 1.0)) for name in names}
+        | {"motion_period": (dims, period), "rms_displacement": (dims, np.ones((2, 4)))},
         coords={"clearance": [0.5, 1.0], "initial_velocity": np.arange(4.0)},
     )
     found = basin_fractions(cube, "clearance")

@@ -15,6 +15,8 @@ from matplotlib.lines import Line2D
 
 from damper import simulate
 from damper.figures.common.style import BLUE, MISSING, ORANGE, PALE
+from damper.observers.motion import ObservedMotion
+from damper.parameters.units import LENGTH, attributes_of
 from damper.sweep.cube import write_cube
 
 X = [0.8, 0.9, 1.0, 1.1]
@@ -86,17 +88,28 @@ def test_no_contact_is_a_class_of_its_own() -> None:
 
 
 def test_motions_have_names() -> None:
+    """The most frequent one first; a motion that does not repeat by its amplitude."""
     cube = made_up(AXES, rms_ratio=1.0)
     dims = cube.rms_ratio.dims
-    rms, impacts = np.full((2, 4, 3), 2.0)
-    rms[1:, :], impacts[1:, :] = 1.0, 0.0
-    rms[0, 0] *= 1.001
-    cube = cube.assign(rms_displacement=(dims, rms), impacts_per_period=(dims, impacts))
-    figure = the_map(cube, "attractor")
-    assert legend_texts(figure) == ["no impacts, rms 1", "2 impacts per period, rms 2"]
-    found = colours(figure.axes[0])
-    assert len({tuple(cell) for cell in found.reshape(-1, 4)}) == 2
-    assert (found[:, 0] == found[0, 0]).all()
+    names = [variable.name for variable in ObservedMotion.variables]
+    found = np.ones((6, 4, 3))
+    found[2, 0, 1] = 3.0  # impacts on the left wall
+    found[:, 1, :] = np.array([0.0, *[np.nan] * 5])[:, None]
+    amplitudes = np.full((4, 3), 9.0)
+    amplitudes[1] = 1.0, 1.1, 2.0
+    rms = xr.DataArray(amplitudes, dims=dims, attrs=attributes_of(LENGTH))
+    values = {name: (dims, each) for name, each in zip(names, found, strict=True)}
+    figure = the_map(cube.assign(values | {"rms_displacement": rms}), "attractor")
+    assert legend_texts(figure) == [
+        "period 1, 1 impact and 1 complete chatter sequence on each wall, symmetric",
+        "no period found, rms 1.05 F0/K",
+        "no period found, rms 2 F0/K",
+        "period 1, impacts 3 left, 1 right, complete chatter sequences 1 left, 1 right",
+    ]
+    cells = colours(figure.axes[0])
+    assert (cells[:, 2] == cells[0, 0]).all()
+    assert tuple(cells[0, 1]) == tuple(cells[1, 1])
+    assert len({tuple(cell) for cell in cells.reshape(-1, 4)}) == 4
 
 
 def test_cells_of_equal_size() -> None:

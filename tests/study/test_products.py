@@ -186,9 +186,9 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         RELATIVE | {"variables": ["approach_speed"]},
         ("figures.one.variables\n    needs impacts that lists", "impacts: {speeds: 60}"),
     ),
-    "motions without impacts": (
+    "motions that are not observed": (
         MAP | {"variable": "attractor", "each": "mass_ratio"},
-        ("figures.one\n    needs impacts among the observers",),
+        ("figures.one\n    needs motion among the observers",),
     ),
     "steady amplitude over other axes": (
         MAP | {"y": "mass_ratio", "at": {"clearance": 1}, "theory": "steady_amplitude"},

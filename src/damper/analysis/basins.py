@@ -23,7 +23,7 @@ def basin_fractions(
     Parameters
     ----------
     cube : xarray.Dataset
-        With the variables of the observers ``response`` and ``impacts``. All other axes and draws
+        With the variables of the observers ``motion`` and ``response``. All other axes and draws
         are starts.
     along : str, optional
         Axis at each of whose values to count.

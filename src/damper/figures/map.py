@@ -43,9 +43,7 @@ from damper.figures.common.style import (
     VARIABLE_SYMBOLS,
     VERMILION,
     YELLOW,
-    label,
 )
-from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import (
@@ -87,7 +85,7 @@ _CLASSES = {
     ),
 }
 #: Colours of motions, in the order of their frequency.
-_MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, PALE)
+MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, PALE)
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
@@ -123,8 +121,8 @@ class Map(FigureSettings):
         Text,
         Field(
             description="Variable of the cube, with one value at each point. chatter and status "
-            "are drawn in classes, all else with a colour bar. attractor: classes of rms "
-            "displacement and impacts per period, each named in the legend."
+            "are drawn in classes, all else with a colour bar. attractor: the motion that the run "
+            "ends in, by the observer motion, in words in the legend."
         ),
     ]
     x: Annotated[Text, Field(description="Axis of the abscissa.")]
@@ -176,7 +174,7 @@ class Map(FigureSettings):
         if settings.get("orbits") is True:
             need_orbits(("orbits",), offer, faults)
         if settings.get("variable") == _ATTRACTOR:
-            need(offer, faults, "response", "impacts")
+            need(offer, faults, "motion", "response")
         else:
             check_written(("variable",), settings.get("variable"), offer, faults)
         if settings.get("theory") == "small_mass_limit":
@@ -225,7 +223,7 @@ def draw(
         The study's orbits, from `damper.analysis.orbits.follow_orbits`; needed for `orbits`.
     variable : str
         Variable with one value at each point; `chatter` and `status` are drawn in classes, and so
-        is `attractor`, which is found from rms displacement and impacts per period.
+        is `attractor`, the motion that the run ends in.
     x, y : str
         Axes of abscissa and ordinate.
     panels : str, optional
@@ -296,8 +294,7 @@ def draw(
         _colour_bar(figure, axes, mesh, place[variable])
     head(figure, place, caption)
     handles = [*_classes(place[variable], classes), *marks.values()]
-    units = units_of(cube.rms_displacement.attrs) if variable == _ATTRACTOR else ""
-    legend(figure, handles, label("rms of", "$x$", units) if units else "")
+    legend(figure, handles)
     return figure
 
 
@@ -309,7 +306,7 @@ def classified(
     if variable == _ATTRACTOR:
         motions, names = attractors(cube)
         cube = cube.assign({variable: motions})
-        classes = list(zip(names, _MOTIONS, strict=False))
+        classes = list(zip(names, MOTIONS, strict=False))
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
     place = select(cube, [variable, *beside], at, (x, y, *keep)).sortby([x, y])
     touched = contact(place)

@@ -1,5 +1,7 @@
 """Motion: after how many forcing periods it repeats, and what the free mass does in that time."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from damper.engine.compiled import compiled
@@ -92,6 +94,34 @@ class ObservedMotion(Observer):
                 names = [variable.name for variable in self.variables[2:]]
                 self._put(dict(zip(names, happened.astype(int), strict=True)))
                 return
+
+
+def in_words(found: Mapping[str, int]) -> str:
+    """Say what motion it is, by the values of the observer's variables.
+
+    Examples
+    --------
+    >>> in_words({"motion_period": 1, "motion_symmetric": 1, "motion_impacts_left": 3,
+    ...           "motion_impacts_right": 3, "motion_completions_left": 0,
+    ...           "motion_completions_right": 0})
+    'period 1, 3 impacts on each wall, symmetric'
+    """
+    if not found["motion_period"]:
+        return "no period found"
+    counts = {
+        noun: (found[f"motion_{what}_left"], found[f"motion_{what}_right"])
+        for what, noun in (("impacts", "impact"), ("completions", "complete chatter sequence"))
+    }
+    counts = {noun: sides for noun, sides in counts.items() if any(sides)}
+    words = [f"period {found['motion_period']:g}"]
+    if not counts:
+        return ", ".join([*words, "no impacts"])
+    if any(left != right for left, right in counts.values()):
+        words += [f"{noun}s {a:g} left, {b:g} right" for noun, (a, b) in counts.items()]
+        return ", ".join(words)
+    each = (f"{n:g} {noun}{'s' if n > 1 else ''}" for noun, (n, _) in counts.items())
+    words.append(f"{' and '.join(each)} on each wall")
+    return ", ".join([*words, "symmetric" if found["motion_symmetric"] else "not symmetric"])
 
 
 @compiled

@@ -23,6 +23,7 @@ from damper.figures.common.layout import geometric, numbers, select
 from damper.figures.common.style import LONG_NAMES, RATIOS
 from damper.figures.map import ABOUT_ONE, classified
 from damper.models import law_of
+from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters.quantities import is_si
 from damper.parameters.units import LENGTH, SPEED, TIME, units_of
 from damper.sweep.branches import branches
@@ -45,13 +46,6 @@ _FIELDS = (
     "completion",
     "side",
     "mode",
-)
-#: Of the observer `motion`.
-_COUNTED = {"impacts": "impacts", "completions": "bursts that end in sticking"}
-_MOTION = (
-    "period",
-    "symmetric",
-    *(f"{what}_{wall}" for what in _COUNTED for wall in ("left", "right")),
 )
 _CHATTER = ("no chatter", "incomplete chatter", "complete chatter")
 #: Variables with a place of their own, or of no interest to a reader of one run.
@@ -249,20 +243,9 @@ def _class(runs: Mapping[str, np.ndarray], number: int, stuck: bool, chatter: fl
     """Say in words what motion it is."""
     if runs["status"][number]:
         return "the run stopped early"
-    found = {name: runs[f"motion_{name}"][number] for name in _MOTION}
     words = [] if chatter is None else [_CHATTER[int(chatter)]]
-    if not found["period"]:
-        return "; ".join([*words, "does not repeat within 8 forcing periods"])
-    many = "" if found["period"] == 1 else "s"
-    symmetry = "symmetric" if found["symmetric"] else "not symmetric"
-    words.append(f"repeats after {found['period']} forcing period{many}, {symmetry}")
-    for what, text in _COUNTED.items():
-        left, right = (found[f"{what}_{wall}"] for wall in ("left", "right"))
-        if left or right:
-            words.append(f"{text}: {left} left, {right} right")
-    if not any(found[name] for name in _MOTION[2:]):
-        words.append("sticking" if stuck else "no contact")
-    return "; ".join(words)
+    words.append(in_words({v.name: runs[v.name][number] for v in ObservedMotion.variables}))
+    return "; ".join([*words, "sticking throughout"] if stuck else words)
 
 
 def packed(values: Any, kind: str) -> str:

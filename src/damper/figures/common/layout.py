@@ -147,7 +147,7 @@ def wrap(parts: Iterable[str], letters: float) -> str:
     return "\n".join(" ".join(line) for line in lines)
 
 
-def legend(figure: Figure, handles: Sequence[Artist], title: str = "") -> None:
+def legend(figure: Figure, handles: Sequence[Artist]) -> None:
     """Put a legend below all panels, where it hides nothing, in as many columns as fit."""
     if not handles:
         return
@@ -159,8 +159,6 @@ def legend(figure: Figure, handles: Sequence[Artist], title: str = "") -> None:
         loc="outside lower center",
         ncols=math.ceil(len(handles) / rows),
         frameon=False,
-        title=title or None,
-        title_fontsize=7.0,
     )
 
 
