@@ -24,7 +24,7 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     names = [variable.name for variable in ObservedMotion.variables]
     cube = xr.Dataset(
         {name: (dims, np.where(np.isnan(period), np.nan, 1.0)) for name in names}
-        | {"motion_period": (dims, period), "rms_displacement": (dims, np.ones((2, 4)))},
+        | {"motion_period": (dims, period)},
         coords={"clearance": [0.5, 1.0], "initial_velocity": np.arange(4.0)},
     )
     found = basin_fractions(cube, "clearance")

@@ -23,8 +23,7 @@ def basin_fractions(
     Parameters
     ----------
     cube : xarray.Dataset
-        With the variables of the observers ``motion`` and ``response``. All other axes and draws
-        are starts.
+        With the variables of the observer ``motion``. All other axes and draws are starts.
     along : str, optional
         Axis at each of whose values to count.
     confidence : float, default 0.95

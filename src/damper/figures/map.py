@@ -84,8 +84,8 @@ _CLASSES = {
         ("stopped: a search gave up", VERMILION),
     ),
 }
-#: Colours of motions, in the order of their frequency.
-MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, PALE)
+#: Colours of motions, in the order of their frequency; the last one of all that are rare.
+MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILION, PALE)
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
@@ -174,7 +174,7 @@ class Map(FigureSettings):
         if settings.get("orbits") is True:
             need_orbits(("orbits",), offer, faults)
         if settings.get("variable") == _ATTRACTOR:
-            need(offer, faults, "motion", "response")
+            need(offer, faults, "motion")
         else:
             check_written(("variable",), settings.get("variable"), offer, faults)
         if settings.get("theory") == "small_mass_limit":

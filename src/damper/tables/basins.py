@@ -27,7 +27,7 @@ class Basins(Product):
 
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "motion", "response")
+        need(offer, faults, "motion")
         fit_axis("along", Role(), settings, offer, faults)
 
 
