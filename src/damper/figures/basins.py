@@ -1,0 +1,70 @@
+"""Basins: which part of the starts ends in which motion, over one parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from damper.analysis.basins import basin_fractions
+from damper.figures.common.layout import head, legend, place_label
+from damper.figures.common.style import COLUMN
+from damper.figures.map import MOTIONS
+from damper.study.fields import Text
+from damper.study.messages import Faults
+from damper.study.products import Caption, Offer, Product, Role, fit_axis, need
+from damper.study.study_file import See
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class BasinsFigure(Product):
+    """The part of the starts that ends in each motion, stacked over one axis.
+
+    All other axes and draws are starts.
+    """
+
+    along: Annotated[Text, Field(description="Axis of the abscissa.")]
+    caption: Caption = None
+    see: See = None
+
+    @classmethod
+    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+        need(offer, faults, "motion")
+        fit_axis("along", Role(least=2), settings, offer, faults)
+
+
+def draw(cube: xr.Dataset, *, along: str, caption: str | None = None) -> Figure:
+    """Draw the part of the starts that ends in each motion.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With the variables of the observer ``motion``.
+    along : str
+        Axis of the abscissa.
+    caption : str, optional
+        Heading above the line of parameters; the cube's title when not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.figure import Figure
+
+    found = basin_fractions(cube, along)
+    parts = found.pivot(index=along, columns="motion", values="fraction")
+    parts = parts[found.motion.unique()]
+    figure = Figure(figsize=(COLUMN, 3.0 + 0.14 * len(parts.columns)), layout="constrained")
+    ax = figure.subplots()
+    # In steps: between two values nothing is known.
+    style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
+    areas = ax.stackplot(parts.index, parts.T, colors=MOTIONS, labels=parts, **style)
+    ax.set(ylim=(0.0, 1.0), ylabel="part of the starts")
+    ax.set_xlim(parts.index.min(), parts.index.max())
+    ax.set_xlabel(place_label(cube, along, COLUMN))
+    head(figure, cube, caption, remarks=[f"{found.of.max()} starts at each value"])
+    legend(figure, areas)
+    return figure
