@@ -7,7 +7,7 @@ Rooms, each importing only those above it:
 - `models`: one file or folder for each damper. `theory`: closed forms to compare with.
 - `observers`: one file each, a pass over the segment log.
 - `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`, `continue_orbit`,
-  `continue_point`.
+  `continue_point`, `smallest_shock`.
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
@@ -33,6 +33,7 @@ HOME = {
     "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",
     "simulate": "damper.study.simulation",
+    "smallest_shock": "damper.sweep.orbits.shock",
 }
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "periodic_orbit",
     "run",
     "simulate",
+    "smallest_shock",
 ]
 
 

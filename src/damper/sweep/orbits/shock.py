@@ -1,0 +1,222 @@
+"""`damper.smallest_shock`: how large a shock on the primary throws a motion out."""
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from damper.engine.loop import FINISHED
+from damper.engine.trajectory import Trajectory
+from damper.models import model_of
+from damper.observers.motion import ObservedMotion, in_words
+from damper.parameters import State
+from damper.parameters.quantity import real, whole
+from damper.sweep.orbits.passes import vector
+from damper.sweep.orbits.periodic import PeriodicOrbit
+from damper.sweep.runs import run_points
+
+#: Distance, over the size of the primary's motion, at which a run is back on the orbit.
+_BACK = 1e-5
+#: Sizes that are tried, over the largest; each is a quarter larger than the one before.
+_SIZES = np.geomspace(5e-3, 1.0, 25)
+#: Largest size, over the primary's largest speed, where none is given.
+_LARGEST = 10.0
+#: Forcing periods that a run may wander before it settles.
+_WANDER = 1000
+#: Longest period of a motion that a run may settle on.
+_LONGEST = 8
+
+
+def smallest_shock(
+    orbit: PeriodicOrbit,
+    *,
+    moments: int = 16,
+    largest: float | None = None,
+    settle: int | None = None,
+    tolerance: float = 1e-3,
+) -> "Shock":
+    """Find the smallest sudden change of the primary's velocity that throws a motion out.
+
+    Such a change is what a shock on the machine does: its impulse over the primary's mass. Shocks
+    are tried at several moments, in both directions, of sizes that grow by a quarter, until one is
+    found after which the motion does not come back. The size is then bisected. This is a search on
+    a grid and no proof: basins may be interwoven, so a smaller shock between the sizes or moments
+    that are tried may throw the motion out as well.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        A stable motion.
+    moments : int, default 16
+        How many moments of each forcing period to try.
+    largest : float, optional
+        Largest size to try, in units of F0/sqrt(K M), and 200 times the smallest. Ten times the
+        primary's largest speed when not given.
+    settle : int, optional
+        Forcing periods after which a run that is neither back nor on another periodic motion counts
+        as thrown out. When not given, 1000 more than a small deviation takes to fall by 1e5 times.
+    tolerance : float, default 1e-3
+        How closely the size is bisected, as a part of it.
+
+    Returns
+    -------
+    Shock
+
+    Raises
+    ------
+    ValueError
+        For a motion that is not stable, and where no shock up to the largest throws it out.
+    TypeError
+        For what is no PeriodicOrbit.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.25, damping_ratio=0.02, frequency_ratio=0.74,
+    ...                       clearance=4.62, restitution=0.5)
+    >>> orbit = damper.periodic_orbit(p, guess=damper.State(-1.2, 1.1, -5.4, 4.0))
+    >>> shock = damper.smallest_shock(orbit, moments=1, tolerance=0.1)
+    >>> orbit.word, round(shock.size, 1), shock.direction
+    ('R2 L1', 0.2, 1)
+    """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
+    if not orbit.stable:
+        growth = abs(orbit.multipliers[0])
+        raise ValueError(
+            f"orbit: its largest multiplier has the size {growth:.6g}, and only a stable motion, "
+            "of less than 1, comes back after any shock"
+        )
+    moments, tolerance = whole("moments", moments, 1), real("tolerance", tolerance)
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance = {tolerance!r}: must be a number with 0 < tolerance < 1")
+    tried = _Shocks(orbit, moments, settle)
+    most = _LARGEST * tried.speed if largest is None else real("largest", largest)
+    if not 0.0 < most < math.inf:
+        raise ValueError(f"largest = {most!r}: must be a positive number")
+    ways = [(k, direction) for k in range(moments * orbit.period) for direction in (1, -1)]
+    smaller = 0.0
+    for size in (most * _SIZES).tolist():
+        thrown = [way for way in ways if tried.leaves(size, *way)]
+        if thrown:
+            return tried.smallest(smaller, size, thrown, tolerance)
+        smaller = size
+    raise ValueError(
+        f"no shock up to {most:.6g} throws the motion out: try a larger one, or more moments"
+    )
+
+
+@dataclass(frozen=True)
+class Shock:
+    """A shock on the primary after which a motion does not come back; from `smallest_shock`."""
+
+    size: float
+    """Change of the primary's velocity, in units of F0/sqrt(K M)."""
+    returns: float
+    """Largest size below it, at the same moment and in the same direction, that was seen to come
+    back."""
+    direction: int
+    """1 or -1: the sign of the change."""
+    moment: float
+    """Forcing periods after the orbit's start."""
+    state: State
+    """Just after the shock."""
+    motion: str
+    """What the run ends in, in words."""
+
+
+class _Shocks:
+    """Shocks on an orbit."""
+
+    def __init__(self, orbit: PeriodicOrbit, moments: int, settle: int | None) -> None:
+        self.orbit, self.moments = orbit, moments
+        self.model = model_of(orbit.parameters)
+        growth = abs(orbit.multipliers[0])
+        if settle is None:
+            lasts = math.log(_BACK) / math.log(growth) if growth > 0.0 else 0.0
+            settle = _WANDER + orbit.period * math.ceil(lasts)
+        self.settle = whole("settle", settle, 1)
+        trajectory, states = Trajectory(self.model, orbit.state), []
+        for k in range(moments * orbit.period):
+            place = self._place(k)
+            trajectory.skip(*place)
+            states.append(vector(trajectory.state_at(*place)))
+        #: At each of the moments, over the whole period.
+        self.states = np.array(states)
+        self.speed = float(abs(self.states[:, 1]).max())
+        self.back = _BACK * float(abs(self.states[:, :2]).max())
+        #: A run that changes less in a period has settled; one that comes back changes more.
+        self.still = 0.5 * self.back * (1.0 - growth)
+
+    def _place(self, k: int) -> tuple[float, float]:
+        """Whole forcing periods and time of a moment."""
+        periods, part = divmod(k, self.moments)
+        return float(periods), part / self.moments * self.orbit.parameters.period
+
+    def after(self, size: float, k: int, direction: int) -> State:
+        """State just after a shock at a moment."""
+        x, v, y, u = map(float, self.states[k])
+        periods, time = self._place(k)
+        time += periods * self.orbit.parameters.period
+        return State(x, v + direction * size, y, u, time)
+
+    def leaves(self, size: float, k: int, direction: int) -> int:
+        """Forcing periods after which the run has settled elsewhere; 0 where it comes back.
+
+        It is back if it is on the orbit, maybe some forcing periods later than without the shock.
+        """
+        state = self.after(size, k, direction)
+        trajectory = Trajectory(self.model, state)
+        periods, time = self._place(k)
+        same = self.states[k % self.moments :: self.moments]
+        recent = np.full((_LONGEST, 4), np.inf)
+        for passed in range(1, self.settle + 1):
+            trajectory.skip(periods + passed, time)
+            if trajectory.status != FINISHED:
+                return passed
+            now = vector(trajectory.state_at(periods + passed, time))
+            if abs(same - now).max(axis=1).min() <= self.back:
+                return 0
+            if abs(recent - now).max(axis=1).min() <= self.still:
+                return passed
+            recent[passed % _LONGEST] = now
+        return self.settle
+
+    def smallest(
+        self, smaller: float, size: float, ways: list[tuple[int, int]], tolerance: float
+    ) -> Shock:
+        """The smallest size between two, of these moments and directions."""
+        best, below = ways[0], smaller
+        for way in ways:
+            if way != best and not self.leaves(size, *way):
+                continue
+            best, below = way, smaller
+            while size - below > tolerance * size:
+                middle = 0.5 * (below + size)
+                if self.leaves(middle, *way):
+                    size = middle
+                else:
+                    below = middle
+        k, direction = best
+        return Shock(
+            size=size,
+            returns=below,
+            direction=direction,
+            moment=k / self.moments,
+            state=self.after(size, k, direction),
+            motion=self._ends_in(size, k, direction),
+        )
+
+    def _ends_in(self, size: float, k: int, direction: int) -> str:
+        """The motion that a run after a shock ends in, in words."""
+        found, _ = run_points(
+            [asdict(self.orbit.parameters)],
+            {"motion": {"longest": _LONGEST}},
+            state=self.after(size, k, direction),
+            # Twice as long: a run that barely leaves passes an unstable motion.
+            transient=2 * self.leaves(size, k, direction),
+            periods=2 * _LONGEST + 2,
+        )
+        if found["status"][0]:
+            return "the run stopped early"
+        return in_words({v.name: int(found[v.name][0]) for v in ObservedMotion.variables})

@@ -1,0 +1,70 @@
+"""The smallest shock: what bounds the basin is known in closed form, and runs on either side."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import damper
+from damper import Parameters, PeriodicOrbit, State
+from damper.engine.compiled import plain
+from damper.models import start_run
+from damper.sweep.orbits.passes import vector
+from tests.reference.impact_oscillator import ImpactOscillator
+
+periodic_orbit = plain(damper.periodic_orbit)
+smallest_shock = plain(damper.smallest_shock)
+#: The free mass is a fixed stop, at rest at REST.
+REST = -10.0
+OSCILLATOR = ImpactOscillator(2.8, 0.8)
+
+
+def one_impact(speed: float) -> PeriodicOrbit:
+    """The closed-form motion with one impact a period, of this impact speed."""
+    x, v, time = OSCILLATOR.after_impact(speed, -1.0)
+    p = Parameters(1e15, 0.0, 2.8, x - REST, 0.8)
+    return periodic_orbit(p, guess=State(x, v, REST, 0.0, time))
+
+
+def distances(state: State, orbit: PeriodicOrbit, periods: int) -> np.ndarray:
+    """Of a run from an orbit, at the start of each forcing period."""
+    run, found = start_run(orbit.parameters, state), []
+    for k in range(1, periods + 1):
+        run.skip(run.start[0] + k)
+        found.append(abs(vector(run.state_at(run.start[0] + k)) - orbit.start).max())
+    return np.array(found)
+
+
+def test_the_basin_ends_at_the_manifold_of_the_unstable_motion() -> None:
+    """At the threshold a run passes that motion; just below it comes back, just above it does not.
+
+    Near the fold there are both motions, of two impact speeds beside the same stop.
+    """
+    low = 0.99 * OSCILLATOR.fold_speed
+    high = brentq(
+        lambda speed: OSCILLATOR.stop(speed, -1.0) - OSCILLATOR.stop(low, -1.0),
+        OSCILLATOR.fold_speed,
+        abs(OSCILLATOR.g) / OSCILLATOR.d,
+    )
+    stable, unstable = one_impact(high), one_impact(low)
+    assert (stable.stable, unstable.stable) == (True, False)
+    shock = smallest_shock(stable, moments=1, largest=1.0, tolerance=1e-4)
+    assert shock.size - shock.returns <= 1e-4 * shock.size
+    passed = distances(shock.state, unstable, 80) / abs(stable.start - unstable.start).max()
+    assert passed[0] > 0.5
+    assert passed.min() < 0.01
+    assert distances(shock.state, stable, 300)[-1] > 1.0
+    below = shock.direction * (shock.returns - shock.size)
+    back = replace(shock.state, v=shock.state.v + below)
+    assert distances(back, stable, 300)[-1] < 1e-6
+
+
+def test_what_has_no_threshold() -> None:
+    p = Parameters(0.1, 0.1, 1.0, 5.0, 0.5)
+    working = periodic_orbit(p)
+    with pytest.raises(ValueError, match="no shock up to 2 throws the motion out"):
+        smallest_shock(working, moments=1, largest=2.0)
+    idle = periodic_orbit(replace(p, clearance=6.0))
+    with pytest.raises(ValueError, match="only a stable motion"):
+        smallest_shock(idle)
