@@ -40,6 +40,9 @@ def test_branches_at_each_place_of_the_other_axes(branches: xr.Dataset) -> None:
         known = closed_form(p)[0].stroboscopic(0.25)
         np.testing.assert_allclose([orbit.displacement, orbit.velocity], known, rtol=1e-9)
         assert bool(orbit.stable) == closed_form(p)[0].stable
+        # The closed form has those of half the period.
+        sizes = np.sort(abs(closed_form(p)[0].multipliers) ** 2)[::-1]
+        np.testing.assert_allclose(orbit.multiplier, sizes, rtol=1e-7, atol=1e-9)
 
 
 def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Dataset) -> None:
@@ -61,12 +64,18 @@ def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
     """Only those of the row's place; stable and unstable pieces, and the points."""
     from matplotlib.figure import Figure
 
-    ax = Figure().subplots()
+    ax, multipliers = Figure().subplots(2)
     panel = xr.Dataset(coords={"clearance": [4.5, 4.8], "restitution": 0.5})
-    handles = overlay({"displacement": ax}, panel, "clearance", branches)
+    axes = {"displacement": ax, "multiplier": multipliers, "peak_displacement": None}
+    handles = overlay(axes, panel, "clearance", branches)
     labels = [str(handle.get_label()) for handle in handles]
     assert labels[:2] == ["periodic motion, stable", "periodic motion, unstable"]
     assert "symmetry breaking" in labels
+    stable, unstable = (
+        np.concatenate([line.get_ydata() for line in multipliers.lines if line.get_ls() == style])
+        for style in ("-", "--")
+    )
+    assert stable.max() < 1.0 < unstable.max()
     nowhere = panel.assign_coords(restitution=0.7)
     assert overlay({"displacement": ax}, nowhere, "clearance", branches) == []
 

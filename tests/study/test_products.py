@@ -186,6 +186,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         RELATIVE | {"variables": ["approach_speed"]},
         ("figures.one.variables\n    needs impacts that lists", "impacts: {speeds: 60}"),
     ),
+    "multipliers without orbits": (
+        RELATIVE | {"variables": ["displacement", "multiplier"]},
+        ("figures.one.variables\n    'multiplier' is of the study's orbits", "orbits: true"),
+    ),
     "motions that are not observed": (
         MAP | {"variable": "attractor", "each": "mass_ratio"},
         ("figures.one\n    needs motion among the observers",),

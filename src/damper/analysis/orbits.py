@@ -27,7 +27,7 @@ _ABOUT = {
     "last_end": ("why the branch ends", ""),
     "value": ("value of the axis that the branch is followed along, in its units", "1"),
     "stable": ("whether the motion is stable", "1"),
-    "growth": ("size of the largest Floquet multiplier", "1"),
+    "multiplier": ("size of the Floquet multipliers, the largest first", "1"),
     "slowest_impact": ("approach speed of the slowest impact", SPEED),
     "kind": ("what happens at the special point", ""),
     "branch": ("number of the branch", "1"),
@@ -70,7 +70,8 @@ def follow_orbits(
     Returns
     -------
     xarray.Dataset
-        Along `orbit` and `point`, all orbits and special points, with the number of their branch;
+        Along `orbit` and `point`, all orbits and special points, with the number of their branch,
+        and along `number` their multipliers;
         along `branch`, its name, the values of the other axes, and why it ends. Along `turn`, the
         forcing periods of an orbit. Along `curve_point`, special points over the axis and another
         parameter, with the number of their `curve`.
@@ -110,7 +111,6 @@ def follow_orbits(
             np.array([getattr(o.parameters, found[k][1]) for k, o in orbits], float),
         ),
         "stable": ("orbit", np.array([o.stable for _, o in orbits], "i1")),
-        "growth": ("orbit", np.array([abs(o.multipliers[0]) for _, o in orbits], float)),
         "slowest_impact": ("orbit", np.array([o.slowest_impact for _, o in orbits], float)),
         "curve_branch": ("curve", np.array([k for k, *_ in curves], "i4")),
         "curve_other": ("curve", _texts(other for _, _, other, _ in curves)),
@@ -136,9 +136,13 @@ def follow_orbits(
         section = np.full((len(each), turns, 2), np.nan)
         for row, (_, orbit) in zip(section, each, strict=True):
             row[: orbit.period] = _on_section(orbit, at)
+        multipliers = np.full((len(each), 4), np.nan)
+        for row, (_, orbit) in zip(multipliers, each, strict=True):
+            row[: len(orbit.multipliers)] = abs(orbit.multipliers)
         variables |= {
             f"{prefix}branch": (dim, np.array([k for k, _ in each], "i4")),
             f"{prefix}word": (dim, _texts(orbit.word for _, orbit in each)),
+            f"{prefix}multiplier": ((dim, "number"), multipliers),
             f"{prefix}displacement": ((dim, "turn"), section[:, :, 0]),
             f"{prefix}velocity": ((dim, "turn"), section[:, :, 1]),
         }

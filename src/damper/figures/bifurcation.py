@@ -66,14 +66,17 @@ _RELATIVE = ("relative_displacement", "relative_velocity")
 _AMPLITUDES = ("peak_displacement", "rms_displacement")
 #: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
 LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
+#: Of the study's orbits; the cube has none.
+_MULTIPLIER = "multiplier"
 _MEANINGS = {
     "relative_displacement": "relative displacement\n",
     "relative_velocity": "relative velocity\n",
     "approach_speed": "approach speed\n",
     "peak_displacement": "largest displacement\n",
     "rms_displacement": "rms displacement\n",
+    _MULTIPLIER: "size of the multipliers\n",
 }
-_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC)
+_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC, _MULTIPLIER)
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
@@ -119,7 +122,8 @@ class Bifurcation(FigureSettings):
             description="What is drawn, a panel each; one alone fits a printed column. The "
             "relative displacement is over the clearance, so that the walls are at -1 and 1. "
             "Chatter shows in relative motion and approach speeds rather than in the primary's "
-            "motion."
+            "motion. multiplier: sizes of the multipliers of the orbits that are drawn, all of "
+            "which are below 1 where the motion is stable."
         ),
     ] = SECTION_VARIABLES
     mark: Annotated[
@@ -175,6 +179,9 @@ class Bifurcation(FigureSettings):
         if "approach_speed" in shown and not offer.set("impacts", "speeds"):
             message = "needs impacts that lists them among the observers, for approach_speed"
             faults.add(("variables",), message, "impacts: {speeds: 60}")
+        if _MULTIPLIER in shown and settings.get("orbits") is not True:
+            message = "'multiplier' is of the study's orbits, which are not drawn"
+            faults.add(("variables",), message, "orbits: true")
         relative = [name for name in _RELATIVE if name in shown]
         if relative and not any(offer.set(name, "free_mass") for name in SECTIONS):
             message = f"needs a section that holds the free mass as well, for {words(relative)}"
@@ -224,7 +231,7 @@ def draw(
         A panel each; one alone fits a printed column. Of the section `displacement`, `velocity`,
         `relative_displacement` over the clearance and `relative_velocity`, the last two with the
         free mass; `approach_speed` of each listed impact, `peak_displacement` and
-        `rms_displacement` on logarithmic scales.
+        `rms_displacement` on logarithmic scales; `multiplier` of the orbits.
     mark : (float, float), optional
         Part of the abscissa to mark by a bracket. Above each row stands at which of the points
         within it there is chatter, and at which of those outside.
@@ -253,7 +260,7 @@ def draw(
     if mark is not None and "chatter" not in cube:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
     cube = with_relative(cube, variables)
-    known = [name for name in (*variables, "chatter") if name in cube]
+    known = [name for name in (*variables, "chatter", "status") if name in cube]
     own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
     keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
     place = select(cube, known, at, keep)
@@ -292,7 +299,8 @@ def draw(
             if name == "relative_displacement" and "gap" in place.coords:
                 symbol = "$(y - x)/D$"
             meaning = _MEANINGS.get(name, name.replace("_", " "))
-            ax.set_ylabel(label(meaning, symbol, units_of(place[name].attrs)))
+            units = "1" if name == _MULTIPLIER else units_of(place[name].attrs)
+            ax.set_ylabel(label(meaning, symbol, units))
     for ax in axes[-1]:
         ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
@@ -353,6 +361,10 @@ def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     grid = panel[along].values
+    if name == _MULTIPLIER:
+        ax.axhline(1.0, color=BLACK, lw=0.6)
+        ax.set(xlim=(grid.min(), grid.max()), ylim=(0.0, 2.0))
+        return
     for index, (direction, branch) in enumerate(_directions(panel)):
         colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
         samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
@@ -442,7 +454,7 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
 
 def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
     remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
-    sampled = [name for name in variables if name not in LOGARITHMIC]
+    sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]
     # "primary displacement once per forcing period" -> where the section lies
     text = place[sampled[0]].attrs.get("long_name", "") if sampled else ""
     section = text.removeprefix("primary displacement ").removeprefix("primary velocity ")

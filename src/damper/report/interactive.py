@@ -73,8 +73,9 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
         place, overlaid = in_millimetres(place), []
         shown = _map(place[settings["variable"]], classes, [*choices, y, x])
     else:
-        x, y, variables = settings["along"], None, settings["variables"]
-        cube = with_relative(cube, variables)
+        x, y = settings["along"], None
+        cube = with_relative(cube, settings["variables"])
+        variables = [name for name in settings["variables"] if name in cube]  # not of orbits
         names = [name for name in (*variables, "chatter") if name in cube]
         own = [dim for dim in (*_BRANCHES, "sample", "impact") if dim in cube[names].dims]
         keep = [dim for dim in own if dim not in at]

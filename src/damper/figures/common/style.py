@@ -51,6 +51,7 @@ VARIABLE_SYMBOLS = {
     "peak_displacement": r"$x_\mathrm{max}$",
     "amplitude_ratio": r"$x_\mathrm{max} / A$",
     "rms_ratio": r"$x_\mathrm{rms} / (A/\sqrt{2})$",
+    "multiplier": r"$|\lambda|$",
 }
 #: Meanings of variables whose long names are too long for a label.
 VARIABLE_MEANINGS = {

@@ -42,7 +42,7 @@ def overlay(
     Parameters
     ----------
     axes : mapping of str to Axes
-        Of `displacement`, `velocity`, or both.
+        Of `displacement`, `velocity` and `multiplier`.
     panel : xarray.Dataset
         The row's part of the cube: scalar coordinates, and the axis of the abscissa.
     along : str
@@ -63,12 +63,13 @@ def overlay(
             continue
         orbits = branches.isel(orbit=branches.branch.values == k)
         points = branches.isel(point=branches.point_branch.values == k)
-        for name, ax in axes.items():
+        for name, ax in ((name, ax) for name, ax in axes.items() if name in orbits):
             limits = ax.get_xlim(), ax.get_ylim()
             for stable, style in _LINES.items():
                 for first, last in runs(orbits.stable.values == stable):
-                    # One more orbit, so that the pieces join.
-                    part = orbits.isel(orbit=slice(first, last + 2))
+                    # Unstable pieces reach to the stable ones.
+                    reach = 0 if stable else 1
+                    part = orbits.isel(orbit=slice(max(first - reach, 0), last + 1 + reach))
                     ax.plot(part.value, part[name], **style)
                 text = "periodic motion, " + ("stable" if stable else "unstable")
                 drawn[text] = Line2D([], [], label=text, **style)
@@ -77,9 +78,9 @@ def overlay(
                 if here.sizes["point"]:
                     style = {"ls": "", "marker": marker, "ms": 3.0, "color": BLACK, "mew": 0.6}
                     style |= {} if marker == "x" else {"mfc": "white"}
-                    x = np.repeat(here.point_value.values, here.sizes["turn"])
-                    values = here[f"point_{name}"].values.ravel()
-                    ax.plot(x, values, zorder=4.0, **style)
+                    values = here[f"point_{name}"].values
+                    x = np.repeat(here.point_value.values, values.shape[1])
+                    ax.plot(x, values.ravel(), zorder=4.0, **style)
                     drawn[kind] = Line2D([], [], label=kind, **style)
             ax.set(xlim=limits[0], ylim=limits[1])
     return list(drawn.values())
