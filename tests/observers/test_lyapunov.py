@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import damper
+from damper.engine.compiled import plain
 from damper.engine.segment import DURATION, FLIGHT, MODE
 from damper.models import start_run
 from damper.models.compliant.restitution import contact_damping
@@ -94,10 +95,10 @@ def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
         "contact_stiffness_ratio": 1e4,
         "contact_tension": tension,
     }
-    cube = damper.simulate(**values, transient=0, periods=20, observers=["lyapunov"])
-    log = np.concatenate(
-        [piece.copy() for piece in start_run(Parameters(**values)).segments(20.0, 0.0)]
-    )
+    # To compile compliant walls takes longer.
+    cube = plain(damper.simulate)(**values, transient=0, periods=20, observers=["lyapunov"])
+    run = plain(start_run)(Parameters(**values))
+    log = plain(lambda: np.concatenate([piece.copy() for piece in run.segments(20.0, 0.0)]))()
     touching = log[log[:, MODE] != FLIGHT, DURATION].sum() / 20.0
     assert touching > 0.0
     drag = 2.0 * contact_damping(0.5, bool(tension)) * math.sqrt(1e4 * 1.1 / 0.1)

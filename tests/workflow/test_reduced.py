@@ -138,7 +138,9 @@ def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
     folder = shutil.copytree(reduced, tmp_path / "other")
     config = (folder / "config/studies/solvers.yaml").read_text()
     (folder / "config/studies/solvers.yaml").write_text(
-        config.replace("caption: What each solver reaches", "caption: What solvers reach")
+        config.replace(
+            "kind: work_precision", "kind: work_precision\n    caption: Errors and times"
+        )
     )
     out = snakemake(folder, "-n", "--configfile", "config/ci.yaml")
     assert set(jobs(out)) <= {"figure", "report", "all"}
