@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import binomtest
 
 from damper.analysis.basins import basin_fractions, wilson_limits
 from damper.observers.motion import ObservedMotion
@@ -13,6 +12,9 @@ from damper.tables.basins import make
 @pytest.mark.parametrize(("count", "of"), [(0, 7), (3, 7), (7, 7), (120, 25_600)])
 @pytest.mark.parametrize("confidence", [0.5, 0.95])
 def test_limits_are_wilsons(count: int, of: int, confidence: float) -> None:
+    # It takes a second to import: not while tests are collected.
+    from scipy.stats import binomtest
+
     known = binomtest(count, of).proportion_ci(confidence, method="wilson")
     assert wilson_limits(count, of, confidence) == pytest.approx((known.low, known.high), abs=1e-14)
 

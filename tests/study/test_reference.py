@@ -41,7 +41,10 @@ CLASSES += [
     for made in registry.values()
 ]
 
-SCHEMAS = [json.loads(text) for path, text in reference.files().items() if path.endswith(".json")]
+SCHEMAS = [
+    json.loads((ROOT / f"config/schema/{name}.schema.json").read_text())
+    for name in ("study", "config")
+]
 REGISTRY = Registry().with_resource("study.schema.json", DRAFT202012.create_resource(SCHEMAS[0]))
 STUDY, CONFIG = (Draft202012Validator(schema, registry=REGISTRY) for schema in SCHEMAS)
 

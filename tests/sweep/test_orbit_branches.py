@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import thinned
 from scipy.optimize import brentq
 
 import damper
@@ -173,11 +174,15 @@ def test_border_of_complete_chatter() -> None:
 
 def curve(point: SpecialPoint, **ranges: tuple[float, float]) -> PointCurve:
     """A few points, both ways along the second parameter."""
-    return continue_point(point, ranges, step=0.1, max_points=3)
+    return continue_point(point, ranges, step=0.1, max_points=2)
 
 
 @pytest.mark.parametrize(
-    "other", [{"restitution": (0.6, 0.95)}, {"frequency_ratio": (2.6, 3.0)}], ids=lambda one: [*one]
+    "other",
+    [
+        {"restitution": (0.6, 0.95)},
+        pytest.param({"frequency_ratio": (2.6, 3.0)}, marks=pytest.mark.exhaustive),
+    ],
 )
 def test_curves_of_the_impact_oscillator(
     oscillator: Branch, other: dict[str, tuple[float, float]]
@@ -194,8 +199,8 @@ def test_curves_of_the_impact_oscillator(
     branch = continue_orbit(unstable(0.97), "clearance", -1.79 - REST, -1.75 - REST)
     for point in (*oscillator.special_points, *points(branch, "fold")):
         found = curve(point, clearance=(5.0, 10.5), **other)
-        assert len(found.orbits) == 7
-        assert np.ptp(found.values(*other)) > 0.02
+        assert len(found.orbits) == 5
+        assert np.ptp(found.values(*other)) > 0.01
         for orbit in found.orbits:
             place = orbit.parameters.clearance + REST
             assert place == pytest.approx(closed_form(orbit, point.kind), abs=1e-11)
@@ -206,7 +211,7 @@ def test_curves_of_two_impacts(two_impacts: Branch) -> None:
     for kind in ("fold", "symmetry breaking", "torus"):
         (point,) = points(two_impacts, kind)
         found = curve(point, restitution=(0.3, 0.7), clearance=(1.0, 12.0))
-        assert len(found.orbits) == 7
+        assert len(found.orbits) == 5
         for orbit in found.orbits:
             p = orbit.parameters
             if kind == "fold":
@@ -221,18 +226,24 @@ def at_impact(orbit: damper.PeriodicOrbit) -> float:
     return float(orbit.events[orbit.events["side"] == 1]["x"][0])
 
 
-def test_border_of_complete_chatter_of_a_small_mass() -> None:
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"clearance": (0.02, 1.0)},
+        pytest.param({"frequency_ratio": (1.1, 2.0)}, marks=pytest.mark.exhaustive),
+    ],
+)
+def test_border_of_complete_chatter_of_a_small_mass(other: dict[str, tuple[float, float]]) -> None:
     """The limit of a vanishing mass, which is bisected by itself."""
     first = periodic_orbit(Parameters(1e-6, 0.02, 1.3, 0.3, 0.437))
     branch = continue_orbit(first, "restitution", 0.437, 0.44, step=0.5, max_orbits=5)
     (border,) = points(branch, "complete chatter")
-    for other in ({"clearance": (0.02, 1.0)}, {"frequency_ratio": (1.1, 2.0)}):
-        ranges = {"restitution": (0.05, 0.95), **other}
-        found = continue_point(border, ranges, step=0.1, max_points=1)
-        assert np.ptp(found.values("restitution")) > 0.01
-        for orbit in found.orbits:
-            known = critical_restitution(reduced_gap(orbit.parameters))
-            assert orbit.parameters.restitution == pytest.approx(known, abs=1e-6)
+    ranges = {"restitution": (0.05, 0.95), **other}
+    found = continue_point(border, ranges, step=0.1, max_points=1)
+    assert np.ptp(found.values("restitution")) > 0.01
+    for orbit in found.orbits:
+        known = critical_restitution(reduced_gap(orbit.parameters))
+        assert orbit.parameters.restitution == pytest.approx(known, abs=1e-6)
 
 
 def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
@@ -253,14 +264,17 @@ def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
 
 @pytest.mark.parametrize(
     ("name", "stop", "more"),
-    [
-        ("mass_ratio", 0.2, {}),
-        ("damping_ratio", 0.0, {}),
-        ("phase", 1.0, {}),
-        ("yield_speed", 0.02, {"yield_speed": 0.01}),
-        ("support_stiffness_ratio", 0.02, {"support_stiffness_ratio": 0.01}),
-        ("modulation_depth", 0.0, {"modulation_depth": 0.1}),
-    ],
+    thinned(
+        [
+            ("mass_ratio", 0.2, {}),
+            ("damping_ratio", 0.0, {}),
+            ("phase", 1.0, {}),
+            ("yield_speed", 0.02, {"yield_speed": 0.01}),
+            ("support_stiffness_ratio", 0.02, {"support_stiffness_ratio": 0.01}),
+            ("modulation_depth", 0.0, {"modulation_depth": 0.1}),
+        ],
+        lambda case: case[0] not in ("damping_ratio", "phase"),
+    ),
 )
 def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, float]) -> None:
     """The end of the branch is the motion that is found there by itself."""

@@ -61,13 +61,14 @@ def continue_point(
     --------
     >>> import damper
     >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0,
-    ...                       clearance=5.0, restitution=0.5)
-    >>> branch = damper.continue_orbit(damper.periodic_orbit(p), "clearance", 4.5, 6.0)
+    ...                       clearance=4.7, restitution=0.5)
+    >>> branch = damper.continue_orbit(damper.periodic_orbit(p), "clearance", 4.5, 4.8)
     >>> curve = damper.continue_point(
-    ...     branch.special_points[0], {"clearance": (4.5, 6.0), "restitution": (0.5, 0.55)}
+    ...     branch.special_points[0], {"clearance": (4.5, 4.8), "restitution": (0.5, 0.52)},
+    ...     step=0.2,
     ... )
     >>> curve.values("clearance").round(6).tolist()[::len(curve.orbits) - 1]
-    [4.616152, 4.789154]
+    [4.616152, 4.685418]
     """
     if not isinstance(point, SpecialPoint):
         raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
