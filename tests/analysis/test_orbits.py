@@ -6,6 +6,7 @@ import xarray as xr
 
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
+from damper.figures import draw
 from damper.figures.overlays.orbits import overlay, overlay_curves
 from damper.parameters import Parameters
 from damper.tables.special_points import make
@@ -102,3 +103,6 @@ def test_curves_of_special_points() -> None:
     assert handle.get_label() == "symmetry breaking"
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_value)
     assert overlay_curves(ax, panel, "restitution", "mass_ratio", found) == []
+    (ax,) = draw("special_points", found, x="clearance", y="restitution").axes
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_other_value)
+    assert ax.get_ylim() == (0.49, 0.51)

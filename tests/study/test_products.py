@@ -467,6 +467,19 @@ def test_orbits_follow_an_axis_from_a_value_of_it(
     assert message in blame(tmp_path, GOOD, **parts)
 
 
+def test_curves_of_special_points_are_those_of_orbits(tmp_path: Path) -> None:
+    """A second parameter may be any, not only an axis."""
+    two = {"along": "clearance", "start": 1, "at": {"mass_ratio": 0.1, "frequency_ratio": 1}}
+    two["curves"] = {"fold": {"restitution": [0.4, 0.6], "damping_ratio": [0.01, 0.1]}}
+    figure = {"kind": "special_points", "x": "damping_ratio", "y": "clearance"}
+    load(tmp_path, figure, orbits={"two": two})
+    message = blame(tmp_path, figure | {"x": "mass_ratio"}, orbits={"two": two})
+    assert "figures.one.y\n    the study follows no special points over mass_ratio and" in message
+    assert "clearance and damping_ratio, clearance and restitution" in message
+    message = blame(tmp_path, figure | {"theory": "small_mass_limit"}, orbits={"two": two})
+    assert "figures.one.theory\n    the small-mass limit has no place over" in message
+
+
 def test_special_points_are_those_of_orbits(tmp_path: Path) -> None:
     tables = {"points": {"kind": "special_points"}}
     message = blame(tmp_path, GOOD, figures={}, tables=tables)

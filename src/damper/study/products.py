@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
@@ -109,8 +109,8 @@ class Offer:
     branches: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     """The values of the cube's dimensions beside the axes: direction, draw."""
 
-    orbits: Collection[str] = ()
-    """Names of the periodic motions that are followed."""
+    orbits: Mapping[str, Any] = field(default_factory=dict)
+    """The periodic motions that are followed, as written."""
 
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...] | None]:

@@ -30,12 +30,14 @@ def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     import pandas as pd
 
     others = [str(name) for name in branches.data_vars if branches[name].attrs.get("axis")]
+    over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]
+    fixed = {name: float(branches[name]) for name in over if name in branches.coords}
     rows, ends = [], []
     for k in range(branches.sizes["branch"]):
         branch = branches.isel(branch=k)
         along = str(branch.along.item())
         where = {name: float(branch[name]) for name in others if name != along}
-        place = {"motion": branch.motion.item(), **where}
+        place = {"motion": branch.motion.item(), **fixed, **where}
         points = branches.isel(point=branches.point_branch.values == k)
         rows += [
             {**place, "point": kind, "along": along, "value": value, "word": word}
@@ -69,7 +71,6 @@ def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
             f"{branch.motion.item()}{f' ({shown})' if shown else ''} ends where "
             f"{branch.first_end.item()}, and where {branch.last_end.item()}."
         )
-    over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]
     places = dict.fromkeys([*others, *over])
     data = pd.DataFrame(rows, columns=["motion", *places, "point", "along", "value", "word"])
     data = data.dropna(axis="columns", how="all") if len(data) else data
