@@ -53,11 +53,11 @@ METAMORPHIC_VARIABLES = (
     Variable(
         "backward_error",
         "largest backward error of a segment",
-        "2^-52",
-        comment="rigid damper only; over the sizes of the terms, in units of roundoff",
+        "1",
+        comment="rigid damper only; over the sizes of the terms, in units of roundoff, 2^-52",
     ),
     *(
-        Variable(f"backward_{name}", f"backward error: {words}", "2^-52")
+        Variable(f"backward_{name}", f"backward error: {words}", "1", comment="units of 2^-52")
         for name, words in CHECKS.items()
     ),
     Variable("laws_excess", "largest violation of a law over its limit", "1"),
