@@ -106,3 +106,6 @@ def test_curves_of_special_points() -> None:
     (ax,) = draw("special_points", found, x="clearance", y="restitution").axes
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_other_value)
     assert ax.get_ylim() == (0.49, 0.51)
+    none = found.isel(curve=slice(0), curve_point=slice(0))
+    (ax,) = draw("special_points", none, x="clearance", y="restitution").axes
+    assert ax.texts[0].get_text() == "no such special point was found"

@@ -476,6 +476,7 @@ def test_curves_of_special_points_are_those_of_orbits(tmp_path: Path) -> None:
     message = blame(tmp_path, figure | {"x": "mass_ratio"}, orbits={"two": two})
     assert "figures.one.y\n    the study follows no special points over mass_ratio and" in message
     assert "clearance and damping_ratio, clearance and restitution" in message
+    assert "not text" in blame(tmp_path, figure | {"x": ["mass_ratio"]}, orbits={"two": two})
     message = blame(tmp_path, figure | {"theory": "small_mass_limit"}, orbits={"two": two})
     assert "figures.one.theory\n    the small-mass limit has no place over" in message
 

@@ -10,11 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.figures import THEORY
-from damper.figures.common.layout import head, legend, place_label, place_text
-from damper.figures.common.style import COLUMN
+from damper.figures.common.layout import head, legend, place_text, say
+from damper.figures.common.style import COLUMN, axis_label
 from damper.figures.overlays.orbits import overlay_curves
-from damper.parameters.quantities import ALL
-from damper.parameters.units import attributes_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
 from damper.study.products import Caption, Offer, Product, need_orbits
@@ -53,11 +51,13 @@ class SpecialPointsFigure(Product):
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need_orbits((), offer, faults)
-        asked = settings.get("x"), settings.get("y")
-        over = " and ".join(map(str, asked))
+        asked = [name for name in (settings.get("x"), settings.get("y")) if isinstance(name, str)]
         pairs = _curves(offer.orbits)
-        if offer.orbits and set(asked) not in [{*pair} for pair in pairs]:
-            allowed = words(" and ".join(pair) for pair in pairs) or "curves in orbits"
+        over = " and ".join(asked)
+        if len(asked) < 2 or not offer.orbits:
+            return
+        if set(asked) not in [{*pair} for pair in pairs]:
+            allowed = words(map(" and ".join, pairs)) if pairs else "curves in orbits"
             faults.add(("y",), f"the study follows no special points over {over}", allowed)
         elif settings.get("theory") and set(asked) != {"restitution", "clearance"}:
             message = f"the small-mass limit has no place over {over}"
@@ -65,13 +65,16 @@ class SpecialPointsFigure(Product):
 
 
 def _curves(orbits: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Pairs of parameters that the curves of a study have; its own checks report what is wrong."""
-    entries = [entry for entry in orbits.values() if isinstance(entry, dict)]
+    """Pairs of parameters that the curves of a study have; what is wrong there is not said here."""
+
+    def within(data: Any) -> Mapping[str, Any]:
+        return data if isinstance(data, dict) else {}
+
     return [
-        (str(entry.get("along")), str(other))
-        for entry in entries
-        for ranges in (entry.get("curves") or {}).values()
-        for other in ranges
+        (str(within(entry).get("along")), str(other))
+        for entry in orbits.values()
+        for ranges in within(within(entry).get("curves")).values()
+        for other in within(ranges)
     ]
 
 
@@ -97,43 +100,57 @@ def draw(
     """
     from matplotlib.figure import Figure
 
-    axes_of = (str(name) for name in branches.data_vars if branches[name].attrs.get("axis"))
-    others = [name for name in axes_of if name not in (x, y)]
-    panels = _panels(branches, x, y, others)
-    size = (COLUMN, 1.0 + _PANEL * len(panels))
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    panels = _panels(branches, x, y)
+    rows = max(len(panels), 1)
+    figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * rows), layout="constrained")
+    axes = figure.subplots(rows, 1, sharex=True, squeeze=False).ravel()
     drawn: dict[str, Artist] = {}
-    for ax, panel in zip(axes, panels, strict=True):
+    for ax, panel in zip(axes, panels, strict=False):
         ax.set(xlim=panel[x].values, ylim=panel[y].values)
         handles = overlay_curves(ax, panel, x, y, branches)
         if theory:
             handles += import_module(THEORY[theory]).overlay(ax, panel, x, y)
         drawn |= {str(handle.get_label()): handle for handle in handles}
-        ax.set_ylabel(place_label(panel, y, _PANEL))
-        if len(panels) > 1:
-            texts = (place_text(panel, name, float(panel[name])) for name in others)
-            ax.set_title(", ".join(texts), loc="left")
-    axes[-1].set_xlabel(place_label(panels[0], x, COLUMN))
-    head(figure, panels[0].drop_vars(others if len(panels) > 1 else []), caption)
+        if rows > 1:
+            places = (
+                place_text(panel, name, float(panel[name])) for name in _others(branches, x, y)
+            )
+            ax.set_title(", ".join(places), loc="left")
+    if not panels:
+        say(axes[0], "no such special point was found")
+    for ax in axes:
+        ax.set_ylabel(axis_label(y))
+    axes[-1].set_xlabel(axis_label(x))
+    # Of several panels, what they share.
+    shown = panels[0] if len(panels) == 1 else branches.drop_vars([x, y], errors="ignore")
+    head(figure, shown, caption)
     legend(figure, list(drawn.values()))
     return figure
 
 
-def _panels(branches: xr.Dataset, x: str, y: str, others: list[str]) -> list[xr.Dataset]:
-    """Places of the other axes: scalar coordinates, and the ends of x and y, which all share."""
+def _others(branches: xr.Dataset, x: str, y: str) -> list[str]:
+    """Axes of the study but these two."""
+    axes = (str(name) for name in branches.data_vars if branches[name].attrs.get("axis"))
+    return [name for name in axes if name not in (x, y)]
+
+
+def _panels(branches: xr.Dataset, x: str, y: str) -> list[xr.Dataset]:
+    """Places with curves: scalar coordinates, and the ends of x and y, which all share."""
     import xarray as xr
 
     along = branches.along.values[branches.curve_branch.values]
-    mine = [{a, b} == {x, y} for a, b in zip(along, branches.curve_other.values, strict=True)]
-    points = branches.isel(curve_point=np.array(mine)[branches.curve.values])
-    values = {True: points.curve_value, False: points.curve_other_value}
+    mine = np.array(
+        [{*pair} == {x, y} for pair in zip(along, branches.curve_other.values, strict=True)], bool
+    )
+    if not mine.any():
+        return []
+    points = branches.isel(curve_point=mine[branches.curve.values])
     ends = {}
     for name in (x, y):
-        array = values[name == along[mine][0]]
-        attrs = attributes_of(ALL[name].units)
-        ends[name] = (name, [float(array.min()), float(array.max())], attrs)
-    rows = np.unique(branches.curve_branch.values[mine])
+        array = points.curve_value if name == along[mine][0] else points.curve_other_value
+        ends[name] = [float(array.min()), float(array.max())]
+    others = _others(branches, x, y)
+    rows = branches.curve_branch.values[mine].tolist()
     places = {tuple(float(branches[name][k]) for name in others): k for k in rows}
     fixed = {str(name): value for name, value in branches.coords.items() if value.ndim == 0}
     base = xr.Dataset(coords=fixed, attrs=branches.attrs)
