@@ -27,7 +27,9 @@ def copy_project(folder: Path) -> Path:
 
 #: Importing Snakemake takes as long as all that it does in most of the tests: done once.
 _WITH_SNAKEMAKE = multiprocessing.get_context("forkserver")
-_WITH_SNAKEMAKE.set_forkserver_preload(["snakemake.cli"])
+_WITH_SNAKEMAKE.set_forkserver_preload(
+    ["snakemake.cli", "smart_open", "snakemake.report.html_reporter"]
+)
 
 
 def snakemake(folder: Path, *arguments: str, code: int = 0, **environment: str) -> str:

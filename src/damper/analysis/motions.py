@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_variables
-from damper.observers.motion import ObservedMotion, in_words
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What `motion` writes; two runs with the same values have the same motion.
-_FOUND = tuple(variable.name for variable in ObservedMotion.variables)
 #: Motions that get a name; rarer ones are `OTHERS`.
 MOST = 7
 OTHERS = "other motions"
@@ -48,9 +45,14 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     >>> attractors(cube)[1]
     ['period 1, impacts 1 left, 2 right', 'period 2, 2 impacts on each wall, not symmetric']
     """
-    need_variables(cube, "motion", *_FOUND)
+    # Figures of other things load no engine.
+    from damper.observers.motion import ObservedMotion, in_words
+
+    # Two runs with the same values have the same motion.
+    found = [variable.name for variable in ObservedMotion.variables]
+    need_variables(cube, "motion", *found)
     finished = np.isfinite(cube.motion_period.values)
-    values = np.stack([np.nan_to_num(cube[name].values, nan=-1.0) for name in _FOUND], axis=-1)
+    values = np.stack([np.nan_to_num(cube[name].values, nan=-1.0) for name in found], axis=-1)
     kinds, numbers, counts = np.unique(
         values[finished], axis=0, return_inverse=True, return_counts=True
     )
@@ -58,5 +60,5 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     classes = cube.motion_period.copy(data=np.full(finished.shape, np.nan)).rename("attractor")
     classes.attrs = {"long_name": "motion", "units": "1"}
     classes.values[finished] = np.minimum(np.argsort(order)[numbers.ravel()], MOST)
-    named = [in_words(dict(zip(_FOUND, kinds[k].tolist(), strict=True))) for k in order[:MOST]]
+    named = [in_words(dict(zip(found, kinds[k].tolist(), strict=True))) for k in order[:MOST]]
     return classes, [*named, OTHERS] if len(order) > MOST else named
