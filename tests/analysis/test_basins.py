@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import damper
 from damper.analysis.basins import basin_fractions, wilson_limits
+from damper.analysis.motions import attractors
+from damper.engine.compiled import plain
 from damper.observers.motion import ObservedMotion
 from damper.tables.basins import make
 
@@ -36,3 +39,27 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     assert basin_fractions(cube).fraction.tolist() == [5 / 7, 2 / 7]
     table = make(cube, {"along": "clearance", "confidence": 0.9})
     assert "90% confidence" in str(table.body[0])
+
+
+def test_motions_without_a_period_are_told_apart_by_exponents() -> None:
+    """A chaotic one, and the torus of two impacts per period near where it begins."""
+    run = plain(damper.simulate)
+    common = {"transient": 200, "periods": 100, "observers": ["motion", "lyapunov"]}
+    chaos = run(
+        mass_ratio=0.3,
+        damping_ratio=0.02,
+        frequency_ratio=0.4,
+        clearance=0.5,
+        restitution=0.7,
+        **common,
+    )
+    assert attractors(chaos)[1] == ["chaotic"]
+    torus = run(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=1.0,
+        clearance=12.8,
+        restitution=0.3,
+        **common,
+    )
+    assert attractors(torus)[1] == ["quasi-periodic or not settled"]

@@ -21,12 +21,13 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
 
     Runs are of one class if their motions have the same period, symmetry, impacts and complete
     chatter sequences on each wall. So are a motion and its mirror image unless their impacts
-    differ, and all motions for which no period was found.
+    differ, and all motions for which no period was found. With Lyapunov exponents these are
+    chaotic where the largest one is above zero by twice its drift.
 
     Parameters
     ----------
     cube : xarray.Dataset
-        With the variables of the observer ``motion``.
+        With the variables of the observer ``motion``, maybe those of ``lyapunov``.
 
     Returns
     -------
@@ -52,7 +53,12 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     found = [variable.name for variable in ObservedMotion.variables]
     need_variables(cube, "motion", *found)
     finished = np.isfinite(cube.motion_period.values)
-    values = np.stack([np.nan_to_num(cube[name].values, nan=-1.0) for name in found], axis=-1)
+    columns = {name: np.nan_to_num(cube[name].values, nan=-1.0) for name in found}
+    if "largest_lyapunov_exponent" in cube:
+        largest, drift = cube.largest_lyapunov_exponent, cube.lyapunov_drift.isel(exponent=0)
+        wanders = cube.motion_period == 0
+        columns["chaotic"] = np.where(wanders, largest > 2.0 * abs(drift), -1.0)
+    values = np.stack(list(columns.values()), axis=-1)
     kinds, numbers, counts = np.unique(
         values[finished], axis=0, return_inverse=True, return_counts=True
     )
@@ -60,5 +66,5 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     classes = cube.motion_period.copy(data=np.full(finished.shape, np.nan)).rename("attractor")
     classes.attrs = {"long_name": "motion", "units": "1"}
     classes.values[finished] = np.minimum(np.argsort(order)[numbers.ravel()], MOST)
-    named = [in_words(dict(zip(found, kinds[k].tolist(), strict=True))) for k in order[:MOST]]
+    named = [in_words(dict(zip(columns, kinds[k].tolist(), strict=True))) for k in order[:MOST]]
     return classes, [*named, OTHERS] if len(order) > MOST else named

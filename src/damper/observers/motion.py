@@ -97,7 +97,7 @@ class ObservedMotion(Observer):
 
 
 def in_words(found: Mapping[str, int]) -> str:
-    """Say what motion it is, by the values of the observer's variables.
+    """Say what motion it is, by the observer's variables; `chaotic` may stand beside them.
 
     Examples
     --------
@@ -107,7 +107,9 @@ def in_words(found: Mapping[str, int]) -> str:
     'period 1, 3 impacts on each wall, symmetric'
     """
     if not found["motion_period"]:
-        return "no period found"
+        if "chaotic" not in found:
+            return "no period found"
+        return "chaotic" if found["chaotic"] else "quasi-periodic or not settled"
     counts = {
         noun: (found[f"motion_{what}_left"], found[f"motion_{what}_right"])
         for what, noun in (("impacts", "impact"), ("completions", "complete chatter sequence"))
