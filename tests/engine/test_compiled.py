@@ -86,14 +86,14 @@ def run(code: str, folder: Path = SOURCE.parent, **variables: str) -> str:
 
 
 #: Compiling another model, or the rigid one with another law, takes half a minute each.
-OTHERS = [
+*OTHERS, YIELDING = (
     pytest.param(model, marks=pytest.mark.exhaustive)
     for model in ("grounded", "compliant", "time_varying", "yielding")
-]
+)
 
 
 @needs_numba
-@pytest.mark.parametrize("model", ["rigid", *OTHERS])
+@pytest.mark.parametrize("model", ["rigid", *OTHERS, YIELDING])
 def test_compiled_and_plain_give_the_same_bytes(model: str) -> None:
     """Chaotic runs included. Plain Python neither warns nor raises: no nan or inf comes up."""
     code = f"MODEL = {model!r}\n{RUNS}"

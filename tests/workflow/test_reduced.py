@@ -14,7 +14,7 @@ from damper.verification.stress.laws import LAW_NAMES, broken
 
 #: Studies that check the engine; what they make is their own.
 CHECKS = ("solvers", "stress", "cost")
-#: Studies of which the reduced workflow makes what the verdicts need, and no figure.
+#: Studies of which the reduced workflow makes the cube, and no figure.
 UNDRAWN = (
     "restitution_below_resonance",
     "paper_b_portraits",
@@ -24,6 +24,7 @@ UNDRAWN = (
     "paper_a_histories",
     "accumulation",
     "burst_duration",
+    "stress",
 )
 
 
