@@ -86,12 +86,13 @@ def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
 
 
 @by_model
-def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
-    """Take deviations through a part of a segment, between two times after its start."""
-    if s.mode == FLIGHT:
-        fly_on(model, high - low, deviations)
-    else:
-        stay_on(model, s.periods, s.time + low, high - low, deviations)
+def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations over a time of contact, from a time after the segment's start."""
+    flow = contact_flow(model, s.periods, s.time + low, tau)
+    for k in range(deviations.shape[1]):
+        x, v = deviations[0, k], deviations[1, k]
+        deviations[0, k] = deviations[2, k] = flow.xx * x + flow.xv * v
+        deviations[1, k] = deviations[3, k] = flow.vx * x + flow.vv * v
 
 
 @compiled
@@ -115,13 +116,12 @@ def fly_on(model: Any, tau: float, deviations: np.ndarray) -> None:
 
 
 @compiled
-def stay_on(model: Any, periods: float, time: float, tau: float, deviations: np.ndarray) -> None:
-    """Take deviations of masses that have joined over a time of contact."""
-    flow = contact_flow(model, periods, time, tau)
-    for k in range(deviations.shape[1]):
-        x, v = deviations[0, k], deviations[1, k]
-        deviations[0, k] = deviations[2, k] = flow.xx * x + flow.xv * v
-        deviations[1, k] = deviations[3, k] = flow.vx * x + flow.vv * v
+def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
+    """Take deviations through a part of a segment, between two times after its start."""
+    if s.mode == FLIGHT:
+        fly_on(model, high - low, deviations)
+    else:
+        stay_on(model, s, low, high - low, deviations)
 
 
 @compiled

@@ -125,9 +125,9 @@ def _follow(model, log, window, frame, growth, volume, totals):
         if joins(model, s):
             total.joined = 1.0
         total.begun = 1.0
-        shrunk = damping_in(model, s) * (high - low)
-        volume[0] -= shrunk
-        pieces = 1 + int(shrunk / _SHRUNK)
+        damped = damping_in(model, s) * (high - low)
+        volume[0] -= damped
+        pieces = 1 + int(damped / _SHRUNK)
         for piece in range(pieces):
             begin = low + (high - low) * piece / pieces
             over_time(model, s, begin, begin + (high - low) / pieces, frame)

@@ -468,5 +468,8 @@ def _lags(model, s, start, slope, span):
     return slope > 0.5 * span * second
 
 
-for _name in ("joins", "shrunk_by", "damping_in", "over_event", "over_time"):
-    getattr(declared_tangent, _name).of(Compliant)(getattr(tangent, _name))
+declared_tangent.joins.of(Compliant)(tangent.joins)
+declared_tangent.shrunk_by.of(Compliant)(tangent.shrunk_by)
+declared_tangent.damping_in.of(Compliant)(tangent.damping_in)
+declared_tangent.over_event.of(Compliant)(tangent.over_event)
+declared_tangent.stay_on.of(Compliant)(tangent.stay_on)

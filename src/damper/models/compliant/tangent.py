@@ -13,7 +13,6 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.segment import FLIGHT, IMPACT, RELEASE, SEPARATION, Segment
 from damper.models.compliant.flow import advance
-from damper.models.tangent import fly_on
 
 
 @compiled
@@ -54,17 +53,8 @@ def _push(model, strength, deviations):
 
 
 @compiled
-def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
-    """Take deviations through a part of a segment, between two times after its start."""
-    if s.mode == FLIGHT:
-        fly_on(model, high - low, deviations)
-    else:
-        _touch(model, s, high - low, deviations)
-
-
-@compiled
-def _touch(model, s: Segment, tau: float, deviations: np.ndarray) -> None:
-    """Take deviations through contact, which is linear: they are a motion without force."""
+def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations over a time of contact, which is linear: they are a motion without force."""
     beta = model.touch.reduced
     for k in range(deviations.shape[1]):
         x, v = s.side * deviations[0, k], s.side * deviations[1, k]
