@@ -41,25 +41,19 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     assert "90% confidence" in str(table.body[0])
 
 
-def test_motions_without_a_period_are_told_apart_by_exponents() -> None:
-    """A chaotic one, and the torus of two impacts per period near where it begins."""
-    run = plain(damper.simulate)
-    common = {"transient": 200, "periods": 100, "observers": ["motion", "lyapunov"]}
-    chaos = run(
-        mass_ratio=0.3,
-        damping_ratio=0.02,
-        frequency_ratio=0.4,
-        clearance=0.5,
-        restitution=0.7,
-        **common,
-    )
-    assert attractors(chaos)[1] == ["chaotic"]
-    torus = run(
-        mass_ratio=0.1,
-        damping_ratio=0.02,
-        frequency_ratio=1.0,
-        clearance=12.8,
-        restitution=0.3,
-        **common,
-    )
-    assert attractors(torus)[1] == ["quasi-periodic or not settled"]
+@pytest.mark.parametrize(
+    ("point", "name"),
+    [
+        ((0.3, 0.02, 0.4, 0.5, 0.7), "chaotic"),
+        # The torus of two impacts per period, near where it begins.
+        ((0.1, 0.02, 1.0, 12.8, 0.3), "quasi-periodic or not settled"),
+    ],
+)
+def test_motions_without_a_period_are_told_apart_by_exponents(
+    point: tuple[float, ...], name: str
+) -> None:
+    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
+    values = dict(zip(names, point, strict=True))
+    observers = ["motion", "lyapunov"]
+    cube = plain(damper.simulate)(**values, transient=200, periods=100, observers=observers)
+    assert attractors(cube)[1] == [name]

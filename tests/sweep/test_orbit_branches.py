@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cases import thinned
+from fixed_stop import OSCILLATOR, REST, beside_a_stop, one_impact
 from scipy.optimize import brentq
 
 import damper
@@ -26,13 +27,6 @@ TWO_IMPACTS = Parameters(
 CHATTER = Parameters(
     mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3, clearance=0.05, restitution=0.73
 )
-#: The free mass is a fixed stop. It rests at REST, so x meets it at sigma = REST + clearance.
-REST = -10.0
-OSCILLATOR = ImpactOscillator(2.8, 0.8)
-
-
-def beside_a_stop(sigma: float) -> Parameters:
-    return Parameters(1e15, 0.0, 2.8, sigma - REST, 0.8)
 
 
 def points(branch: Branch, kind: str) -> list[SpecialPoint]:
@@ -66,9 +60,7 @@ def test_impact_oscillator(oscillator: Branch) -> None:
 
 def unstable(part: float) -> damper.PeriodicOrbit:
     """The impact oscillator's motion of a part of the impact speed that it has at the fold."""
-    speed = part * OSCILLATOR.fold_speed
-    x, v, time = OSCILLATOR.after_impact(speed, -1.0)
-    return periodic_orbit(beside_a_stop(x), guess=State(x, v, REST, 0.0, time))
+    return one_impact(part * OSCILLATOR.fold_speed)
 
 
 def test_fold_of_the_impact_oscillator() -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixed_stop import OSCILLATOR, one_impact
 from scipy.optimize import brentq
 
 import damper
@@ -11,20 +12,9 @@ from damper import Parameters, PeriodicOrbit, State
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.sweep.orbits.passes import vector
-from tests.reference.impact_oscillator import ImpactOscillator
 
 periodic_orbit = plain(damper.periodic_orbit)
 smallest_shock = plain(damper.smallest_shock)
-#: The free mass is a fixed stop, at rest at REST.
-REST = -10.0
-OSCILLATOR = ImpactOscillator(2.8, 0.8)
-
-
-def one_impact(speed: float) -> PeriodicOrbit:
-    """The closed-form motion with one impact a period, of this impact speed."""
-    x, v, time = OSCILLATOR.after_impact(speed, -1.0)
-    p = Parameters(1e15, 0.0, 2.8, x - REST, 0.8)
-    return periodic_orbit(p, guess=State(x, v, REST, 0.0, time))
 
 
 def distances(state: State, orbit: PeriodicOrbit, periods: int) -> np.ndarray:
