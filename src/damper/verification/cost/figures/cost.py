@@ -75,7 +75,7 @@ def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
         ax.grid(axis="y", color="#EEEEEE", lw=0.6)
         ax.set_axisbelow(True)
     legend(figure, handles)
-    letters = figure.get_figwidth() * 16.0
+    letters = figure.get_figwidth() * 15.0  # of versions, whose digits are wide
     usual = "Time and memory of benchmark cases against the bare engine"
     about = f"{machine_text(timings['machine'])}; {timings['repeats']} interleaved repeats; "
     # A name and its version stay on one line.
