@@ -19,10 +19,10 @@ OTHERS = "other motions"
 def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     """Class each run by the motion that it ends in.
 
-    Runs are of one class if their motions have the same period, symmetry, impacts and complete
-    chatter sequences on each wall. So are a motion and its mirror image unless their impacts
-    differ, and all motions for which no period was found. With Lyapunov exponents these are
-    chaotic where the largest one is above zero by twice its drift.
+    Runs are of one class if their motions have the same period, impacts and complete chatter
+    sequences on each wall, and are symmetric or on the same side. So are all motions for which no
+    period was found. With Lyapunov exponents these are chaotic where the largest one is above zero
+    by twice its drift.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     ...                        initial_relative_velocity=[3.0, 4.5], transient=250, periods=20,
     ...                        observers=["motion"])
     >>> attractors(cube)[1]
-    ['period 1, impacts 1 left, 2 right', 'period 2, 2 impacts on each wall, not symmetric']
+    ['period 1, impacts 1 left, 2 right', 'period 2, 2 impacts on each wall, more to the left']
     """
     # Figures of other things load no engine.
     from damper.observers.motion import ObservedMotion, in_words

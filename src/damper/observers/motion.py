@@ -39,11 +39,11 @@ class ObservedMotion(Observer):
             comment="0: it does not within the longest period looked for, or half of the record",
         ),
         Variable(
-            "motion_symmetric",
-            "whether half the motion is the mirror image of the other half",
+            "motion_side",
+            "which of a mirror pair the motion is",
             "1",
-            dtype="i4",
-            comment="0 one of a mirror pair, 1 symmetric; missing where it does not repeat",
+            comment="0 symmetric; -1 left, 1 right: the wall with more impacts or, with as many on "
+            "each, that which the free mass is nearer to; missing where it does not repeat",
         ),
         *(
             Variable(
@@ -88,12 +88,20 @@ class ObservedMotion(Observer):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]
             if abs(later - earlier).max() <= near:
                 half = states[-3 * period - 1 : -period]
-                mirrored = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
+                symmetric = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
                 happened = counts[-1] - counts[-2 * period - 1]
-                self._put({"motion_period": period, "motion_symmetric": int(mirrored)})
+                side = 0 if symmetric else _side(later[1:], happened)
+                self._put({"motion_period": period, "motion_side": side})
                 names = [variable.name for variable in self.variables[2:]]
                 self._put(dict(zip(names, happened.astype(int), strict=True)))
                 return
+
+
+def _side(states: np.ndarray, counts: np.ndarray) -> int:
+    """Wall that a motion without symmetry is on; its mirror image is on the other one."""
+    left, right, left_complete, right_complete = counts
+    nearer = (states[:, 2] - states[:, 0]).sum()
+    return int(np.sign(right - left or right_complete - left_complete or nearer))
 
 
 def in_words(found: Mapping[str, int]) -> str:
@@ -101,7 +109,7 @@ def in_words(found: Mapping[str, int]) -> str:
 
     Examples
     --------
-    >>> in_words({"motion_period": 1, "motion_symmetric": 1, "motion_impacts_left": 3,
+    >>> in_words({"motion_period": 1, "motion_side": 0, "motion_impacts_left": 3,
     ...           "motion_impacts_right": 3, "motion_completions_left": 0,
     ...           "motion_completions_right": 0})
     'period 1, 3 impacts on each wall, symmetric'
@@ -123,7 +131,8 @@ def in_words(found: Mapping[str, int]) -> str:
         return ", ".join(words)
     each = (f"{n:g} {noun}{'s' if n > 1 else ''}" for noun, (n, _) in counts.items())
     words.append(f"{' and '.join(each)} on each wall")
-    return ", ".join([*words, "symmetric" if found["motion_symmetric"] else "not symmetric"])
+    sides = {0: "symmetric", -1: "more to the left", 1: "more to the right"}
+    return ", ".join([*words, sides[int(found["motion_side"])]])
 
 
 @compiled

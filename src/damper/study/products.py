@@ -48,7 +48,7 @@ VARIABLES = {
     "lyapunov": ("largest_lyapunov_exponent", "lyapunov_residual", "slowest_impact"),
     "motion": (
         "motion_period",
-        "motion_symmetric",
+        "motion_side",
         "motion_impacts_left",
         "motion_impacts_right",
         "motion_completions_left",
