@@ -198,6 +198,38 @@ def test_curves_of_the_impact_oscillator(
             assert place == pytest.approx(closed_form(orbit, point.kind), abs=1e-11)
 
 
+@pytest.mark.parametrize(("frequency_ratio", "kind"), [(1.97, "fold"), (2.03, "period doubling")])
+def test_curves_from_resonant_grazing(frequency_ratio: float, kind: str) -> None:
+    """They touch the curve of grazing where omega is twice the damped natural frequency.
+
+    For any linear impact oscillator, and quadratically: Simpson and Ghosh, Resonant grazing
+    bifurcations revisited, arXiv:2602.22797 (2026). Below are folds, above it period doublings.
+    """
+    damping_ratio = 0.05
+    resonance = 2.0 * np.sqrt(1.0 - damping_ratio**2)
+
+    def amplitude(omega: float | np.ndarray) -> float | np.ndarray:
+        """That of the motion without impacts."""
+        return 1.0 / np.hypot(1.0 - omega**2, 2.0 * damping_ratio * omega)
+
+    place = 0.9 * amplitude(frequency_ratio)
+    p = replace(beside_a_stop(place), damping_ratio=damping_ratio, frequency_ratio=frequency_ratio)
+    last = plain(damper.events)(p, State(0.0, 0.0, REST, 0.0), until=300.0 * p.period)[-1]
+    start = State(place - 1e-12, last["v"], REST, 0.0, last["time"] % p.period)
+    branch = continue_orbit(
+        periodic_orbit(p, guess=start), "clearance", p.clearance, p.clearance + 0.3 * place
+    )
+    (point,) = points(branch, kind)
+    ranges = {"clearance": (10.0, 11.0), "frequency_ratio": (1.94, 2.06)}
+    found = continue_point(point, ranges, step=0.2, max_points=8)
+    omega = found.values("frequency_ratio")
+    beyond = (found.values("clearance") + REST) / amplitude(omega) - 1.0
+    near = np.argsort(abs(omega - resonance))[:2]
+    (a, b), (root_a, root_b) = omega[near], np.sqrt(abs(beyond[near]))
+    assert (beyond > 0.0).all() == (kind == "fold")
+    assert a - root_a * (b - a) / (root_b - root_a) == pytest.approx(resonance, abs=1e-5)
+
+
 def test_curves_of_two_impacts(two_impacts: Branch) -> None:
     """Fold, and multipliers of half the period on the unit circle, from the closed form."""
     for kind in ("fold", "symmetry breaking", "torus"):
