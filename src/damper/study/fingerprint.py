@@ -39,31 +39,11 @@ def stamp(paths: Iterable[Path | str], settings: Any) -> None:
 
 def fingerprint_in(path: Path | str) -> str | None:
     """Return the fingerprint that a file carries; None if it has none or was cut short."""
-    path = Path(path)
-    if path.suffix == ".nc":
-        return _read_netcdf(path)
-    with path.open("rb") as file:
+    with Path(path).open("rb") as file:
         file.seek(0, 2)
         file.seek(max(0, file.tell() - _TAIL))
         found = _WRITTEN.search(file.read())
     return found[1].decode() if found else None
-
-
-def _stamp_netcdf(path: Path, digest: str) -> None:
-    import netCDF4
-
-    with netCDF4.Dataset(path, "a") as file:
-        file.setncattr("fingerprint", digest)
-
-
-def _read_netcdf(path: Path) -> str | None:
-    import netCDF4
-
-    try:
-        with netCDF4.Dataset(path) as file:
-            return getattr(file, "fingerprint", None)
-    except OSError:
-        return None
 
 
 def _stamp_npz(path: Path, digest: str) -> None:
@@ -94,7 +74,8 @@ def _append(path: Path, digest: str, comment: str) -> None:
 
 _comment = partial(_append, comment="<!-- {} -->")
 _WRITERS: dict[str, Callable[[Path, str], None]] = {
-    ".nc": _stamp_netcdf,
+    # HDF5 knows the length of its own data, and reads nothing beyond.
+    ".nc": partial(_append, comment="\n{}"),
     ".npz": _stamp_npz,
     ".png": _stamp_png,
     ".json": _stamp_json,
