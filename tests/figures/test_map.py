@@ -97,7 +97,7 @@ def test_motions_have_names() -> None:
     values = {name: (cube.rms_ratio.dims, x) for name, x in zip(names, found, strict=True)}
     figure = the_map(cube.assign(values), "attractor")
     assert legend_texts(figure) == [
-        "period 1, 1 impact and 1 complete chatter sequence on each wall, symmetric",
+        "period 1, 1 impact and 1 complete chatter sequence on each wall, more to the right",
         "no period found",
         "period 1, impacts 3 left, 1 right, complete chatter sequences 1 left, 1 right",
         "run stopped",

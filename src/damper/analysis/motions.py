@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Motions that get a name; rarer ones are `OTHERS`.
-MOST = 7
+MOST = 9
 OTHERS = "other motions"
 
 

@@ -85,7 +85,7 @@ _CLASSES = {
     ),
 }
 #: Colours of motions, in the order of their frequency; the last one of all that are rare.
-MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILION, PALE)
+MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILION, "#000000", "#8A8A8A", PALE)
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
