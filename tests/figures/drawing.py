@@ -56,11 +56,11 @@ def made_up(
     return dataset(axes, fixed, data | status, variables, {}, attributes, branches)
 
 
-def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
+def drawn(kind: str, *results: xr.Dataset, **settings: Any) -> Figure:
     """Figure as `draw` returns it, with every warning an error."""
     with style(), warnings.catch_warnings():
         warnings.simplefilter("error")
-        return draw(kind, cube, **settings)
+        return draw(kind, *results, **settings)
 
 
 def laid_out(figure: Figure) -> Figure:

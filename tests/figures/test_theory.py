@@ -22,7 +22,6 @@ from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fo
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 
-SECTION = {"stroboscopic_section": {"at": 0.25}}
 SI = {
     "primary_mass": 2.0,
     "damping": 4.0,
@@ -70,12 +69,12 @@ def cube() -> xr.Dataset:
         restitution=0.6,
         transient=150,
         periods=10,
-        observers={"stroboscopic_section": SECTION["stroboscopic_section"], "impacts": {}},
+        observers={"stroboscopic_section": {"at": 0.25}, "impacts": {}},
     )
 
 
 def over_clearance(cube: xr.Dataset, **settings: Any) -> Figure:
-    settings = {"along": "clearance", "rows": "frequency_ratio", "section": SECTION} | settings
+    settings = {"along": "clearance", "rows": "frequency_ratio"} | settings
     return drawn("bifurcation", cube, theory="two_impacts", **settings)
 
 
@@ -143,10 +142,7 @@ def test_no_line_joins_both_sides_of_an_impact() -> None:
         periods=2,
         observers=["stroboscopic_section"],
     )
-    section = {"stroboscopic_section": {"at": 0.0}}
-    figure = drawn(
-        "bifurcation", cube, along="frequency_ratio", theory="two_impacts", section=section
-    )
+    figure = drawn("bifurcation", cube, along="frequency_ratio", theory="two_impacts")
     steps = [
         np.nanmax(abs(np.diff(line.get_ydata())), initial=0.0)
         for line in lines(figure.axes[1], GREEN)
@@ -163,8 +159,7 @@ def test_impact_section_and_si_units() -> None:
         **SI, forcing_frequency=11.0, gap=gaps, transient=200, periods=20,
         observers={"impact_section": {"wall": "left", "samples": 20}},
     )  # fmt: skip
-    section = {"impact_section": {"wall": "left"}}
-    figure = drawn("bifurcation", cube, along="gap", theory="two_impacts", section=section)
+    figure = drawn("bifurcation", cube, along="gap", theory="two_impacts")
     for column in (0, 1):
         points = np.concatenate([curves(figure.axes[column], dashed) for dashed in (False, True)])
         assert len(points)
@@ -173,11 +168,6 @@ def test_impact_section_and_si_units() -> None:
             units = (p.units.length, p.units.speed)
             values = [o.after_impact("left")[column] for o in orbits(p.dimensionless)]
             assert min(abs(y - units[column] * value) for value in values) < 1e-9
-
-
-def test_section_must_be_told(cube: xr.Dataset) -> None:
-    with pytest.raises(ValueError, match=r"section = .*must be one of stroboscopic_section"):
-        over_clearance(cube, section=None)
 
 
 # --- small-mass limit

@@ -1,6 +1,5 @@
 """Figures and tables in study files: their settings, and how each mistake is told."""
 
-import inspect
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import yaml
 
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
-from damper.study.kinds import FIGURES, STUDIES, Kinds
+from damper.study.kinds import FIGURES
 from damper.study.messages import Faults, faults_of
 from damper.study.products import VARIABLES, Offer
 
@@ -350,23 +349,6 @@ def test_variables_are_those_of_the_observers() -> None:
         assert set(VARIABLES.get(name, ())) == written
 
 
-@pytest.mark.parametrize("kind", FIGURES)
-def test_settings_are_the_arguments_of_draw(kind: str) -> None:
-    draw = FIGURES.module(kind).draw
-    arguments = inspect.signature(draw).parameters
-    fields = FIGURES[kind].model_fields
-    measured = {"section"} if kind == "bifurcation" else set()
-    assert set(arguments) - {"cube", "branches"} == (
-        set(fields) - {"kind", "each", "see", "interactive"} | measured
-    )
-    for name, argument in arguments.items():
-        if name in fields:
-            required = argument.default is inspect.Parameter.empty
-            assert required is fields[name].is_required()
-            if not required:
-                assert argument.default == fields[name].default
-
-
 # Convergence to the rigid damper.
 
 CONTACT = {
@@ -425,20 +407,6 @@ def test_convergence_of_a_record_needs_records(tmp_path: Path, section: str) -> 
     assert f"{section}.one\n    shows bursts one by one" in message
     assert message.count("one by one") == 1
     load(tmp_path, without, **parts | {"tables": {"one": without}})
-
-
-@pytest.mark.parametrize(
-    ("kinds", "name"),
-    [(study.figure_kinds, name) for study in STUDIES.values() for name in study.figure_kinds],
-)
-def test_settings_of_studies_that_check_are_the_arguments_of_draw(kinds: Kinds, name: str) -> None:
-    draw = kinds.module(name).draw
-    arguments = [
-        argument.name
-        for argument in inspect.signature(draw).parameters.values()
-        if argument.kind is inspect.Parameter.KEYWORD_ONLY
-    ]
-    assert set(arguments) == set(kinds[name].model_fields) - {"kind", "see"}
 
 
 @pytest.mark.parametrize(

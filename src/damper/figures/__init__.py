@@ -6,7 +6,11 @@ The file's name is that of the kind. matplotlib is loaded where a figure is draw
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import ValidationError
+
 from damper.study.kinds import FIGURES
+from damper.study.messages import faults_of
+from damper.study.yaml_file import Problem
 
 #: What `theory` of a kind may be -> module; each has an `overlay`.
 THEORY = {
@@ -15,17 +19,17 @@ THEORY = {
 }
 
 
-def draw(kind: str, cube: Any, **settings: Any) -> Any:
+def draw(kind: str, *results: Any, **settings: Any) -> Any:
     """Draw one figure.
 
     Parameters
     ----------
     kind : str
         A key of `damper.study.kinds.FIGURES`.
-    cube : xarray.Dataset or None
-        What it shows; None for a kind that shows no results.
+    *results : xarray.Dataset
+        What it shows: most kinds a cube, some the study's orbits as well.
     **settings
-        Those of the kind's ``draw``.
+        Those of the kind; they are not checked against the cube.
 
     Returns
     -------
@@ -34,9 +38,17 @@ def draw(kind: str, cube: Any, **settings: Any) -> Any:
     Raises
     ------
     ValueError
-        For an unknown kind, with the known ones.
+        For an unknown kind, with the known ones; for settings that the kind has not or that are
+        wrong, with what is allowed.
     """
-    return FIGURES.module(kind).draw(cube, **settings)
+    module, of = FIGURES.module(kind), FIGURES[kind]
+    given = {name: value for name, value in settings.items() if value is not None}
+    try:
+        checked = of.model_validate({"kind": kind, **given})
+    except ValidationError as error:
+        found = [Problem(kind, loc, **report).block() for loc, report in faults_of(error)]
+        raise ValueError("\n".join(found)) from None
+    return module.draw(*results, settings=checked)
 
 
 def modules(kind: str, settings: Mapping[str, Any]) -> list[str]:

@@ -87,34 +87,14 @@ class AccumulationFigure(FigureSettings):
         need(offer, faults, "accumulation")
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    rows: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: AccumulationFigure) -> Figure:
     """Draw the errors of completion time (left) and point (right) over the rebound speed.
 
     All bursts of a point are drawn over each other, and so are directions and random states.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer `accumulation`.
-    rows : str, optional
-        Axis whose values make one row of panels each.
-    at : mapping, optional
-        Value of every other axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     from matplotlib.figure import Figure
 
+    rows, at = settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
     values = place[rows].values.tolist() if rows else [None]
@@ -130,7 +110,7 @@ def draw(
     for ax in axes[-1]:
         ax.set_xlabel(label("rebound speed", "$w$", units))
     figure.align_ylabels()
-    head(figure, place, caption)
+    head(figure, place, settings.caption)
     legend(figure, _handles())
     return figure
 

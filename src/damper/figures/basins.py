@@ -36,24 +36,11 @@ class BasinsFigure(Product):
         fit_axis("along", Role(least=2), settings, offer, faults)
 
 
-def draw(cube: xr.Dataset, *, along: str, caption: str | None = None) -> Figure:
-    """Draw the part of the starts that ends in each motion.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer ``motion``.
-    along : str
-        Axis of the abscissa.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def draw(cube: xr.Dataset, *, settings: BasinsFigure) -> Figure:
+    """Draw the part of the starts that ends in each motion."""
     from matplotlib.figure import Figure
 
+    along = settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")
     parts = parts[found.motion.unique()]
@@ -65,6 +52,6 @@ def draw(cube: xr.Dataset, *, along: str, caption: str | None = None) -> Figure:
     ax.set(ylim=(0.0, 1.0), ylabel="part of the starts")
     ax.set_xlim(parts.index.min(), parts.index.max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
-    head(figure, cube, caption, remarks=[f"{found.of.max()} starts at each value"])
+    head(figure, cube, settings.caption, remarks=[f"{found.of.max()} starts at each value"])
     legend(figure, areas)
     return figure

@@ -153,12 +153,6 @@ class Bifurcation(FigureSettings):
         """Files of the study that it shows."""
         return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
-    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-        """Return the section, if theory is to be drawn on it."""
-        if self.theory is None:
-            return {}
-        return {"section": {name: observers[name] for name in SECTIONS if name in observers}}
-
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         cls._need_variables(settings, offer, faults)
@@ -195,79 +189,21 @@ class Bifurcation(FigureSettings):
             faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
-def draw(
-    cube: xr.Dataset,
-    branches: xr.Dataset | None = None,
-    *,
-    along: str,
-    rows: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    variables: Sequence[str] = SECTION_VARIABLES,
-    mark: tuple[float, float] | None = None,
-    mark_label: str | None = None,
-    theory: str | None = None,
-    section: Mapping[str, Mapping[str, Any]] | None = None,
-    orbits: bool = False,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Bifurcation) -> Figure:
     """Draw variables over one axis, a column of panels each.
 
     Both directions of a continuation are drawn in their own colours; random initial states are
-    drawn over each other.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables; chatter ranges are marked if it has `chatter`.
-    branches : xarray.Dataset, optional
-        The study's orbits, from `damper.analysis.orbits.follow_orbits`; needed for `orbits`.
-    along : str
-        Axis of the abscissa.
-    rows : str, optional
-        Axis whose values make one row of panels each.
-    at : mapping, optional
-        Value of every other axis.
-    variables : sequence of str, optional
-        A panel each; one alone fits a printed column. Of the section `displacement`, `velocity`,
-        `relative_displacement` over the clearance and `relative_velocity`, the last two with the
-        free mass; `approach_speed` of each listed impact, `peak_displacement` and
-        `rms_displacement` on logarithmic scales; `multiplier` of the orbits.
-    mark : (float, float), optional
-        Part of the abscissa to mark by a bracket. Above each row stands at which of the points
-        within it there is chatter, and at which of those outside.
-    mark_label : str, optional
-        What the mark is, for the legend.
-    theory : {"two_impacts"}, optional
-        Draw the closed-form motion with two impacts per period over the points.
-    section : mapping, optional
-        The section's observer with its settings, which a cube does not hold; needed for `theory`.
-    orbits : bool, optional
-        Draw the orbits of the study over it: full where stable, dashed where not.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        When a range is marked and the cube has no `chatter` to compare it with.
+    drawn over each other. `branches` are the study's orbits, where these are drawn. ValueError
+    where a range is marked and the cube has no `chatter` to compare it with.
     """
     from matplotlib.figure import Figure
 
-    if mark is not None and "chatter" not in cube:
-        raise ValueError("mark is compared with where chatter is found, but the cube has none")
-    cube = with_relative(cube, variables)
-    known = [name for name in (*variables, "chatter", "status") if name in cube]
-    own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
-    keep = (along, rows, *(dim for dim in own if dim not in (at or {})))
-    place = select(cube, known, at, keep)
+    place = _shown(cube, settings)
+    rows, variables = settings.rows, settings.variables
     values = place[rows].values.tolist() if rows else [None]
     width = PAGE if len(variables) > 1 else COLUMN
     height = 1.1 + 1.55 * len(values)
-    if mark is not None:
+    if settings.mark is not None:
         height += 0.3 + 0.2 * len(values)
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(len(values), len(variables), sharex=True, squeeze=False)
@@ -275,39 +211,65 @@ def draw(
     for row, value in zip(axes, values, strict=True):
         panel = place if value is None else place.sel({rows: value})
         for ax, name in zip(row, variables, strict=True):
-            _points(ax, panel, along, name)
-        _mark_chatter(row, panel, along)
-        titles = [place_text(place, rows, value)] if rows else []
-        if mark is not None:
-            for ax in row:
-                _bracket(ax, mark)
-            titles.append(_agreement(panel, along, mark))
-        if titles:
-            style = {} if mark is None else {"fontsize": 7.0}
-            row[0].set_title("\n".join(titles), loc="left", pad=_above(place), **style)
-        if theory:
-            for handle in import_module(THEORY[theory]).overlay(
-                dict(zip(variables, row, strict=True)), panel, along, section or {}
-            ):
-                drawn[str(handle.get_label())] = handle
-        if orbits and branches is not None:
-            overlay = import_module("damper.figures.overlays.orbits").overlay
-            for handle in overlay(dict(zip(variables, row, strict=True)), panel, along, branches):
-                drawn[str(handle.get_label())] = handle
+            _points(ax, panel, settings.along, name)
+        _mark_chatter(row, panel, settings.along)
+        _title(row, panel, settings)
+        for handle in _overlays(row, panel, branches, settings):
+            drawn[str(handle.get_label())] = handle
         for ax, name in zip(row, variables, strict=True):
-            symbol = VARIABLE_SYMBOLS[name]
-            if name == "relative_displacement" and "gap" in place.coords:
-                symbol = "$(y - x)/D$"
-            meaning = _MEANINGS.get(name, name.replace("_", " "))
-            units = "1" if name == _MULTIPLIER else units_of(place[name].attrs)
-            ax.set_ylabel(label(meaning, symbol, units))
+            ax.set_ylabel(_ordinate(place, name))
     for ax in axes[-1]:
-        ax.set_xlabel(place_label(place, along, 0.8 * width / len(variables)))
+        ax.set_xlabel(place_label(place, settings.along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_remarks(place, variables))
-    legend(figure, [*_handles(place, variables, mark_label), *drawn.values()])
+    head(figure, place, settings.caption, remarks=_remarks(place, variables))
+    legend(figure, [*_handles(place, variables, settings.mark_label), *drawn.values()])
     return figure
+
+
+def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
+    """Return the piece of a cube to show."""
+    if settings.mark is not None and "chatter" not in cube:
+        raise ValueError("mark is compared with where chatter is found, but the cube has none")
+    cube = with_relative(cube, settings.variables)
+    known = [name for name in (*settings.variables, "chatter", "status") if name in cube]
+    own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
+    kept = (dim for dim in own if dim not in (settings.at or {}))
+    return select(cube, known, settings.at, (settings.along, settings.rows, *kept))
+
+
+def _title(row: np.ndarray, panel: xr.Dataset, settings: Bifurcation) -> None:
+    """Say at which place a row is, and how far chatter agrees with the mark."""
+    rows, mark = settings.rows, settings.mark
+    titles = [place_text(panel, rows, panel[rows].item())] if rows else []
+    if mark is not None:
+        for ax in row:
+            _bracket(ax, mark)
+        titles.append(_agreement(panel, settings.along, mark))
+    if titles:
+        style = {} if mark is None else {"fontsize": 7.0}
+        row[0].set_title("\n".join(titles), loc="left", pad=_above(panel), **style)
+
+
+def _overlays(
+    row: np.ndarray, panel: xr.Dataset, branches: xr.Dataset | None, settings: Bifurcation
+) -> Iterator[Artist]:
+    """Draw theory and orbits over a row; what the legend has to say of them."""
+    axes = dict(zip(settings.variables, row, strict=True))
+    if settings.theory:
+        overlay = import_module(THEORY[settings.theory]).overlay
+        yield from overlay(axes, panel, settings.along)
+    if settings.orbits and branches is not None:
+        overlay = import_module("damper.figures.overlays.orbits").overlay
+        yield from overlay(axes, panel, settings.along, branches)
+
+
+def _ordinate(place: xr.Dataset, name: str) -> str:
+    symbol = VARIABLE_SYMBOLS[name]
+    if name == "relative_displacement" and "gap" in place.coords:
+        symbol = "$(y - x)/D$"
+    meaning = _MEANINGS.get(name, name.replace("_", " "))
+    return label(meaning, symbol, "1" if name == _MULTIPLIER else units_of(place[name].attrs))
 
 
 def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -51,40 +51,17 @@ class Convergence(FigureSettings):
         fit_convergence(settings, offer, faults)
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    variables: Sequence[str],
-    along: str,
-    lines: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: Convergence) -> Figure:
     """Draw the distance of each variable to that of the rigid damper, one panel each.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        Of a study with no axes but those of the contact, with the study in its attributes.
-    variables : sequence of str
-        Of sections the last sample counts, of records of bursts the first one.
-    along : str
-        Axis of the stiffness.
-    lines : str, optional
-        Axis whose values make a line each, two at most.
-    at : mapping, optional
-        Value of every other axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    The cube is of a study with no axes but those of the contact, with the study in its attributes.
+    Of sections the last sample counts, of records of bursts the first one.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    place = cube.sel(at or {}).sortby(along)
+    variables, along, lines = settings.variables, settings.along, settings.lines
+    place = cube.sel(settings.at or {}).sortby(along)
     found = distance_to_rigid(place, variables, along)
     figure = Figure(figsize=(COLUMN, 1.2 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
@@ -131,7 +108,12 @@ def draw(
     handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
     axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     figure.align_ylabels()
-    head(figure, place, caption, remarks=[r"$|\Delta|$: distance to the value with rigid walls"])
+    head(
+        figure,
+        place,
+        settings.caption,
+        remarks=[r"$|\Delta|$: distance to the value with rigid walls"],
+    )
     legend(figure, handles)
     return figure
 

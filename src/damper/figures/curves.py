@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -85,7 +85,8 @@ class Curves(FigureSettings):
         Text | None,
         Field(
             description="Axis that is set, for each line, to the value at which the greatest "
-            "value of the first variable along the abscissa is least."
+            "value of the first variable along the abscissa is least, of those at which all runs "
+            "finished."
         ),
     ] = None
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
@@ -104,65 +105,33 @@ class Curves(FigureSettings):
             faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    variables: Sequence[str],
-    along: str,
-    lines: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    best: str | None = None,
-    log: bool = False,
-    caption: str | None = None,
-) -> Figure:
-    """Draw variables over one axis, one panel each.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-    variables : sequence of str
-        Variables with one value at each point.
-    along : str
-        Axis of the abscissa.
-    lines : str, optional
-        Axis whose values make a line each.
-    at : mapping, optional
-        Value of every other axis.
-    best : str, optional
-        Axis that is set, for each line, to the value at which the greatest value of the first
-        variable along the abscissa is least; only values at which all runs finished count.
-    log : bool, default False
-        Logarithmic ordinates.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:
+    """Draw variables over one axis, one panel each."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
+    variables, along = settings.variables, settings.along
+    lines, best = settings.lines, settings.best
     beside = [_OVER[name] for name in variables if _OVER.get(name) in cube]
     shown = list(dict.fromkeys([*variables, *beside]))
-    place = in_millimetres(select(cube, shown, at, (along, lines, best)).sortby(along))
+    place = in_millimetres(select(cube, shown, settings.at, (along, lines, best)).sortby(along))
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
     drawn = _lines(place, variables[0], along, lines, best)
     for ax, name in zip(axes, variables, strict=True):
         for line, style in drawn:
-            ax.plot(line[along].values, _ordinates(line[name], along, log), **style)
+            ax.plot(line[along].values, _ordinates(line[name], along, settings.log), **style)
             highest = _highest(line[name], along)
             if best is not None and name == variables[0] and highest is not None:
                 top = line[along].values[highest], numbers(line[name], along)[highest]
                 ax.plot(*top, **_WORST | {"color": style["color"]})
         if _OVER.get(name) in place:
             ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
-        _dress(ax, place, name, along, log)
+        _dress(ax, place, name, along, settings.log)
     axes[-1].set_xlabel(place_label(place, along, _ABSCISSA))
     figure.align_ylabels()
     remark = f"best: the largest {VARIABLE_SYMBOLS.get(variables[0], variables[0])} is least"
-    head(figure, place, caption, remarks=[remark] if best else [])
+    head(figure, place, settings.caption, remarks=[remark] if best else [])
     handles: list[Artist] = [
         Line2D([], [], **style) for _, style in drawn if style["label"] is not None
     ]

@@ -88,7 +88,8 @@ class FreeMass(FigureSettings):
         Field(
             ge=0,
             description="Time since the start of the record: the burst of chatter with the onset "
-            "nearest to it is shown at large; the first one of the stretch when not given.",
+            "nearest to it is shown at large; the first one of the stretch when not given. Where "
+            "nothing is chatter, any burst counts.",
         ),
     ] = None
     stop: Annotated[
@@ -113,62 +114,29 @@ class FreeMass(FigureSettings):
         need_listed_bursts(offer, faults)
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    near: float | None = None,
-    stop: float | None = None,
-    stated: tuple[float, float] | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: FreeMass) -> Figure:
     """Draw the free mass's displacement and velocity, absolute and relative, over time.
 
     On the left the whole history, and below it the duration of every burst of chatter; on the right
     one burst with its onset, duration and sticking, and below it the approach speed of each of its
     impacts on a logarithmic scale: the bounces shrink geometrically, and only there can all of
-    them be seen.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observers `trajectory`, and `bursts` with records.
-    near : float, optional
-        Time since the start of the record: the burst of chatter with the onset nearest to it is
-        shown at large; the first one of the sampled stretch when not given. Where nothing is
-        chatter, any burst counts.
-    stop : float, optional
-        Where the whole history ends, likewise; with the sampled stretch when not given.
-    stated : (float, float), optional
-        Onset and end of a burst that the source states, likewise.
-    at : mapping, optional
-        Value of every axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        When a variable is missing, the stretch is empty or begins at `stop` or later.
+    them be seen. ValueError where the stretch is empty or begins at `stop` or later.
     """
     from matplotlib.figure import Figure
 
-    place = select(cube, _VARIABLES, at, ("instant", "burst"))
+    place = select(cube, _VARIABLES, settings.at, ("instant", "burst"))
     run = place.isel(instant=np.isfinite(place.trajectory_time.values))
     time = run.trajectory_time.values + float(run.trajectory_start)
     if not time.size:
         raise ValueError("no motion was sampled: the run stopped before the stretch began")
     start, end = float(time[0]), float(time[-1])
-    stop = end if stop is None else min(stop, end)
+    stop = end if settings.stop is None else min(settings.stop, end)
     if not start < stop:
         raise ValueError(f"stop = {stop:g}: the sampled stretch begins at {start:g} only")
     run = run.assign(time=("instant", time))
     bursts = listed_bursts(place)
-    chosen = _nearest([b for b in bursts if b.onset >= start and b.end <= end], near)
+    within = [burst for burst in bursts if burst.onset >= start and burst.end <= end]
+    chosen = _nearest(within, settings.near)
     figure = Figure(figsize=(PAGE, 8.4), layout="constrained")
     left, right = figure.subplots(5, 2, sharex="col").T
     for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
@@ -193,10 +161,10 @@ def draw(
     for ax in (left[4], right[4]):
         ax.set_xlabel(label("time", "$t$", units))
     figure.align_ylabels()
-    head(figure, place, caption, remarks=_left_out(place))
+    head(figure, place, settings.caption, remarks=_left_out(place))
     handles = _handles(bursts, bool((run.trajectory_mode == _STICKING).any()))
-    if stated is not None:
-        handles.append(_draw_stated(left[4], right, stated))
+    if settings.stated is not None:
+        handles.append(_draw_stated(left[4], right, settings.stated))
     legend(figure, handles)
     return figure
 

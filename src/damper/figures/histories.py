@@ -78,49 +78,21 @@ class Histories(TrajectoryFigure):
         need_listed_bursts(offer, faults)
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    panels: str,
-    start: float = 0.0,
-    stop: float | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: Histories) -> Figure:
     """Draw the free mass's place between the walls over time, a panel for each value of an axis.
 
     The relative displacement is drawn over the clearance, so the walls are at -1 and 1. Bursts with
     at least five visible impacts are shaded from their first impact to sticking, or to their last
     impact where they do not complete; so are the stretches in which the masses stick. Each panel
-    says how the whole record, of which it shows a part, is classed.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observers `trajectory` and `bursts`, the latter with records.
-    panels : str
-        Axis whose values make a panel each.
-    start, stop : float, optional
-        Part to draw, in forcing periods since the start of the sampled stretch.
-    at : mapping, optional
-        Value of every other axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        When a stretch does not reach to `start`, or the list of bursts is missing.
+    says how the whole record, of which it shows a part, is classed. ValueError where a stretch does
+    not reach to the start, or the list of bursts is missing.
     """
     from matplotlib.figure import Figure
 
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
-    place = select(cube, _VARIABLES, at, (panels, "instant", "burst"))
+    panels, start = settings.panels, settings.start
+    place = select(cube, _VARIABLES, settings.at, (panels, "instant", "burst"))
     values = place[panels].values.tolist()
     figure = Figure(figsize=(PAGE, 1.15 + _PANEL * len(values)), layout="constrained")
     axes = figure.subplots(len(values), 1, sharex=True, sharey=True, squeeze=False).ravel()
@@ -129,7 +101,8 @@ def draw(
     for ax, value in zip(axes, values, strict=True):
         run = place.sel({panels: value})
         ax.set_title(place_text(place, panels, value), loc="left", pad=3.0)
-        last, handles = _history(ax, run, start, stop, place.sizes["instant"] * len(values))
+        points = place.sizes["instant"] * len(values)
+        last, handles = _history(ax, run, start, settings.stop, points)
         ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
         shown |= handles
@@ -140,7 +113,7 @@ def draw(
     frequency = SYMBOLS[forcing_frequency(place)]
     axes[-1].set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{frequency})")
     figure.supylabel(_ordinate(place), fontsize=8.0)
-    head(figure, place, caption, remarks=_remarks(place))
+    head(figure, place, settings.caption, remarks=_remarks(place))
     legend(figure, [shown[name] for name in _ORDER if name in shown])
     return figure
 

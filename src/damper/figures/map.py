@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -199,58 +199,16 @@ class Map(FigureSettings):
             faults.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
 
-def draw(
-    cube: xr.Dataset,
-    branches: xr.Dataset | None = None,
-    *,
-    variable: str,
-    x: str,
-    y: str,
-    panels: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    best: str | None = None,
-    theory: str | None = None,
-    orbits: bool = False,
-    equal: bool = False,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map) -> Figure:
     """Draw one variable in colour over two axes.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-    branches : xarray.Dataset, optional
-        The study's orbits, from `damper.analysis.orbits.follow_orbits`; needed for `orbits`.
-    variable : str
-        Variable with one value at each point; `chatter` and `status` are drawn in classes, and so
-        is `attractor`, the motion that the run ends in.
-    x, y : str
-        Axes of abscissa and ordinate.
-    panels : str, optional
-        Axis whose values make a panel each.
-    at : mapping, optional
-        Value of every other axis.
-    best : {"min", "max"}, optional
-        Mark, for every x, the y at which the variable is least or greatest, of the points where
-        the walls are touched and the damper does not amplify; of equals the smallest y.
-    theory : {"small_mass_limit", "steady_amplitude"}, optional
-        Draw the small-mass limit of the restitution up to which bursts complete; x and y must be
-        restitution and clearance (or gap). Or the steady amplitude without damper.
-    orbits : bool, default False
-        Draw the curves of special points over x and y.
-    equal : bool, default False
-        Cells of equal size, with each value written at its axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `branches` are the study's orbits, where curves of their special points are drawn.
     """
-    place, touched, classes = classified(cube, variable, at, x, y, panels)
-    if theory is None:
+    x, y, panels = settings.x, settings.y, settings.panels
+    place, touched, classes = classified(cube, settings.variable, settings.at, x, y, panels)
+    if settings.theory is None:
         place = in_millimetres(place)
-    written = {name: place[name].values for name in (x, y)} if equal else {}
+    written = {name: place[name].values for name in (x, y)} if settings.equal else {}
     for name, listed in written.items():
         place = place.assign_coords({name: (name, np.arange(listed.size), place[name].attrs)})
     if touched is not None:
@@ -258,44 +216,56 @@ def draw(
     shown = place[panels].values.tolist() if panels else [None]
     columns = 2 if len(shown) == 4 else min(3, len(shown))
     figure, axes = _grid(len(shown), columns)
-    colours, norm = _colours(place[variable], classes)
+    colours, norm = _colours(place[settings.variable], classes)
     marks: dict[str, Artist] = {}
     for ax, value in zip(axes, shown, strict=True):
         where = {} if value is None else {panels: value}
         panel = place.sel(where)
-        values = numbers(panel[variable], y, x)
+        values = numbers(panel[settings.variable], y, x)
         known = np.ones_like(values) if touched is None else numbers(touched.sel(where), y, x)
         mesh = _cells(ax, panel, x, y, values, colours, norm)
         if not classes:
             marks |= _hatch(ax, panel, x, y, known)
-        if variable in RATIOS:
-            marks |= _contour(ax, panel, x, y, np.where(known > 0.0, values, np.nan))
-        if best:
-            ratio = numbers(panel.get("amplitude_ratio", panel[variable]), y, x)
-            ratio = values if variable in RATIOS else ratio
-            helps = ratio < 1.0 if variable in RATIOS or "amplitude_ratio" in panel else True
-            good = np.where((known > 0.0) & helps, values, np.nan)
-            marks |= _best(ax, panel, x, y, good, best, variable)
-        if theory:
-            for handle in import_module(THEORY[theory]).overlay(ax, panel, x, y):
-                marks[str(handle.get_label())] = handle
-        if orbits and branches is not None:
-            curves = import_module("damper.figures.overlays.orbits").overlay_curves
-            for handle in curves(ax, panel, x, y, branches):
-                marks[str(handle.get_label())] = handle
+        marks |= _marks(ax, panel, np.where(known > 0.0, values, np.nan), settings)
+        for handle in _overlays(ax, panel, branches, settings):
+            marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, values, classes)
         if panels:
             ax.set_title(place_text(place, panels, value), loc="left")
     _label(figure, axes, place, x, y, columns)
-    for ax in axes if equal else ():
+    for ax in axes if settings.equal else ():
         ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
     if not classes:
-        _colour_bar(figure, axes, mesh, place[variable])
-    head(figure, place, caption)
-    handles = [*_classes(place[variable], classes), *marks.values()]
+        _colour_bar(figure, axes, mesh, place[settings.variable])
+    head(figure, place, settings.caption)
+    handles = [*_classes(place[settings.variable], classes), *marks.values()]
     legend(figure, handles)
     return figure
+
+
+def _marks(ax: Axes, panel: xr.Dataset, values: np.ndarray, settings: Map) -> dict[str, Artist]:
+    """Mark where a ratio is 1, and the best places, of values where the walls are touched."""
+    x, y, variable = settings.x, settings.y, settings.variable
+    marks = _contour(ax, panel, x, y, values) if variable in RATIOS else {}
+    if settings.best:
+        # A ratio itself, or any variable beside the ratio of amplitudes.
+        own = variable if variable in RATIOS else "amplitude_ratio"
+        if own in panel:
+            values = np.where(numbers(panel[own], y, x) < 1.0, values, np.nan)
+        marks |= _best(ax, panel, x, y, values, settings.best, variable)
+    return marks
+
+
+def _overlays(
+    ax: Axes, panel: xr.Dataset, branches: xr.Dataset | None, settings: Map
+) -> Iterator[Artist]:
+    """Draw theory and curves of special points over a panel; what the legend has to say."""
+    if settings.theory:
+        yield from import_module(THEORY[settings.theory]).overlay(ax, panel, settings.x, settings.y)
+    if settings.orbits and branches is not None:
+        curves = import_module("damper.figures.overlays.orbits").overlay_curves
+        yield from curves(ax, panel, settings.x, settings.y, branches)
 
 
 def classified(

@@ -76,36 +76,16 @@ class PhasePortrait(FigureSettings):
         need_section(offer, faults)
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    columns: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
-    """Draw phase portraits and the Poincare map, a column of panels for each value of an axis.
+def draw(cube: xr.Dataset, *, settings: PhasePortrait) -> Figure:
+    """Draw phase portraits and the Poincaré map, a column of panels for each value of an axis.
 
     Above the primary's phase portrait, then that of the free mass relative to the primary between
     its walls, then the points of the section and their number. All columns share their scales.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer `trajectory` and of a section.
-    columns : str, optional
-        Axis whose values make a column each.
-    at : mapping, optional
-        Value of every other axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     from matplotlib.figure import Figure
 
-    place = select(cube, [*_MOTION, *_SECTION], at, (columns, "instant", "sample"))
+    columns = settings.columns
+    place = select(cube, [*_MOTION, *_SECTION], settings.at, (columns, "instant", "sample"))
     values = place[columns].values.tolist() if columns else [None]
     figure = Figure(figsize=(PAGE, 7.4), layout="constrained")
     axes = figure.subplots(3, len(values), sharex="row", sharey="row", squeeze=False)
@@ -117,7 +97,7 @@ def draw(
         _relative(column[1], run, text)
         _section(column[2], run, text)
     _label(axes, place)
-    head(figure, place, caption, remarks=_remarks(place))
+    head(figure, place, settings.caption, remarks=_remarks(place))
     return figure
 
 

@@ -53,40 +53,19 @@ class Schematic(Product):
         """Nothing to note: a schematic asks nothing of the study."""
 
 
-def draw(cube: None = None, *, drawing: str, caption: str | None = None) -> Figure:
-    """Draw the schematic of a mechanical model.
-
-    Parameters
-    ----------
-    cube : None
-        Not needed; there so that all kinds of figures are drawn by the same call.
-    drawing : {'impact_damper', 'two_degrees_of_freedom', 'collision_system'}
-        Paper A's free mass in a box, its form with two degrees of freedom, paper B's model.
-    caption : str, optional
-        Heading; none when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        For an unknown drawing, with the known ones.
-    """
+def draw(*, settings: Schematic) -> Figure:
+    """Draw the schematic of a mechanical model."""
     from matplotlib.figure import Figure
 
-    if drawing not in DRAWINGS:
-        raise ValueError(f"unknown drawing {drawing!r}: must be one of {', '.join(DRAWINGS)}")
     figure = Figure(layout="constrained")
     ax = figure.subplots()
     ax.set_aspect("equal")
     ax.set_axis_off()
-    DRAWINGS[drawing](ax)
+    DRAWINGS[settings.drawing](ax)
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     height = COLUMN * (top - bottom) / (right - left)
-    if caption is not None:
-        lines = wrap(caption, _CAPTION)
+    if settings.caption is not None:
+        lines = wrap(settings.caption, _CAPTION)
         figure.suptitle("\n".join(lines), fontsize=8.5)
         height += 0.15 * (len(lines) + 1)
     figure.set_size_inches(COLUMN, height)

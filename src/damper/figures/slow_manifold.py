@@ -83,33 +83,12 @@ class SlowManifold(FigureSettings):
         need(offer, faults, "trajectory")
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    panels: str | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
-    """Draw the amplitude of the free mass against that of the primary, cycle by cycle.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer `trajectory`, of which the events are used.
-    panels : str, optional
-        Axis whose values make a panel each.
-    at : mapping, optional
-        Value of every other axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def draw(cube: xr.Dataset, *, settings: SlowManifold) -> Figure:
+    """Draw the amplitude of the free mass against that of the primary, cycle by cycle."""
     from matplotlib.figure import Figure
 
-    place = select(cube, TRAJECTORY_VARIABLES, at, (panels, "instant"))
+    panels = settings.panels
+    place = select(cube, TRAJECTORY_VARIABLES, settings.at, (panels, "instant"))
     shown = place[panels].values.tolist() if panels else [None]
     columns = min(3, len(shown))
     lines = -(-len(shown) // columns)
@@ -130,7 +109,7 @@ def draw(
             ax.tick_params(labelbottom=True)
         if index % columns == 0:
             ax.set_ylabel("peak of the free mass\nover the clearance $\\theta$")
-    head(figure, place, caption)
+    head(figure, place, settings.caption)
     legend(figure, _handles(drawn))
     return figure
 

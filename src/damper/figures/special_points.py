@@ -78,28 +78,11 @@ def _curves(orbits: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def draw(
-    branches: xr.Dataset, *, x: str, y: str, theory: str | None = None, caption: str | None = None
-) -> Figure:
-    """Draw curves of special points.
-
-    Parameters
-    ----------
-    branches : xarray.Dataset
-        The study's orbits, from `damper.analysis.orbits.follow_orbits`.
-    x, y : str
-        Parameters of abscissa and ordinate.
-    theory : {"small_mass_limit"}, optional
-        Draw the small-mass limit of the restitution up to which bursts complete.
-    caption : str, optional
-        Heading above the line of parameters; the study's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def draw(branches: xr.Dataset, *, settings: SpecialPointsFigure) -> Figure:
+    """Draw curves of special points, from what `damper.analysis.orbits.follow_orbits` found."""
     from matplotlib.figure import Figure
 
+    x, y = settings.x, settings.y
     panels = _panels(branches, x, y)
     rows = max(len(panels), 1)
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * rows), layout="constrained")
@@ -108,8 +91,8 @@ def draw(
     for ax, panel in zip(axes, panels, strict=False):
         ax.set(xlim=panel[x].values, ylim=panel[y].values)
         handles = overlay_curves(ax, panel, x, y, branches)
-        if theory:
-            handles += import_module(THEORY[theory]).overlay(ax, panel, x, y)
+        if settings.theory:
+            handles += import_module(THEORY[settings.theory]).overlay(ax, panel, x, y)
         drawn |= {str(handle.get_label()): handle for handle in handles}
         if rows > 1:
             places = (
@@ -123,7 +106,7 @@ def draw(
     axes[-1].set_xlabel(axis_label(x))
     # Of several panels, what they share.
     shown = panels[0] if len(panels) == 1 else branches.drop_vars([x, y], errors="ignore")
-    head(figure, shown, caption)
+    head(figure, shown, settings.caption)
     legend(figure, list(drawn.values()))
     return figure
 

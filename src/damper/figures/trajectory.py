@@ -88,39 +88,15 @@ class TrajectoryFigure(FigureSettings):
             faults.add(("stop",), message, f"number > {show(model.start)}")
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    start: float = 0.0,
-    stop: float | None = None,
-    at: Mapping[str, Any] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: TrajectoryFigure) -> Figure:
     """Draw both masses' displacements (above) and velocities (below) over time.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        With the variables of the observer `trajectory`.
-    start, stop : float, optional
-        Part to draw, in forcing periods since the start of the sampled stretch.
-    at : mapping, optional
-        Value of every axis.
-    caption : str, optional
-        Heading above the line of parameters; the cube's title when not given.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        When the stretch does not reach to `start`.
+    ValueError where the sampled stretch does not reach to the start.
     """
     from matplotlib.figure import Figure
 
-    place = select(cube, _VARIABLES, at, ("instant",))
+    start, stop = settings.start, settings.stop
+    place = select(cube, _VARIABLES, settings.at, ("instant",))
     frequency = forcing_frequency(place)
     period = 2.0 * math.pi / float(place[frequency])
     time = place.trajectory_time.values / period
@@ -143,7 +119,7 @@ def draw(
         say = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
         above.set_title(say, loc="right")
     figure.align_ylabels()
-    head(figure, place, caption)
+    head(figure, place, settings.caption)
     legend(figure, _handles(stuck))
     return figure
 

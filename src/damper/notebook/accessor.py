@@ -39,15 +39,15 @@ class CubeAccessor:
         self._cube = cube
 
     def bifurcation(self, along: str, **settings: Any) -> Figure:
-        """Draw a bifurcation diagram; settings are those of `damper.figures.bifurcation.draw`."""
+        """Draw a bifurcation diagram; settings are the keys of that kind of figure."""
         return drawn("bifurcation", self._cube, along=along, **settings)
 
     def map(self, x: str, y: str, variable: str, **settings: Any) -> Figure:
-        """Draw a map; settings are those of `damper.figures.map.draw`."""
+        """Draw a map; settings are the keys of that kind of figure."""
         return drawn("map", self._cube, x=x, y=y, variable=variable, **settings)
 
     def curves(self, along: str, variables: list[str], **settings: Any) -> Figure:
-        """Draw curves; settings are those of `damper.figures.curves.draw`."""
+        """Draw curves; settings are the keys of that kind of figure."""
         return drawn("curves", self._cube, along=along, variables=variables, **settings)
 
     def run(self, *, samples_per_period: int = 200, **point: Any) -> Run:

@@ -207,10 +207,6 @@ class FigureSettings(Product):
 
     see: See = None
 
-    def measured(self, observers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-        """Return further settings: what it must know of how the study measures."""
-        return {}
-
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         """Note what the figure shows and the study does not measure."""
@@ -229,7 +225,7 @@ class FigureSettings(Product):
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         settings = self.model_dump(exclude={"each", "see", "interactive"}, exclude_none=True)
-        settings = {"at": {}} | settings | self.measured(study.observer_settings())
+        settings = {"at": {}} | settings
         each = getattr(self, "each", None)
         if each is None:
             return {stem: settings}

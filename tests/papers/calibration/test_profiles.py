@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn
+from figures.drawing import assert_nothing_overlaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from damper.figures.common.style import style
+from damper.papers.calibration.figures.profiles import Profiles, draw
 from damper.papers.calibration.ranking import JOINED, rank
 
 PI_2 = 1.5707963267948966
@@ -61,7 +63,9 @@ def curves(ax: Axes) -> dict[str, np.ndarray]:
 
 
 def profiles(cube: xr.Dataset, **settings: Any) -> Figure:
-    return drawn("profiles", cube, **{"statements": ["A3", "A4", "A5"]} | settings)
+    given = {"statements": ["A3", "A4", "A5"]} | settings
+    with style():
+        return draw(cube, settings=Profiles.model_construct(**given))
 
 
 def test_a_row_for_each_phase_and_a_panel_for_each_parameter(cube: xr.Dataset) -> None:

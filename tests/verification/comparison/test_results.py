@@ -13,6 +13,8 @@ from figures.drawing import legend_texts
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from damper.figures.common.style import style
+from damper.observers import class_in
+from damper.study.study_file import Made
 from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.verification import timing
 from damper.verification.comparison import cube as comparison_cube
@@ -286,7 +288,7 @@ def test_times_table(cubes):
 
 def drawn(kind, cubes, **settings):
     with style():
-        figure = kind.draw(*cubes, **settings)
+        figure = kind.draw(*cubes, settings=class_in(kind, Made).model_construct(**settings))
         FigureCanvasAgg(figure).draw()
     return figure
 

@@ -13,7 +13,7 @@ from scenes import GENERIC as BASE
 from damper.engine.compiled import plain
 from damper.figures.common.style import style
 from damper.verification.cost import measure as measuring
-from damper.verification.cost.figures.cost import draw
+from damper.verification.cost.figures.cost import CostFigure, draw
 from damper.verification.cost.measure import bare, measure, observed, points_near, rigid_part
 from damper.verification.cost.tables.cost import make
 
@@ -85,7 +85,7 @@ def test_table_keeps_digits_and_rounds_for_readers(timings):
 
 def test_figure_shows_each_ratio_that_there_is(timings):
     with style():
-        figure = draw(timings)
+        figure = draw(timings, settings=CostFigure.model_construct())
         FigureCanvasAgg(figure).draw()
     time, memory = figure.axes
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)

@@ -9,6 +9,8 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from damper.figures.common.style import style
+from damper.observers import class_in
+from damper.study.study_file import Made
 from damper.sweep.cube import write_cube
 from damper.sweep.points import read_point
 from damper.verification.stress.box import corners, part, random_points
@@ -154,7 +156,7 @@ def test_table_of_the_laws(cube):
 
 def drawn(kind, cube):
     with style():
-        figure = kind.draw(cube)
+        figure = kind.draw(cube, settings=class_in(kind, Made).model_construct())
         FigureCanvasAgg(figure).draw()
     return figure
 

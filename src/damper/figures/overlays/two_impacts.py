@@ -11,6 +11,8 @@ import numpy as np
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
 from damper.analysis.runs import runs
 from damper.figures.common.style import GREEN
+from damper.study.settings import SECTIONS
+from damper.sweep.record import observers_of
 from damper.theory.two_impacts import Orbit
 
 if TYPE_CHECKING:
@@ -30,12 +32,7 @@ _CURVES: dict[bool, dict[str, Any]] = {
 _EXISTS, _STABLE = 1.2, 3.2
 
 
-def overlay(
-    axes: Mapping[str, Axes],
-    panel: xr.Dataset,
-    along: str,
-    section: Mapping[str, Mapping[str, Any]],
-) -> list[Artist]:
+def overlay(axes: Mapping[str, Axes], panel: xr.Dataset, along: str) -> list[Artist]:
     """Draw both closed-form motions on the section over one row of a bifurcation diagram.
 
     Parameters
@@ -46,14 +43,14 @@ def overlay(
         The row's part of the cube: scalar coordinates, and the axis of the abscissa.
     along : str
         Axis of the abscissa.
-    section : mapping
-        The section's observer with its settings.
 
     Returns
     -------
     list of Artist
         What the legend has to say.
     """
+    observers = observers_of(panel)
+    section = {name: observers[name] for name in SECTIONS if name in observers}
     grid = panel[along].values
     values = dense(grid, _BETWEEN, _MOST)
     found = admissible_orbits(panel, along, values)

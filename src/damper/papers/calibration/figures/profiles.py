@@ -63,21 +63,16 @@ class Profiles(Scores):
     caption: Caption = None
 
 
-def draw(
-    cube: xr.Dataset,
-    *,
-    statements: Sequence[str],
-    also: Mapping[str, xr.Dataset] | None = None,
-    preset: Mapping[str, float] | None = None,
-    caption: str | None = None,
-) -> Figure:
+def draw(cube: xr.Dataset, *, settings: Profiles) -> Figure:
     """Draw the best score that each value of a parameter allows, for each statement and joined.
 
-    The values of `preset` are marked; the rest is as for `damper.papers.calibration.ranking.rank`.
+    `also` has the cubes that other statements are tested on; see `rank`. The values of `preset`
+    are marked.
     """
     from matplotlib.figure import Figure
 
-    found = rank(cube, statements, also)
+    also: Mapping[str, Any] | None = settings.also
+    found = rank(cube, settings.statements, also)
     joined = found.scores[JOINED]
     along = [str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
     split = [str(dim) for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]
@@ -93,7 +88,7 @@ def draw(
         for ax, axis in zip(row, along, strict=True):
             for array, style in lines:
                 _curve(ax, array, axis, line, style)
-            _dress(ax, cube, axis, line, preset or {})
+            _dress(ax, cube, axis, line, settings.preset or {})
         words = [_WORDS.get(item) or place_text(cube, *item) for item in line.items()]
         row[0].set_title(wrap(words, _TITLE * width / len(along)), loc="left")
     for ax, axis in zip(axes[-1], along, strict=True):
@@ -101,8 +96,8 @@ def draw(
     for row in axes:
         row[0].set_ylabel("best score")
     fixed = cube[list(cube.data_vars)[:1]]
-    head(figure, fixed, caption)
-    legend(figure, _legend(lines, preset))
+    head(figure, fixed, settings.caption)
+    legend(figure, _legend(lines, settings.preset))
     return figure
 
 
@@ -133,7 +128,7 @@ def _curve(
 
 
 def _dress(
-    ax: Axes, cube: xr.Dataset, axis: str, line: Mapping[str, Any], preset: Mapping[str, float]
+    ax: Axes, cube: xr.Dataset, axis: str, line: Mapping[str, Any], preset: Mapping[str, Any]
 ) -> None:
     """Scales, and what is to be compared with."""
     from matplotlib.ticker import NullFormatter
@@ -153,7 +148,7 @@ _PRESET: dict[str, Any] = {"color": VERMILION, "lw": 0.8, "ls": "-", "zorder": 1
 
 
 def _legend(
-    lines: Sequence[tuple[xr.DataArray, dict[str, Any]]], preset: Mapping[str, float] | None
+    lines: Sequence[tuple[xr.DataArray, dict[str, Any]]], preset: Mapping[str, Any] | None
 ) -> list[Artist]:
     from matplotlib.lines import Line2D
 

@@ -45,7 +45,7 @@ class SolverSummary(Made):
     see: See = None
 
 
-def draw(errors: xr.Dataset, timings: xr.Dataset, *, caption: str | None = None) -> Figure:
+def draw(errors: xr.Dataset, timings: xr.Dataset, *, settings: SolverSummary) -> Figure:
     """Draw two tables in colour, scenes by solvers: best error, and relative time for 1e-6."""
     from matplotlib.figure import Figure
 
@@ -75,7 +75,7 @@ def draw(errors: xr.Dataset, timings: xr.Dataset, *, caption: str | None = None)
         ax.tick_params(length=0.0)
         for spine in ax.spines.values():
             spine.set_visible(False)
-    head(figure, errors, caption, remarks=_remarks(errors))
+    head(figure, errors, settings.caption, remarks=_remarks(errors))
     return figure
 
 

@@ -50,16 +50,11 @@ class WorkPrecision(Made):
     see: See = None
 
 
-def draw(
-    errors: xr.Dataset,
-    timings: xr.Dataset,
-    *,
-    error: str = "state_error",
-    caption: str | None = None,
-) -> Figure:
+def draw(errors: xr.Dataset, timings: xr.Dataset, *, settings: WorkPrecision) -> Figure:
     """Draw one error of every run over its run time, a panel for each scene that has such."""
     from matplotlib.figure import Figure
 
+    error = settings.error
     known = errors[error].notnull().any(("solver", "level"))
     names = errors.scene.values[known] if known.any() else errors.scene.values
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
@@ -82,7 +77,7 @@ def draw(
             ax.set_xlabel("run time / s")
     words = [*_MEANINGS[error].split(), label("", "", units_of(errors[error].attrs))]
     figure.supylabel(wrap(words, 15.0 * tall * rows), fontsize=8.0)
-    head(figure, place, caption, remarks=_remarks(timings))
+    head(figure, place, settings.caption, remarks=_remarks(timings))
     legend(figure, _handles(place))
     return figure
 

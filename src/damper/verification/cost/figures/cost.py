@@ -35,7 +35,7 @@ class CostFigure(Made):
     see: See = None
 
 
-def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
+def draw(timings: Mapping[str, Any], *, settings: CostFigure) -> Figure:
     """Draw time and memory of cases, as `measure` found them, against the bare engine."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, NullFormatter
@@ -80,6 +80,6 @@ def draw(timings: Mapping[str, Any], *, caption: str | None = None) -> Figure:
     about = f"{machine_text(timings['machine'])}; {timings['repeats']} interleaved repeats; "
     # A name and its version stay on one line.
     parts = re.split(r"(?<=[,;]) ", about + "grey: two timings of the same")
-    lines = [wrap((caption or usual).split(), letters), wrap(parts, letters)]
+    lines = [wrap((settings.caption or usual).split(), letters), wrap(parts, letters)]
     figure.suptitle("\n".join(lines), fontsize=8.5)
     return figure

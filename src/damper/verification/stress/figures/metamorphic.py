@@ -32,14 +32,14 @@ class MetamorphicFigure(Made):
     see: See = None
 
 
-def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
+def draw(cube: xr.Dataset, *, settings: MetamorphicFigure) -> Figure:
     """Draw differences over the growth of a noise, and the distribution of backward errors."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(PAGE, 3.3), layout="constrained")
     left, right = figure.subplots(1, 2)
     count = cube.sizes["run"]
-    words = [caption or cube.attrs.get("title", "")]
+    words = [settings.caption or cube.attrs.get("title", "")]
     if count:
         _differences(left, cube)
         _errors(right, cube)

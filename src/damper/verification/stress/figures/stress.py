@@ -33,7 +33,7 @@ class StressFigure(Made):
     see: See = None
 
 
-def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
+def draw(cube: xr.Dataset, *, settings: StressFigure) -> Figure:
     """Draw all runs' violations as distributions, and the worst ones by regime as a matrix."""
     from matplotlib.figure import Figure
 
@@ -51,7 +51,7 @@ def draw(cube: xr.Dataset, *, caption: str | None = None) -> Figure:
         f"{rows[0].runs} runs: {stopped} stopped by their event budget, "
         f"{failed} by a search that failed, {refused} refused; {rows[0].broken} break a law"
     )
-    words = (caption or cube.attrs.get("title", "")).split()
+    words = (settings.caption or cube.attrs.get("title", "")).split()
     heading = [wrap(words, 110.0), wrap(ends.split(), 110.0)]
     figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
     return figure
