@@ -438,6 +438,8 @@ def test_free_mass_between_the_walls_and_approach_speeds() -> None:
     np.testing.assert_allclose(velocity, (cube.free_velocity - cube.velocity).values.ravel())
     np.testing.assert_array_equal(speeds, cube.approach_speed.values.ravel())
     assert [ax.get_yscale() for ax in figure.axes] == ["linear", "linear", "log"]
+    # A ratio of lengths has no unit.
+    assert figure.axes[0].get_ylabel().endswith("$(y - x)/d$")
     with pytest.raises(ValueError, match="free_mass: true"):
         drawn(
             cube.drop_vars("free_displacement"),

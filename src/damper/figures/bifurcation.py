@@ -281,11 +281,11 @@ def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
     half = cube.clearance if "clearance" in cube.coords else 0.5 * cube.gap
     between = (cube.free_displacement - cube.displacement) / half.where(half > 0.0)
     velocity = cube.free_velocity - cube.velocity
-    attrs = {"long_name": cube.displacement.attrs.get("long_name", "")}
-    return cube.assign(
-        relative_displacement=between.assign_attrs(attrs, units="1"),
-        relative_velocity=velocity.assign_attrs(attrs, units=units_of(cube.velocity.attrs)),
-    )
+    name = {"long_name": cube.displacement.attrs.get("long_name", "")}
+    # Not assign_attrs: a difference may have kept what its terms are scaled by.
+    between.attrs = name | {"units": "1"}
+    velocity.attrs = name | {"units": units_of(cube.velocity.attrs)}
+    return cube.assign(relative_displacement=between, relative_velocity=velocity)
 
 
 def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
