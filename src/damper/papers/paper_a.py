@@ -56,7 +56,9 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     stacked = cube.stack(place=others) if others else cube.expand_dims("place", -1)
     rows: list[tuple[str, ...]] = [
         (
-            *("where", "chatter at d", f"part up to {CHATTER_UP_TO:g} that chatters"),
+            "where",
+            "chatter at d (lone ones aside)",
+            f"part up to {CHATTER_UP_TO:g} that chatters",
             *(f"above {CHATTER_UP_TO:g}: {what}" for what in ("with impacts", "short period")),
         )
     ]

@@ -162,7 +162,9 @@ def _falling(
             rows.append((reading.words, label, sizes, "yes" if fall[-1] else "no"))
         if all(fall):
             held.append(reading.words)
-    return _summed("lengths without the gaps, from end to end in brackets", held, rows)
+    return _summed(
+        "lengths without the gaps; in brackets from end to end (lone points aside)", held, rows
+    )
 
 
 def _summed(measured: str, held: Sequence[str], rows: Sequence[Sequence[str]]) -> Verdict:

@@ -15,16 +15,15 @@ _LEAST = 3
 
 
 class Range(NamedTuple):
-    """Outermost values of an axis, NaN where there is none, and the length without the gaps."""
+    """Outermost values of an axis, NaN where there is none, its length without and with the gaps.
+
+    Each value stands for one step of the axis in both lengths.
+    """
 
     low: float
     high: float
     length: float
-
-    @property
-    def span(self) -> float:
-        """From end to end; 0 where there is none."""
-        return 0.0 if np.isnan(self.low) else self.high - self.low
+    span: float
 
 
 def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
@@ -37,8 +36,9 @@ def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
     length = step * float(np.sum(holds))
     wide = [(a, b) for a, b in runs(holds) if b - a + 1 >= _LEAST]
     if not wide:
-        return Range(np.nan, np.nan, length)
-    return Range(float(values[wide[0][0]]), float(values[wide[-1][1]]), length)
+        return Range(np.nan, np.nan, length, 0.0)
+    low, high = float(values[wide[0][0]]), float(values[wide[-1][1]])
+    return Range(low, high, length, high - low + step)
 
 
 def chatter_ranges(
