@@ -121,6 +121,14 @@ def test_page_shows_everything(tmp_path: Path) -> None:
     assert "0.03 of the burst's first approach speed" in found.text
 
 
+def test_values_have_units() -> None:
+    values = load_study(ROOT / "config/studies/machine_frame.yaml").values
+    assert values["stiffness"] == "4e+06 N/m"
+    assert values["gap"] == "0 to 0.0016 m, 41 values"
+    values = load_study(ROOT / "config/studies/slow_manifold.yaml").values
+    assert (values["mass_ratio"], values["clearance"]) == ("0.005", "10000 F0/K")
+
+
 def test_figures_have_their_printed_proportions(tmp_path: Path) -> None:
     """A page-wide figure twice as wide as a column-wide one: letters are of the same size."""
     for image in made(tmp_path).images:
@@ -133,14 +141,15 @@ def test_every_caption_stands_alone(tmp_path: Path) -> None:
     study = load_study(ROOT / "config/studies/restitution.yaml")
     kinds = [product.kind for product, _ in study.files("figures").values()]
     assert found.text.count("A ladder of approach speeds") == kinds.count("bifurcation") > 5
-    assert found.text.count("Values: ") == len(found.images)
+    # A drawing of the model has none.
+    assert found.text.count("Values of the study: ") == len(found.images) - kinds.count("schematic")
     for figure in study.figures.values():
         assert getattr(figure, "see", None) is None or figure.see in found.text
 
 
 def test_a_schematic_is_named_by_what_it_draws(tmp_path: Path) -> None:
     alt = {image["src"]: image["alt"] for image in made(tmp_path).images}
-    assert alt["restitution/figures/paper_b_fig_1.png"] == "collision system"
+    assert alt["restitution/figures/paper_b_fig_1.png"] == "Model: collision system"
     assert alt["restitution/figures/paper_b_fig_2.png"].endswith(
         "all values assumed; mass ratio 0.25; frequency ratio 2"
     )

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, is_si
+from damper.parameters.units import SI_UNITS
 from damper.parameters.variables import TIME
 from damper.study.axes import axis_values, coordinate_name
 from damper.study.fields import Entries, Folder, Some, Strict, Text, Unit
@@ -163,8 +164,9 @@ class Study(RunKeys, StudyFile):
     @property
     def values(self) -> dict[str, str]:
         """What a page says of the study's settings: name -> value."""
-        values = {name: f"{value:g}" for name, value in self.fixed.items()}
-        values |= {name: _range_text(given) for name, given in self.axis_values.items()}
+        given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
+        si = is_si(given)
+        values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
         for settings in self.observers.values():
             if (threshold := getattr(settings, "threshold", None)) is not None:
                 values["visibility_threshold"] = str(threshold)
@@ -225,11 +227,15 @@ class Study(RunKeys, StudyFile):
         relate(raw, model, faults)
 
 
-def _range_text(values: tuple[float, ...]) -> str:
-    """The values of an axis, or its ends if they are many."""
+def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
+    """The values of a quantity, or their ends if they are many, with units."""
+    units = ALL[name].units
+    if si:
+        units = SI_UNITS.get(units, units)
+    after = "" if units == "1" else f" {units}"
     if len(values) <= 6:
-        return ", ".join(f"{value:g}" for value in values)
-    return f"{min(values):g} to {max(values):g}, {len(values)} values"
+        return ", ".join(f"{value:g}" for value in values) + after
+    return f"{min(values):g} to {max(values):g}{after}, {len(values)} values"
 
 
 class Engine(Strict):

@@ -122,6 +122,7 @@ class StudyFile(Strict):
     def _caption(self, settings: Mapping[str, Any]) -> str:
         # A schematic shows the model, not what the study's title says.
         drawing = settings.get("drawing", "").replace("_", " ")
+        drawing = drawing and f"Model: {drawing}"
         where = (
             f"{axis.replace('_', ' ')} {value:g}" if isinstance(value, float) else f"{axis} {value}"
             for axis, value in settings.get("at", {}).items()
