@@ -31,7 +31,8 @@ ERROR = "impact_time_error"
 TARGET = 1e-6
 
 _ROW = 0.215
-_SIZE = 5.6
+#: Letters: of corners, and at most of cells, whose numbers fit into a column.
+_CORNER, _SIZE, _FIT = 4.2, 5.6, 46.0
 #: Least and largest value that colours distinguish: of the error, of the ratio of times.
 _ERRORS, _RATIOS = (1e-14, 1.0), (1.0, 1e5)
 
@@ -109,12 +110,13 @@ def _cells(
         lw=0.8,
     )
     ax.set_ylim(rows - 0.5, -0.5)
+    size = min(_SIZE, _FIT / columns)
     for row, column in np.ndindex(rows, columns):
         dark = values[row, column] > np.sqrt(limits[0] * limits[1])
         ink = "white" if dark else BLACK
         text, corner = str(texts[row, column]), str(corners[row, column])
-        ax.text(column, row, text, ha="center", va="center", size=_SIZE, color=ink)
-        ax.text(column + 0.43, row - 0.44, corner, ha="right", va="top", size=4.2, color=ink)
+        ax.text(column, row, text, ha="center", va="center", size=size, color=ink)
+        ax.text(column + 0.43, row - 0.44, corner, ha="right", va="top", size=_CORNER, color=ink)
 
 
 def _remarks(errors: xr.Dataset) -> list[str]:

@@ -59,7 +59,8 @@ def draw(errors: xr.Dataset, timings: xr.Dataset, *, settings: WorkPrecision) ->
     names = errors.scene.values[known] if known.any() else errors.scene.values
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
     strips = _strips(place)
-    columns = 2 if len(names) == 4 else min(len(names), 3)
+    # Two where three would leave more of the last row empty.
+    columns = min(len(names), min((3, 2), key=lambda one: -len(names) % one))
     rows = -(-len(names) // columns)
     wide = COLUMN if columns == 1 else PAGE
     tall = 2.4 if columns == 1 else 1.62
