@@ -55,7 +55,7 @@ VARIABLE_SYMBOLS = {
 }
 #: Meanings of variables whose long names are too long for a label.
 VARIABLE_MEANINGS = {
-    "amplitude_ratio": "peak displacement over that without damper",
+    "amplitude_ratio": "largest displacement over that without damper",
     "rms_ratio": "rms displacement over that without damper",
     "burst_at_duration": "duration of the burst",
     "peak_displacement": "largest displacement",

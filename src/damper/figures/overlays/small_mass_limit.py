@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
-_GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 31) ** 3])
+_GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 61) ** 3])
 _CURVE: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
