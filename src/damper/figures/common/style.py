@@ -46,7 +46,7 @@ VARIABLE_SYMBOLS = {
     "velocity": r"$\dot x$",
     "relative_displacement": "$(y - x)/d$",
     "relative_velocity": r"$\dot y - \dot x$",
-    "approach_speed": "$v$",
+    "approach_speed": "",  # v is the velocity of the primary
     "rms_displacement": r"$x_\mathrm{rms}$",
     "peak_displacement": r"$x_\mathrm{max}$",
     "amplitude_ratio": r"$x_\mathrm{max} / A$",
