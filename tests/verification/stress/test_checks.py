@@ -238,6 +238,14 @@ def test_what_is_not_finite_is_found(run, column, value):
     assert "not_finite" in found
 
 
+def test_pieces_of_a_log_join_whatever_the_size_of_their_terms(monkeypatch):
+    monkeypatch.setattr(checks, "LOG_ROWS", 64)
+    far = {"mass_ratio": 0.1, "damping_ratio": 0, "frequency_ratio": 0.37, "clearance": 1e6}
+    found = run_checks([far | {"restitution": 0.6}], 200, 1e-12, 1000)
+    assert found["segments"][0] > 128
+    assert found["continuity"][0] < 1e-15
+
+
 def test_a_refused_run_says_so_and_the_others_run():
     run = GENERIC
     found = run_checks([run, run | {"restitution": 1.5}, run], 2)

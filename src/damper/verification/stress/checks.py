@@ -66,7 +66,7 @@ class Sample(NamedTuple):
     gap: float
     rate: float
     """At the segment's wall."""
-    size: float
+    terms: float
     """Size of the gap's terms."""
 
 
@@ -172,7 +172,7 @@ def contact_speed(model: Any, segment: Segment) -> float:
 def _follow(model, tables, log, records, last, ends):
     found = records[0]
     end = ends[0]
-    at = Sample(end.x, end.v, end.gap, end.rate, end.size)
+    at = Sample(end.x, end.v, end.gap, end.rate, end.terms)
     for index in range(len(log)):
         for column in range(COLUMNS):
             if not math.isfinite(log[index, column]):
@@ -195,7 +195,7 @@ def _follow(model, tables, log, records, last, ends):
     end.v = at.v
     end.gap = at.gap
     end.rate = at.rate
-    end.size = at.size
+    end.terms = at.terms
 
 
 @compiled
@@ -239,7 +239,7 @@ def _compare(model, last, end, s, found):
     found.clock = _larger(found.clock, abs(passed - last.duration) / model.period)
     gap = end.gap
     rate = end.rate
-    size = end.size + 1.0 + abs(end.x)
+    size = end.terms + 1.0 + abs(end.x)
     if s.side != last.side:
         gap = 2.0 * model.clearance - gap
         rate = -rate
@@ -313,7 +313,7 @@ def _sample_flight(model, s, found):
 @compiled
 def _depth(model, at):
     """Depth beyond either wall; negative between them."""
-    return max(-at.gap, at.gap - 2.0 * model.clearance) / (1.0 + abs(at.x) + at.size)
+    return max(-at.gap, at.gap - 2.0 * model.clearance) / (1.0 + abs(at.x) + at.terms)
 
 
 @compiled
