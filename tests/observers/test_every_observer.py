@@ -11,7 +11,7 @@ from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
 from damper.observers import OBSERVERS, make_observers
-from damper.observers.common.base import Window
+from damper.observers.common.base import Window, record_type
 from damper.sweep.runs import run_points
 
 #: Settings with which observers write all that they can.
@@ -69,3 +69,9 @@ def test_runs_do_not_mix(name: str) -> None:
         elif name in ("stroboscopic_section", "impact_section", "trajectory"):
             kept = whole[variable.name][0][~missing]
             np.testing.assert_array_equal(stopped[~missing], kept)
+
+
+def test_a_field_that_records_hide_is_refused() -> None:
+    """Plain Python would read NumPy's attribute in its place, and compiled code the field."""
+    with pytest.raises(ValueError, match="size already"):
+        record_type("gap", "size")

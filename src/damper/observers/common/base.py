@@ -123,7 +123,12 @@ def describe(threshold: tuple[float, float]) -> str:
 
 
 def record_type(*fields: str) -> np.dtype:
-    """Type of an array whose entries compiled code reads and writes by field name."""
+    """Type of an array whose entries compiled code reads and writes by field name.
+
+    Plain Python would read NumPy's own attribute of a record where a field had its name.
+    """
+    if hidden := [field for field in fields if hasattr(np.record, field)]:
+        raise ValueError(f"NumPy's records have {', '.join(hidden)} already: give another name")
     return np.dtype((np.record, [(field, "f8") for field in fields]))
 
 
