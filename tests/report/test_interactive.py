@@ -250,11 +250,16 @@ def test_keys_choose_a_run_as_a_click_does(browser: Browser) -> None:
 
 def test_search_and_sorting(browser: Browser) -> None:
     hidden = "[...document.querySelectorAll('nav li')].filter((li) => li.hidden).length"
-    for word, count in (("sticking", 2), ("", 0)):
+    for word, count, said in (
+        ("sticking", 2, "1 section"),
+        ("xyzzy", 3, "No sections"),
+        ("", 0, ""),
+    ):
         browser.value(
             f"(search.value = '{word}', search.dispatchEvent(new Event('input')), {hidden})"
         )
         assert browser.value(hidden) == count
+        assert browser.value("document.querySelector('#found').textContent") == said
     column = "[...document.querySelectorAll('#study table.cells')].at(-1)"
     cells = f"[...{column}.tBodies[0].rows].map((row) => row.cells[0].textContent)"
     assert browser.value(cells) == ["10", "9"]

@@ -236,7 +236,7 @@ damper.draw = (place) => {
     if (runs.hidden) return;
     const l = found.length, t = found.time, d = found.clearance * l;
     const line = (xs, ys, name, colour, more = {}) => ({ type: "scatter", mode: "lines", x: xs, y: ys, name,
-      line: { color: colour, width: 1.3 }, ...more });
+      line: { color: colour, width: 1.3, simplify: false }, ...more });
     const times = rows.map((row) => row[0] * t), between = rows.map((row) => (row[3] - row[1]) * l);
     const x1 = rows.map((row) => row[1] * l), still = { ...PLOT, displayModeBar: false };
     const wall = (sign) => line([times[0], times[times.length - 1]], [sign * d, sign * d], "walls", "",
@@ -301,6 +301,11 @@ search.addEventListener("input", () => {
     const text = section.textContent.toLowerCase();
     item.hidden = section.hidden = !words.every((word) => text.includes(word));
   });
+  document.querySelectorAll("nav ul").forEach((list) => {
+    list.hidden = list.previousElementSibling.hidden = [...list.children].every((item) => item.hidden);
+  });
+  const count = document.querySelectorAll("nav li:not([hidden])").length;
+  document.querySelector("#found").textContent = search.value ? `${count || "No"} section${count === 1 ? "" : "s"}` : "";
 });
 
 document.querySelectorAll("table.cells thead th").forEach((head) => {

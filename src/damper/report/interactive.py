@@ -47,7 +47,8 @@ _FIELDS = (
     "side",
     "mode",
 )
-_CHATTER = ("no chatter", "incomplete chatter", "complete chatter")
+#: Of a burst with fewer than five visible impacts the motion may name a complete sequence.
+_CHATTER = ("no visible chatter", "incomplete chatter", "complete chatter")
 #: Variables with a place of their own, or of no interest to a reader of one run.
 _ELSEWHERE = ("status", "chatter", "energy_residual")
 _BRANCHES = ("direction", "draw")
@@ -150,7 +151,8 @@ def _columns(array: Any, dims: Sequence[str]) -> dict[str, Any]:
         dots.append(column[found][np.sort(first)[:_DOTS]])
     return {
         "name": str(array.name).replace("_", " "),
-        "units": _units(array.attrs),
+        # Over the clearance; no symbol beside it says so, as in the printed figure.
+        "units": "d" if array.name == "relative_displacement" else _units(array.attrs),
         "log": log,
         "line": array.ndim == len(dims),
         "counts": packed([len(column) for column in dots], "u2"),
