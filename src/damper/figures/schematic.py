@@ -39,10 +39,10 @@ class Schematic(Product):
     reads: ClassVar[tuple[str, ...]] = ()
 
     drawing: Annotated[
-        Literal["impact_damper", "two_degrees_of_freedom", "collision_system"],
+        Literal["impact_damper", "two_degrees_of_freedom", "collision_system", "damper"],
         Field(
             description="Paper A's free mass in a box; its form with two degrees of freedom; "
-            "paper B's model."
+            "paper B's model; the damper in the symbols of docs/concepts.md."
         ),
     ]
     caption: Annotated[Text | None, Field(description="Heading; none when not given.")] = None
@@ -75,6 +75,16 @@ def draw(*, settings: Schematic) -> Figure:
 def _impact_damper(ax: Axes) -> None:
     """Draw paper A's Fig. 1: a free mass between the walls of a box on spring and dashpot."""
     _box(ax, "$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$")
+    _clearances(ax)
+
+
+def _damper(ax: Axes) -> None:
+    """Draw the same in the symbols of docs/concepts.md."""
+    _box(ax, "$M$", "$m$", "$K$", "$C$", "$F(t)$", "$x$", "$y$")
+    _clearances(ax)
+
+
+def _clearances(ax: Axes) -> None:
     for first, last in ((3.6, 5.2), (6.2, 7.8)):
         _dimension(ax, first, last, 1.6, "$D$")
 
@@ -117,6 +127,7 @@ DRAWINGS: dict[str, Callable[[Axes], None]] = {
     "impact_damper": _impact_damper,
     "two_degrees_of_freedom": _two_degrees_of_freedom,
     "collision_system": _collision_system,
+    "damper": _damper,
 }
 
 

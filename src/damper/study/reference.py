@@ -117,7 +117,7 @@ Made by `{MADE_BY}` from the classes that check a study
 (`src/damper/`): edit those, not this file. How to write a study: [studies.md](studies.md);
 every key in place: [template.yaml](../config/studies/template.yaml). Editors that know the YAML
 language server complete and check these keys as one types, from the schemas in
-[config/schema](../config/schema), which the first line of each file names.
+`config/schema/`, which the first line of each file names.
 
 Numbers are YAML 1.2 (`1e-8` is one), finite, and without quotes. In an SI study lengths are in m,
 times in s, speeds in m/s and energies in J; where a table gives two units, the second is that.
