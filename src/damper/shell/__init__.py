@@ -11,6 +11,7 @@ import click
 import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantity import Declared
+from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
 
 TEMPLATE = Path("config/studies/template.yaml")
@@ -51,12 +52,19 @@ def _quantities(kind: type[Declared]) -> Callable[[Any], Any]:
     return decorate
 
 
-def _events_command(name: str, kind: Any, unit: str) -> None:
+EVENTS = """List the events of one damper in {unit}.
+
+It starts from rest, with the free mass in the centre. Printed are time, kind (impact, stick or
+release), side (-1 left wall, 1 right wall), approach speed, and the primary's displacement x and
+velocity v. With --csv they go into a file, with --plot the motion is drawn instead."""
+
+
+def _events_command(name: str, kind: Any, unit: str, time: str) -> None:
     """Add a command that prints the events of a damper."""
 
-    @main.command(name, help=f"Events of one damper in {unit}, from rest: a table, a file, a plot.")
+    @main.command(name, help=EVENTS.format(unit=unit))
     @_quantities(kind)
-    @click.option("--until", type=float, required=True, help="Time to which it runs.")
+    @click.option("--until", type=float, required=True, help=f"Time to which it runs, in {time}.")
     @click.option("--csv", type=click.Path(dir_okay=False), help="Write all events here.")
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: float) -> None:
@@ -67,8 +75,8 @@ def _events_command(name: str, kind: Any, unit: str) -> None:
             raise click.ClickException(str(error)) from None
 
 
-_events_command("events", Parameters, "dimensionless numbers")
-_events_command("events-si", SIParameters, "SI units")
+_events_command("events", Parameters, "dimensionless numbers", TIME)
+_events_command("events-si", SIParameters, "SI units", "s")
 
 
 def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> None:
@@ -87,7 +95,11 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
 @main.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 def check(files: tuple[str, ...]) -> None:
-    """Say of study FILES whether they are valid, and what time, memory and disk they take."""
+    """Check study FILES, and estimate what they take.
+
+    For each file: whether it is valid, its slices, points, runs and impacts, and rough upper
+    figures of time, memory and disk. Nothing is made.
+    """
     from damper.study.check import main as check_files
 
     raise SystemExit(check_files(files))
@@ -96,7 +108,10 @@ def check(files: tuple[str, ...]) -> None:
 @main.command()
 @click.argument("name")
 def new(name: str) -> None:
-    """Begin a study NAME: a copy of the template, in which every key is explained."""
+    """Begin a study NAME from the template.
+
+    It is a copy of the template, in which every key is explained.
+    """
     path = TEMPLATE.with_name(f"{name}.yaml")
     if not TEMPLATE.exists():
         raise click.ClickException(f"no {TEMPLATE} here: this is not the project's folder")
@@ -109,7 +124,10 @@ def new(name: str) -> None:
 @main.command()
 @click.argument("results", default="results", type=click.Path(path_type=Path))
 def view(results: Path) -> None:
-    """Open the page of RESULTS, the folder `results` unless told."""
+    """Open the page of RESULTS in a browser.
+
+    RESULTS is the folder in which `snakemake` made them, by default `results`.
+    """
     page = results / "report.html"
     if not page.exists():
         raise click.ClickException(f"no {page}: `snakemake --cores 2` makes it")
