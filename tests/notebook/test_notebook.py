@@ -63,6 +63,7 @@ def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
         begun = 3 * run.parameters.period
         assert run.motion.time.values[0] == pytest.approx(begun, rel=1e-14)
         assert run.events["time"].min() >= begun
+        assert np.isclose(run.bursts["onset"].iloc[0], run.events["time"]).any()
 
 
 def test_figures_and_orbit(cube: xr.Dataset) -> None:

@@ -68,16 +68,24 @@ class Run:
         rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
         rows = rows.rename({name: str(name).removeprefix(prefix) for name in rows.data_vars})
         rows = rows.isel(instant=np.isfinite(rows.time.values)).set_coords("time")
-        begun = self.cube.attrs["transient_periods"] * self.parameters.period
         attributes = rows.time.attrs | {"long_name": "time"}
-        moved = rows.time + float(self.cube.trajectory_start) + begun
+        moved = rows.time + float(self.cube.trajectory_start) + self._begun
         return rows.assign_coords(time=moved.assign_attrs(attributes))
 
     @property
     def bursts(self) -> pd.DataFrame:
-        """Bursts that begin within its motion; see `damper.analysis.list_bursts`."""
+        """Bursts that begin within its motion; see `damper.analysis.list_bursts`.
+
+        Onsets count from the start of the run, as all its times do.
+        """
         found = list_bursts(self.cube)
-        return found[found["onset"] <= float(self.cube.trajectory_time.max())]
+        found = found[found["onset"] <= float(self.cube.trajectory_time.max())]
+        return found.assign(onset=found["onset"] + self._begun)
+
+    @property
+    def _begun(self) -> float:
+        """Time at which its record begins."""
+        return self.cube.attrs["transient_periods"] * self.parameters.period
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
         """Draw both masses over time, from and to so many forcing periods of the record."""
