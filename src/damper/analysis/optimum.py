@@ -140,7 +140,9 @@ def damping_shares(
         damped ones, that chatter or stick. ``median_rms_lasting``, ``median_rms_two_impacts``:
         median rms ratios of both groups. ``near_resonance``: part of the well damped points with
         two impacts within 10 % of the resonance; ``lowest`` and ``highest`` are the ends of all,
-        in the unit of `along`. NaN where there are no such points.
+        in the unit of `along`. ``amplified_below`` and ``amplified_above``: part of the points with
+        impacts further than that below, and above, the resonance whose rms is larger than without
+        damper. NaN where there are no such points.
     """
     need_axes(cube, along)
     _need_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
@@ -154,6 +156,9 @@ def damping_shares(
     resonance = float(undamped.idxmax(along))
     near = abs(cube[along] - resonance) <= NEAR * resonance
     where = cube[along].where(two & well)
+    amplified = contact & (cube.rms_ratio > 1.0)
+    far = contact & ~near
+    below, above = far & (cube[along] < resonance), far & (cube[along] > resonance)
     return {
         "with_impacts": int(contact.sum()),
         "well_damped": int(well.sum()),
@@ -165,6 +170,8 @@ def damping_shares(
         "near_resonance": _share(near, two & well),
         "lowest": float(where.min()),
         "highest": float(where.max()),
+        "amplified_below": _share(amplified & below, below),
+        "amplified_above": _share(amplified & above, above),
     }
 
 

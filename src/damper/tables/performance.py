@@ -136,6 +136,12 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
         ),
         (f"part of these within {NEAR:.0%} of the resonance", share("near_resonance")),
         (f"{frequency} of these", "none" if math.isnan(shares["lowest"]) else ends),
+        (
+            f"part of the points with impacts more than {NEAR:.0%} below the resonance whose rms "
+            "is larger than without damper",
+            share("amplified_below"),
+        ),
+        ("the same above the resonance", share("amplified_above")),
     ]
     return pd.DataFrame(rows, columns=["", "found here"])
 
