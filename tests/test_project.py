@@ -197,6 +197,15 @@ def test_links_in_documents_lead_somewhere():
             assert (document.parent / target).exists(), f"{document.name}: {target}"
 
 
+@pytest.mark.exhaustive
+def test_test_commands_in_documents_select_tests():
+    for document in sorted((ROOT / "docs").glob("*.md")):
+        for command in set(re.findall(r"`pytest ([^`]+)`", document.read_text())):
+            run = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0"]
+            done = subprocess.run([*run, *shlex.split(command)], cwd=ROOT, capture_output=True)
+            assert done.returncode == 0, f"{document.name}: {command}"
+
+
 def test_readme_python_examples_run(tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     example = next(block for block in blocks if "damper.events" in block)
