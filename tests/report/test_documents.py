@@ -1,8 +1,10 @@
 """Tables of results in documents."""
 
+import shutil
 from pathlib import Path
 
 import pytest
+from project_copy import copy_project, snakemake
 
 from damper.report.documents import main, tables_of
 from damper.study.config import load_config
@@ -41,6 +43,14 @@ def test_check_names_file_and_line_of_a_wrong_number(tmp_path, capsys):
     assert document.read_text() == before
     document.write_text(before.replace("1.4", "1.5"))
     assert main(check) == 0
+
+
+@pytest.mark.exhaustive
+def test_tables_in_documents_are_those_of_a_run(tmp_path):
+    """The studies behind them are made anew, which takes some minutes."""
+    folder = copy_project(tmp_path)
+    shutil.copytree(ROOT / "docs", folder / "docs")
+    snakemake(folder, "documents")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("*.md")), ids=lambda path: path.stem)
