@@ -55,6 +55,32 @@ def test_a_run_may_end_within_a_period() -> None:
     assert (run.bursts["onset"] < 1.4 * P.period).all()
 
 
+def test_a_run_begins_at_the_time_of_its_state() -> None:
+    later = damper.State(0.0, 0.0, 0.1, 0.3, time=3.0)
+    run = damper.run(P, 60.0, later)
+    assert np.array_equal(run.events, damper.events(P, later, until=run.motion.time.values[-1]))
+    assert run.motion.time.values[0] == 3.0
+    assert 60.0 - P.period / 200 < run.motion.time.values[-1] <= 60.0
+    twice = run.motion.time.values[1:][np.diff(run.motion.time.values) == 0.0]
+    np.testing.assert_allclose(twice, run.events["time"][run.events["kind"] == 0], rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"until": -1.0}, "until = -1.0: must be a time >= 0.157"),
+        ({"until": 0.1}, "until = 0.1: must be a time >= 0.157"),
+        ({"until": 1e300}, r"until = 1e\+300: ends after 3.18e\+298 forcing periods; at most"),
+        ({"samples_per_period": 0}, "samples_per_period = 0: must be a whole number >= 1"),
+        ({"samples_per_period": "many"}, "samples_per_period = 'many': must be a real number"),
+        ({"state": (0, 0, 0, 0)}, "must be a damper.State"),
+    ],
+)
+def test_a_slip_is_named_before_anything_is_run(given: dict, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        damper.run(P, **({"until": 5.0} | given))
+
+
 def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
     for restitution in (0.3, 0.9):
         run = cube.damper.run(restitution=restitution)

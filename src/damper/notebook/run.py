@@ -13,8 +13,10 @@ import numpy as np
 from damper.analysis.bursts import list_bursts
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.quantity import real
+from damper.parameters.quantity import real, whole
+from damper.parameters.state import need_state
 from damper.study.simulation import simulate
+from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ MOST = 10_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run:
-    """One run, from time 0 on. Made by `run`, and by ``cube.damper.run``.
+    """One run, from time 0 or that of `state` on. Made by `run`, and by ``cube.damper.run``.
 
     Attributes
     ----------
@@ -62,7 +64,7 @@ class Run:
         """Both masses' motion along ``instant``: equal steps, and two rows at each impact.
 
         Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``;
-        the coordinate ``time`` counts from the start of the run.
+        the coordinate ``time`` is that of its events.
         """
         prefix = "trajectory_"
         rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
@@ -85,7 +87,8 @@ class Run:
     @property
     def _begun(self) -> float:
         """Time at which its record begins."""
-        return self.cube.attrs["transient_periods"] * self.parameters.period
+        transient = self.cube.attrs["transient_periods"] * self.parameters.period
+        return transient + (self.state.time if self.state else 0.0)
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
         """Draw both masses over time, from and to so many forcing periods of the record."""
@@ -111,7 +114,7 @@ def run(
     *,
     samples_per_period: int = 200,
 ) -> Run:
-    """Run one damper from time 0, and keep its motion.
+    """Run one damper, from time 0 or that of `state`, and keep its motion.
 
     Parameters
     ----------
@@ -144,9 +147,17 @@ restitution=0.6)
     """
     if not isinstance(parameters, Parameters | SIParameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
-    length = real("until", until) / parameters.period
-    if not 0.0 < length < math.inf:
-        raise ValueError(f"until = {until!r}: must be a number > 0")
+    need_state(state)
+    start = state.time if state else 0.0
+    samples_per_period = whole("samples_per_period", samples_per_period, 1)
+    length = (real("until", until) - start) / parameters.period
+    if not 1.0 <= length * samples_per_period < math.inf:
+        first = start + parameters.period / samples_per_period
+        raise ValueError(f"until = {until!r}: must be a time >= {first!r}, the first step")
+    if length > MOST_PERIODS:
+        raise ValueError(
+            f"until = {until!r}: ends after {length:.3g} forcing periods; at most {MOST_PERIODS}"
+        )
     steps = math.floor(length * samples_per_period)
     return recorded(
         parameters,
