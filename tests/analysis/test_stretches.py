@@ -103,3 +103,7 @@ def test_rows_between() -> None:
     assert rows_between(time, 0.5, 0.6) == slice(1, 3)
     with pytest.raises(ValueError, match=r"start = 1.5: the trajectory ends 1.5 forcing periods"):
         rows_between(time, 1.5, None)
+    with pytest.raises(ValueError, match=r"start = 1, stop = 0.5: start must be less than stop"):
+        rows_between(time, 1.0, 0.5)
+    with pytest.raises(TypeError, match="stop = 'end': must be a real number"):
+        rows_between(time, 1.0, "end")  # type: ignore[arg-type]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from damper.analysis.runs import runs
+from damper.parameters.quantity import real
 from damper.parameters.variables import CHATTER_IMPACTS
 
 if TYPE_CHECKING:
@@ -110,9 +111,12 @@ def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
     """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges.
 
     Times are in forcing periods, NaN in unused rows, which come last; ValueError when the rows end
-    before `start`.
+    before `start`, or `stop` is no later.
     """
     time = time[np.isfinite(time)]
+    start = real("start", start)
+    if stop is not None and not start < real("stop", stop):
+        raise ValueError(f"start = {start:g}, stop = {stop:g}: start must be less than stop")
     if not time.size or time[-1] <= start:
         end = f"{time[-1]:g}" if time.size else "0"
         raise ValueError(
