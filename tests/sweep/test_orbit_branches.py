@@ -1,6 +1,7 @@
 """Branches of periodic motions against closed forms, and against motions found by themselves."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -333,3 +334,18 @@ def test_bad_input(oscillator: Branch) -> None:
         damper.continue_orbit(orbit, "restitution", 0.5, 1.2)
     with pytest.raises(ValueError, match="step = 0"):
         damper.continue_orbit(orbit, "clearance", 9.0, 10.5, step=0.0)
+    with pytest.raises(TypeError, match="point = 5: must be one of a branch's special_points"):
+        oscillator.switch(5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("ranges", "message"),
+    [
+        (None, "ranges = None: must be a mapping of two parameters"),
+        ({"clearance": 4, "restitution": (0.4, 0.6)}, r"clearance = 4: must be \(low, high\)"),
+        ({"clearance": (9, 10, 11), "restitution": (0.4, 0.6)}, r"must be \(low, high\)"),
+    ],
+)
+def test_ranges_of_a_curve_are_pairs(oscillator: Branch, ranges: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        damper.continue_point(oscillator.special_points[0], ranges)

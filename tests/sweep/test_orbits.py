@@ -1,5 +1,7 @@
 """Periodic motions against closed forms, and against the runs that they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,11 @@ def test_a_period_that_is_none_of_the_free_mass_is_refused() -> None:
     more = {"modulation_depth": 0.2, "modulation_order": 2}
     with pytest.raises(ValueError, match="a multiple of modulation_order = 2"):
         periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER, **more))
+
+
+def test_a_run_that_does_not_settle_is_refused() -> None:
+    """Its motion would be that of the last segment, carried on for ever."""
+    with pytest.raises(ValueError, match="settle = 1000000: the run stopped early, max_events"):
+        damper.periodic_orbit(replace(TWO_IMPACTS, clearance=5.0), settle=1_000_000)
+    with pytest.raises(TypeError, match=r"guess = \(0, 0, 0, 0\): must be a damper.State"):
+        periodic_orbit(TWO_IMPACTS, guess=(0, 0, 0, 0))

@@ -56,10 +56,10 @@ class State:
         )
 
 
-def need_state(given: State | None) -> None:
+def need_state(given: State | None, name: str = "state") -> None:
     """Raise TypeError unless it is a State, or none at all."""
     if given is not None and not isinstance(given, State):
-        raise TypeError(f"state = {given!r}: must be a damper.State(x, v, y, u)")
+        raise TypeError(f"{name} = {given!r}: must be a damper.State(x, v, y, u)")
 
 
 #: The state at the start of a run; in an SI study lengths are in m and speeds in m/s.

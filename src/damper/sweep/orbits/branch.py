@@ -126,7 +126,10 @@ class Branch:
         ------
         ValueError
             For a point of another kind, and when no such motion is found.
+        TypeError
+            For what is no special point.
         """
+        need_point(point)
         if point.kind not in ("period doubling", "symmetry breaking", "branch point"):
             raise ValueError(f"no branch crosses at a point of the kind {point.kind!r}")
         doubled = point.kind == "period doubling"
@@ -189,6 +192,12 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     if found is None:
         raise ValueError(f"the orbit cannot be run: {orbit.state} of {p}")
     return OrbitPoint(equation, at, found, np.eye(len(at))[-1]).recentred()
+
+
+def need_point(point: SpecialPoint) -> None:
+    """Raise TypeError unless it is a special point."""
+    if not isinstance(point, SpecialPoint):
+        raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
 
 
 def need_step(step: float) -> float:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from damper.engine.loop import FINISHED
 from damper.models import start_run
 from damper.parameters import Parameters, State
 from damper.parameters.quantity import whole
@@ -201,8 +202,11 @@ def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
 
 def _settled(parameters: Parameters, guess: State | None, settle: int) -> np.ndarray:
     """State at the start of a forcing period: the first one after the guess, or of a long run."""
-    need_state(guess)
+    need_state(guess, "guess")
     trajectory = start_run(parameters, guess)
     at = float(settle) if guess is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
     trajectory.skip(at)
+    if trajectory.status != FINISHED:
+        run = f"settle = {settle}" if guess is None else f"guess = {guess!r}"
+        raise ValueError(f"{run}: the run stopped early, max_events are used up")
     return vector(trajectory.state_at(at))

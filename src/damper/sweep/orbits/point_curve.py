@@ -5,14 +5,14 @@ that line it is a special point of a branch along one parameter, so what locates
 whatever its kind is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from damper.parameters import Parameters
 from damper.parameters.quantity import whole
-from damper.sweep.orbits.branch import SpecialPoint, need_range, need_step
+from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.orbits.special import grazing, last_complete, root
@@ -55,7 +55,7 @@ def continue_point(
     ValueError
         For other than two parameters, and for a range without the point's own value.
     TypeError
-        For an unknown parameter, and for what is no special point.
+        For an unknown parameter, and for what is no special point or no range.
 
     Examples
     --------
@@ -70,16 +70,20 @@ def continue_point(
     >>> curve.values("clearance").round(6).tolist()[::len(curve.orbits) - 1]
     [4.616152, 4.685418]
     """
-    if not isinstance(point, SpecialPoint):
-        raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
+    need_point(point)
     most, step = whole("max_points", max_points, 1), need_step(step)
     own = point.found.name
+    if not isinstance(ranges, Mapping):
+        raise TypeError(f"ranges = {ranges!r}: must be a mapping of two parameters to (low, high)")
     if len(ranges) != 2 or own not in ranges:
         raise ValueError(
             f"ranges of {', '.join(ranges) or 'nothing'}: must be of {own}, along which the point "
             "was found, and of one more parameter"
         )
     names = sorted(ranges, key=lambda name: name != own)
+    for name in names:
+        if not isinstance(ranges[name], Sequence | np.ndarray) or len(ranges[name]) != 2:
+            raise TypeError(f"ranges: {name} = {ranges[name]!r}: must be (low, high)")
     ends = [need_range(point.orbit.parameters, name, *ranges[name]) for name in names]
     plane = _Plane(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
     first = plane.on(point.found)
