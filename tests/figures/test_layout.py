@@ -26,8 +26,8 @@ def test_selection_keeps_what_is_shown_and_squeezes_the_rest() -> None:
 @pytest.mark.parametrize(
     ("variable", "at", "keep", "words"),
     [
-        ("chater", {}, (), r"no variable 'chater': must be one of chatter, status"),
-        ("chatter", {}, ("gap",), r"no axis 'gap': must be one of mass_ratio, clearance"),
+        ("chater", {}, (), r"unknown variable 'chater' \(did you mean 'chatter'\?\): must"),
+        ("chatter", {}, ("gap",), r"unknown axis 'gap': must be one of mass_ratio, clearance"),
         ("chatter", {}, ("mass_ratio",), r"clearance has 3 values but no place.*'clearance': 0.5"),
         ("chatter", {"clearance": 0.9}, (), r"clearance = 0.9 is not.*its 3 .*nearest is 1.0"),
         ("chatter", {"gap": 1.0}, (), r"no axis 'gap' with 1.0: must be one of mass_ratio"),

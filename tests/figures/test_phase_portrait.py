@@ -149,7 +149,7 @@ def test_what_is_missing_is_told() -> None:
     axes = table(drawn("phase_portrait", stopped), 1)
     assert [ax.texts[0].get_text() for ax in axes[:, 0]] == ["no run finished here"] * 3
     bare = simulated(restitution=0.6, observers=["trajectory"])
-    with pytest.raises(ValueError, match="no variable 'displacement'"):
+    with pytest.raises(ValueError, match="unknown variable 'displacement'"):
         drawn("phase_portrait", bare)
 
 

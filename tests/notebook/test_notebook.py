@@ -103,12 +103,37 @@ def test_figures_and_orbit(cube: xr.Dataset) -> None:
     ("point", "message"),
     [
         ({}, "restitution is not given; a point says where it lies along restitution"),
-        ({"clearance": 0.1}, "'clearance' is no dimension"),
+        ({"restitutoin": 0.3}, r"unknown dimension 'restitutoin' \(did you mean 'restitution'\?\)"),
+        ({"restitution": 7.0}, "restitution = 7.0: must be a finite number with 0 <= rest"),
+        ({"restitution": None}, "restitution = None: must be a real number"),
     ],
 )
 def test_a_point_that_is_none_is_refused(cube: xr.Dataset, point: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((TypeError, ValueError), match=message):
         cube.damper.run(**point)
+
+
+def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match="does not say how its points were run: make it by"):
+        cube.drop_attrs().damper.run(restitution=0.3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (
+            {"rowz": "clearance"},
+            r"unknown setting 'rowz' \(did you mean 'rows'\?\): must be",
+        ),
+        ({"variables": ["displacment"]}, "unknown variable 'displacment'.*mean 'displacement'"),
+        ({"variables": "displacement"}, "variables = 'displacement': must be a list of names"),
+    ],
+)
+def test_settings_of_a_figure_that_are_none_are_refused(
+    cube: xr.Dataset, settings: dict, message: str
+) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        cube.damper.bifurcation("restitution", **settings)
 
 
 def test_only_what_is_not_the_default_is_shown() -> None:

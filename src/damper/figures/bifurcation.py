@@ -232,8 +232,10 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     if settings.mark is not None and "chatter" not in cube:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
     cube = with_relative(cube, settings.variables)
-    known = [name for name in (*settings.variables, "chatter", "status") if name in cube]
-    own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in cube[known].dims]
+    marked = [name for name in ("chatter", "status") if name in cube]
+    known = [*(name for name in settings.variables if name != _MULTIPLIER), *marked]
+    there = cube[[name for name in known if name in cube]].dims
+    own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in there]
     kept = (dim for dim in own if dim not in (settings.at or {}))
     return select(cube, known, settings.at, (settings.along, settings.rows, *kept))
 

@@ -9,9 +9,9 @@ import xarray as xr
 
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import settings_of
+from damper.sweep.record import observers_of, settings_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +56,8 @@ class CubeAccessor:
         Raises
         ------
         ValueError
-            For a point that does not say where along which dimension, or is no run by itself.
+            For a point that does not say where along which dimension, or is no run by itself, and
+            for a cube that is of no study.
         """
         parameters, values = self._point(point)
         primary = self._cube.attrs.get("primary_starts") or "rest"
@@ -91,6 +92,7 @@ class CubeAccessor:
         self, point: Mapping[str, float]
     ) -> tuple[Parameters | SIParameters, dict[str, float]]:
         """Parameters of a point of the grid, and all values of its run."""
+        observers_of(self._cube)  # refuses what is no cube
         if "follow" in self._cube.attrs or "draw" in self._cube.dims:
             raise ValueError("a run of continuation or of a random start is no run by itself")
         if self._cube.attrs.get("initial", "").startswith(State.__name__):
@@ -98,9 +100,13 @@ class CubeAccessor:
         axes = {name: self._cube[name] for name in ALL if name in self._cube.dims}
         lacking = [name for name, axis in axes.items() if axis.size > 1 and name not in point]
         wrong = [name for name in point if name not in axes]
-        if lacking or wrong:
-            named = f"{wrong[0]!r} is no dimension" if wrong else f"{lacking[0]} is not given"
-            raise ValueError(f"{named}; a point says where it lies along {', '.join(axes)}")
+        if wrong:
+            raise ValueError(str(unknown_name("dimension", wrong[0], axes)))
+        if lacking:
+            raise ValueError(
+                f"{lacking[0]} is not given; a point says where it lies along {', '.join(axes)}"
+            )
+        point = {name: check_quantity(name, value) for name, value in point.items()}
         place = self._cube.sel(point, method="nearest") if point else self._cube
         values = {name: place[name].item() for name in ALL if name in place.coords}
         kind = SIParameters if is_si(values) else Parameters

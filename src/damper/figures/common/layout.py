@@ -18,6 +18,7 @@ from damper.figures.common.style import (
     label,
     value_text,
 )
+from damper.parameters.quantities import unknown_name
 from damper.parameters.units import units_of
 
 if TYPE_CHECKING:
@@ -59,9 +60,7 @@ def select(
     """
     for name in variables:
         if name not in cube:
-            raise ValueError(
-                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
-            )
+            raise ValueError(str(unknown_name("variable", name, map(str, cube.data_vars))))
     place = cube[list(variables)]
     for name, value in (at or {}).items():
         if name in place.dims:
@@ -72,7 +71,7 @@ def select(
     shown = [name for name in keep if name is not None]
     for name in shown:
         if name not in place.dims:
-            raise ValueError(f"no axis {name!r}: must be one of {', '.join(map(str, place.dims))}")
+            raise ValueError(str(unknown_name("axis", name, map(str, place.dims))))
     place = place.squeeze([dim for dim in place.dims if dim not in shown and place.sizes[dim] == 1])
     for dim in place.dims:
         if dim not in shown:
