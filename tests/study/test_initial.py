@@ -164,7 +164,7 @@ def test_draws_through_slices_and_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "parts"),
     [
-        ({"initial": "stedy"}, ["initial: ", "'stedy'", "must be rest, steady"]),
+        ({"initial": "stedy"}, ["initial: ", "'stedy'", "mean 'steady'?): must be rest, steady"]),
         ({"initial": {"draws": 2, "initial_position": [-1, 1]}}, ["initial.seed", "'seed' is mi"]),
         ({"initial": {"draws": 2.0, "seed": 1, **RANGES}}, ["initial.draws", "write 2"]),
         (

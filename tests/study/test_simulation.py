@@ -178,6 +178,11 @@ def test_loaded_on_first_use_from_the_package() -> None:
             {"restitution": [0.5, [0.6]]},
             r"restitution: must be a number or .*, not \[0.5, \[0.6\]\]",
         ),
+        ({"follow": False}, "follow = False: must be a mapping of an axis to a direction"),
+        (
+            {"observers": {"chatter_bursts": {"since": [0, 4]}}},
+            "chatter_bursts.since = 4.0: begins after the record of 4 periods",
+        ),
         ({"observers": [None]}, "unknown observer None: must be one of accumulation, "),
         ({"observers": {"impacts": {3: 4}}}, "impacts = {3: 4}: settings have names"),
     ],

@@ -48,6 +48,15 @@ class ChatterBursts(EachBurst):
             *(Variable(name, text, TIME, dims) for name, text in times.items()),
         ]
 
+    def allocate(self, runs: int, window_length: int) -> None:
+        """Make the arrays; ValueError for a part that begins after the record."""
+        last = max(self.since)
+        if last >= window_length:
+            raise ValueError(
+                f"{self.name}.since = {last!r}: begins after the record of {window_length} periods"
+            )
+        super().allocate(runs, window_length)
+
     def size(self, dim: str, window_length: int) -> int:
         """Number of parts."""
         return len(self.since)

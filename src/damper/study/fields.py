@@ -64,6 +64,7 @@ class Strict(BaseModel):
         except ValidationError as error:
             report = [
                 f"{key_path((name, *loc))}: {fault['message']}"
+                + (f" (did you mean {fault['near']!r}?)" if fault["near"] else "")
                 + (f": must be {fault['allowed']}" if fault["allowed"] else "")
                 for loc, fault in faults_of(error)
             ]

@@ -189,7 +189,7 @@ def _checked_initial(
 
 
 def _checked_follow(follow: Mapping[str, str] | None, axes: Mapping[str, Any]) -> dict[str, str]:
-    if not isinstance(follow or {}, Mapping):
+    if not isinstance({} if follow is None else follow, Mapping):
         raise TypeError(f"follow = {follow!r}: must be a mapping of an axis to a direction")
     follow = dict(follow or {})
     if len(follow) > 1:
