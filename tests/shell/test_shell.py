@@ -44,6 +44,7 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
         ([*EVENTS[:-1], "--restitution=2", "--until=1"], 1, "restitution = 2.0: must be"),
         ([*EVENTS, "--until=1", "--mas-ratio=1"], 2, "'--mass-ratio'"),
         (["evnts"], 2, "Did you mean"),
+        (["new", "my/study"], 1, "'my/study' cannot be the name of a study: up to 100 letters"),
         (["view", "nowhere"], 1, "no nowhere/report.html"),
     ],
 )

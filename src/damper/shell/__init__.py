@@ -112,6 +112,10 @@ def new(name: str) -> None:
 
     It is a copy of the template, in which every key is explained.
     """
+    from damper.study.fields import STEM, STEM_WORDS
+
+    if not STEM.fullmatch(name):
+        raise click.ClickException(f"{name!r} cannot be the name of a study: {STEM_WORDS}")
     path = TEMPLATE.with_name(f"{name}.yaml")
     if not TEMPLATE.exists():
         raise click.ClickException(f"no {TEMPLATE} here: this is not the project's folder")
