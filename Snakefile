@@ -67,8 +67,4 @@ onsuccess:
 
 
 onerror:
-    print(
-        f"Some jobs failed. The reason of each stands above, and in its log below {LOGS}/. What is "
-        "made stays: the same command goes on from there.",
-        file=sys.stderr,
-    )
+    report_failed(log)

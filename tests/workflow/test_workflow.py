@@ -230,10 +230,13 @@ def test_the_reason_of_a_failure_is_in_its_log(small):
     text = script.read_text()
     script.write_text(text.replace("part = ", 'raise ValueError("as a test")\npart = '))
     output = snakemake(small, code=1)
-    (log, *_) = (small / "results/logs/small/simulate").rglob("*.log")
-    for text in (output, log.read_text()):
+    logs = sorted((small / "results/logs/small/simulate").rglob("*.log"))
+    for text in (output, logs[0].read_text()):
         assert "ValueError: as a test" in text
         assert "Traceback" in text
+    end = output.partition("Some jobs failed; the reason of each is in its log:\n")[2].splitlines()
+    assert sorted(end[:2]) == [f"  {log.relative_to(small)}" for log in logs]
+    assert end[2] == "What is made stays: the same command goes on from there."
 
 
 def test_all_mistakes_of_all_files_at_once(small):

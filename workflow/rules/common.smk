@@ -169,6 +169,19 @@ def simulation_modules(study):
     ]
 
 
+def report_failed(own_logs):
+    """List the logs of failed jobs, as Snakemake's own name them, and say what to do next."""
+    text = "".join(Path(path).read_text(encoding="utf-8") for path in own_logs)
+    logs = dict.fromkeys(re.findall(r"log: (.+) \(check log file", text))
+    print(
+        "Some jobs failed; the reason of each is in its log:",
+        *(f"  {path}" for path in logs or [f"{LOGS}/"]),
+        "What is made stays: the same command goes on from there.",
+        sep="\n",
+        file=sys.stderr,
+    )
+
+
 def report_cost():
     """Print what the run cost, and keep it beside the page: it is in no other output."""
     text = cost_by_stage()
