@@ -205,7 +205,12 @@ def test_results_tell_what_they_were_made_of(made):
     second.write_bytes(kept)
     os.utime(second, ns=(0, 0))
     # A figure of another study's, newer than its cube.
-    (made / "results/small/figures/section.svg").write_text("<svg/>")
+    svg, png = (made / f"results/small/figures/section.{end}" for end in ("svg", "png"))
+    kept = svg.read_bytes()
+    svg.write_text("<svg/>")
+    assert planned() == {"figure": 1, "all": 1}
+    svg.write_bytes(kept)
+    png.write_bytes(png.read_bytes()[:-50])
     assert planned() == {"figure": 1, "all": 1}
 
 

@@ -21,7 +21,7 @@ def figure_settings(figure):
 rule figure:
     input:
         unpack(lambda wildcards: shown(*FIGURES[wildcards.figure][:2])),
-        newer=changed(figure_settings, f"{RESULTS}/{{figure}}.svg"),
+        newer=changed(figure_settings, f"{RESULTS}/{{figure}}.svg", f"{RESULTS}/{{figure}}.png"),
     output:
         svg=report(
             f"{RESULTS}/{{figure}}.svg",
