@@ -96,7 +96,7 @@ class Browser:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
-    def wait(self, expression: str, seconds: float = 60.0) -> None:
+    def wait(self, expression: str, seconds: float = 600.0) -> None:
         """Wait until an expression is true on the page."""
         end = time.monotonic() + seconds
         while not self.value(expression):
