@@ -1,10 +1,12 @@
 """Attack a small study while the workflow runs, and see whether the same command mends it.
 
     PYTHONPATH=tests python tests/workflow/attack.py [kills] [full] [read-only] [two] [memory]
+        [install]
 
 After each attack RECOVERY must end well and give the bytes of an undisturbed run. KILLS is the
 number of kills, 20 unless told. Not a part of the tests: it takes ten minutes, and a full disk and
-a read-only one are mounted, which takes root.
+a read-only one are mounted, which takes root. `install` kills README's first command while it
+installs; there the same command is all it takes.
 """
 
 import os
@@ -128,12 +130,32 @@ def memory(folder: Path) -> Iterator[tuple[str, str]]:
         yield f"{size} MB: {output.strip().splitlines()[-1][:80]}", recover(folder) or wrong
 
 
+def install(folder: Path) -> Iterator[tuple[str, str]]:
+    """kill -9 while the environment is made, packages are fetched, and installed."""
+    clone = folder / "clone"
+    subprocess.run(["git", "clone", "--quiet", project.ROOT, clone], check=True)
+    readme = (project.ROOT / "README.md").read_text()
+    command = next(line for line in readme.splitlines() if line.startswith("python3 -m venv"))
+    command = command.replace("snakemake --cores 2", "snakemake -n")
+    run = {"shell": True, "cwd": clone, "text": True, "stdout": subprocess.PIPE}
+    run |= {"stderr": subprocess.STDOUT, "start_new_session": True}
+    for seconds in (1.5, 12, 25):
+        process = subprocess.Popen(command, **run)
+        time.sleep(seconds)
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+    done = subprocess.run(command, **run)
+    yield "kills during installation", done.stdout if done.returncode else ""
+
+
 ATTACKS = {
     "kills": kills,
     "full": full,
     "read-only": read_only,
     "two": two,
     "memory": memory,
+    "install": install,
 }
 
 if __name__ == "__main__":
