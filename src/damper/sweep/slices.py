@@ -141,7 +141,35 @@ def write_slice(part: Slice, path: Path) -> None:
 
 
 class DamagedSliceError(Exception):
-    """A file is not, or no longer, what `write_slice` wrote."""
+    """A file is not, or no longer, what a job wrote."""
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Read an .npz file.
+
+    Raises
+    ------
+    DamagedSliceError
+        With the path, where the file was cut or changed.
+    """
+    stream = BytesIO(path.read_bytes())
+    try:
+        with np.load(stream) as file:
+            if bad := file.zip.testzip():
+                raise ValueError(f"the bytes of {bad} have changed")
+            return {name: file[name] for name in file.files}
+    except (BadZipFile, EOFError, KeyError, NotImplementedError, ValueError) as error:
+        raise DamagedSliceError(f"{path} is damaged: {error}") from None
+
+
+def read_part(path: Path) -> dict[str, np.ndarray]:
+    """Read an .npz file for a job; one that is damaged is removed, and SystemExit names it."""
+    try:
+        return read_arrays(path)
+    except DamagedSliceError as error:
+        path.unlink()
+        message = f"{error}\nIt is removed: the same command again makes it anew."
+        raise SystemExit(message) from None
 
 
 def read_slice(path: Path) -> Slice:
@@ -152,16 +180,12 @@ def read_slice(path: Path) -> Slice:
     DamagedSliceError
         With the path, where a file was cut or changed.
     """
-    stream = BytesIO(path.read_bytes())
+    arrays = read_arrays(path)
     try:
-        with np.load(stream) as file:
-            if bad := file.zip.testzip():
-                raise ValueError(f"the bytes of {bad} have changed")
-            arrays = {name: file[name] for name in file.files}
         description = json.loads(str(arrays.pop(_DESCRIPTION)))
         if list(arrays) != description["arrays"]:
             raise ValueError("arrays are missing")
-    except (BadZipFile, EOFError, KeyError, NotImplementedError, ValueError) as error:
+    except (KeyError, ValueError) as error:
         raise DamagedSliceError(f"{path} is damaged: {error}") from None
     variables = tuple(
         Variable(**{**entry, "dims": tuple(entry["dims"])}) for entry in description["variables"]

@@ -101,6 +101,18 @@ def test_parts_have_the_same_bytes(tmp_path):
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
+def test_a_damaged_part_is_named_and_removed(tmp_path):
+    """Its fingerprint is whole, so nothing but the reader sees it."""
+    path = tmp_path / "part.npz"
+    write_part(path, RUNS[:4], checked(4))
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(SystemExit, match=r"part.npz is damaged: .*\nIt is removed: the same"):
+        gather_checks({"box": [path]}, {"title": "Made-up runs"})
+    assert not path.exists()
+
+
 def test_models_are_those_of_the_parameters(cube):
     found = with_models(cube.to_dataframe().reset_index()).model
     assert found.tolist() == [read_point(run).parameters.model for run in RUNS]

@@ -14,6 +14,7 @@ import numpy as np
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.units import attributes_of
 from damper.parameters.variables import Variable
+from damper.sweep.slices import read_part
 from damper.verification.stress.laws import LAW_VARIABLES, RUN_OUTCOMES, RUN_VARIABLES
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
@@ -119,11 +120,7 @@ def point_of(cube: xr.Dataset, run: int) -> dict[str, float]:
 
 
 def _read(paths: Sequence[Path]) -> list[dict[str, np.ndarray]]:
-    parts = []
-    for path in paths:
-        with np.load(path) as file:
-            parts.append(dict(file))
-    return parts
+    return [read_part(path) for path in paths]
 
 
 def _count(part: Mapping[str, np.ndarray]) -> int:
