@@ -139,12 +139,6 @@ def test_unknown_kind_is_refused_with_the_known_ones() -> None:
         draw("pie", None)
 
 
-def test_wrong_settings_are_refused_by_name() -> None:
-    message = "(?s)map  variable.*'variable' is missing.*unknown key 'varible'.*mean 'variable'"
-    with pytest.raises(ValueError, match=message):
-        draw("map", None, x="clearance", y="restitution", varible="chatter")
-
-
 def test_drawing_needs_no_display_and_no_engine() -> None:
     code = (
         "import sys; "

@@ -121,18 +121,15 @@ def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (
-            {"rowz": "clearance"},
-            r"unknown setting 'rowz' \(did you mean 'rows'\?\): must be",
-        ),
-        ({"variables": ["displacment"]}, "unknown variable 'displacment'.*mean 'displacement'"),
-        ({"variables": "displacement"}, "variables = 'displacement': must be a list of names"),
+        ({"rowz": "clearance"}, "unknown key 'rowz'.*did you mean 'rows'"),
+        ({"variables": ["displacment"]}, "value: 'displacment'.*did you mean 'displacement'"),
+        ({"variables": "displacement"}, "variables\n.*not a list.*allowed: list of"),
     ],
 )
 def test_settings_of_a_figure_that_are_none_are_refused(
     cube: xr.Dataset, settings: dict, message: str
 ) -> None:
-    with pytest.raises((TypeError, ValueError), match=message):
+    with pytest.raises(ValueError, match=f"(?s){message}"):
         cube.damper.bifurcation("restitution", **settings)
 
 

@@ -40,16 +40,12 @@ def test_good_ones(tmp_path: Path) -> None:
         "a": MAP | {"variable": "complete_fraction"},
         "b": MAP | {"variable": "chatter", "x": "restitution", "y": "clearance"},
         "c": LINE | {"theory": "two_impacts"},
-        "d": LINE,
     }
     tables = {"a": {"kind": "small_mass_limit"}, "b": {"kind": "two_impacts", "along": "clearance"}}
     study = load(tmp_path, figures=figures, tables=tables)
-    section = {"stroboscopic_section": {"at": 0.5, "free_mass": False}}
     drawn = {path: settings for path, (_, settings) in study.files("figures").items()}
-    assert drawn["figures/c"]["section"] == section
-    assert "section" not in drawn["figures/d"]
-    assert "section" not in drawn["figures/a"]
     assert drawn["figures/a"]["theory"] == "small_mass_limit"
+    assert drawn["figures/c"]["theory"] == "two_impacts"
     assert study.tables["a"].resolution == 1e-4
 
 
