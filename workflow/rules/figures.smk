@@ -37,6 +37,8 @@ rule figure:
     wildcard_constraints:
         figure=one_of(FIGURES),
     priority: of_papers(1)
+    resources:
+        mem_mb=lambda wildcards: memory_with_cube(FIGURES[wildcards.figure][0]),
     params:
         job=job(figure_settings),
     message:

@@ -33,6 +33,12 @@ def gather_settings(study):
 SETTINGS["parameters", "cube.nc"] = gather_settings
 
 
+def memory_with_cube(study):
+    """Return the megabytes of a job that opens a cube; those of checks of the engine are small."""
+    gathering = taken_by(study.name).gather_resources["mem_mb"] if study.name in STUDIES else 0
+    return max(1000, 500 + gathering)
+
+
 rule gather:
     input:
         slices=slices_of,

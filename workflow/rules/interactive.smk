@@ -46,6 +46,8 @@ rule interactive:
         f"{TIMES}/{{figure}}.tsv"
     wildcard_constraints:
         figure=one_of(INTERACTIVE),
+    resources:
+        mem_mb=lambda wildcards: memory_with_cube(INTERACTIVE[wildcards.figure][0]),
     params:
         job=job(interactive_settings),
     message:

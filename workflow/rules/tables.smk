@@ -78,6 +78,8 @@ rule table:
     wildcard_constraints:
         table=one_of(TABLES),
     priority: of_papers(1)
+    resources:
+        mem_mb=lambda wildcards: memory_with_cube(TABLES[wildcards.table][0]),
     params:
         job=job(table_settings),
     message:
