@@ -99,7 +99,7 @@ class Branch:
     """Periodic motions along a parameter, in the order of the branch; made by `continue_orbit`."""
 
     parameter: str
-    orbits: tuple[PeriodicOrbit, ...]
+    orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[str, str]
     """Why the branch ends where its first and its last orbit are."""

@@ -57,8 +57,8 @@ def periodic_orbit(
     >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3,
     ...                       clearance=0.05, restitution=0.3)
     >>> orbit = damper.periodic_orbit(p)
-    >>> orbit.stable, orbit.events.size
-    (True, 20)
+    >>> orbit.word, orbit.stable, orbit.events.size
+    ('RS LS', True, 20)
     """
     period, settle = whole("period", period, 1), whole("settle", settle, 0)
     check(parameters, period)
@@ -71,7 +71,7 @@ def periodic_orbit(
     return best
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PeriodicOrbit:
     """One motion that repeats after a number of forcing periods.
 
@@ -95,6 +95,11 @@ class PeriodicOrbit:
     state: State
     derivative: np.ndarray
     change: float
+
+    def __repr__(self) -> str:
+        word = f'"{self.word}"' if self.word else "no impacts"
+        largest = f"largest multiplier {np.abs(self.multipliers[0]):.4g}"
+        return f"<PeriodicOrbit {word} of period {self.period}, {largest}: {self.parameters}>"
 
     @property
     def start(self) -> np.ndarray:

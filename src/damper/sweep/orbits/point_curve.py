@@ -6,7 +6,7 @@ whatever its kind is.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -100,7 +100,7 @@ class PointCurve:
 
     kind: str
     parameters: tuple[str, ...]
-    orbits: tuple[PeriodicOrbit, ...]
+    orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     ends: tuple[str, str]
     """Why the curve ends where its first and its last orbit are."""
 
