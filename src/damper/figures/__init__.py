@@ -6,11 +6,7 @@ The file's name is that of the kind. matplotlib is loaded where a figure is draw
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
-
 from damper.study.kinds import FIGURES
-from damper.study.messages import faults_of
-from damper.study.yaml_file import Problem
 
 #: What `theory` of a kind may be -> module; each has an `overlay`.
 THEORY = {
@@ -41,14 +37,9 @@ def draw(kind: str, *results: Any, **settings: Any) -> Any:
         For an unknown kind, with the known ones; for settings that the kind has not or that are
         wrong, with what is allowed.
     """
-    module, of = FIGURES.module(kind), FIGURES[kind]
+    module = FIGURES.module(kind)
     given = {name: value for name, value in settings.items() if value is not None}
-    try:
-        checked = of.model_validate({"kind": kind, **given})
-    except ValidationError as error:
-        found = [Problem(kind, loc, **report).block() for loc, report in faults_of(error)]
-        raise ValueError("\n".join(found)) from None
-    return module.draw(*results, settings=checked)
+    return module.draw(*results, settings=FIGURES[kind].checked(kind, {"kind": kind, **given}))
 
 
 def modules(kind: str, settings: Mapping[str, Any]) -> list[str]:

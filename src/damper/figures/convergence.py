@@ -108,12 +108,8 @@ def draw(cube: xr.Dataset, *, settings: Convergence) -> Figure:
     handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
     axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     figure.align_ylabels()
-    head(
-        figure,
-        place,
-        settings.caption,
-        remarks=[r"$|\Delta|$: distance to the value with rigid walls"],
-    )
+    remark = r"$|\Delta|$: distance to the value with rigid walls"
+    head(figure, place, settings.caption, remarks=[remark])
     legend(figure, handles)
     return figure
 

@@ -224,8 +224,8 @@ class FigureSettings(Product):
                 cls._without_place(name, values, settings, faults)
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        settings = self.model_dump(exclude={"each", "see", "interactive"}, exclude_none=True)
-        settings = {"at": {}} | settings
+        left_out = {"each", "see", "interactive"}
+        settings = {"at": {}} | self.model_dump(exclude=left_out, exclude_none=True)
         each = getattr(self, "each", None)
         if each is None:
             return {stem: settings}
