@@ -144,13 +144,21 @@ def test_compliant_walls_tend_to_rigid_ones(two_impacts: Branch) -> None:
     assert abs(differences[1]) < 1e-3
 
 
-def test_switch_to_the_asymmetric_branch() -> None:
-    symmetric = continue_orbit(periodic_orbit(TWO_IMPACTS), "clearance", 4.5, 6.0)
-    (breaking,) = points(symmetric, "symmetry breaking")
-    orbit = plain(symmetric.switch)(breaking)
+def test_switch_to_the_asymmetric_branch(two_impacts: Branch) -> None:
+    (breaking,) = points(two_impacts, "symmetry breaking")
+    orbit = plain(two_impacts.switch)(breaking)
     branch = continue_orbit(orbit, "clearance", 4.6, 4.7)
     assert any("meets symmetric motions near clearance = 4.6161" in end for end in branch.ends)
     assert branch.orbits[0].stable
+
+
+def test_a_symmetric_motion_wherever_its_moments_are(two_impacts: Branch) -> None:
+    """Half a period after a moment is the next one, but for roundoff."""
+    (fold,) = points(two_impacts, "fold")
+    for first in np.linspace(0.0, 0.5, 40, endpoint=False):
+        moved = fold.found.moved(np.array([first, first + 0.5]), 1e-6 * fold.found.tangent)
+        assert moved is not None
+        assert np.linalg.norm(moved.defect) < 1e-9
 
 
 def test_border_of_complete_chatter() -> None:

@@ -202,10 +202,12 @@ class Round:
 
     def state(self, moment: float) -> np.ndarray:
         """State at a moment of the period, in forcing periods."""
-        moments, period = self.equation.moments, self.equation.period
-        later = (moment - moments[0]) % period
-        index = int(np.searchsorted(moments - moments[0], later, "right")) - 1
-        tau = (later - moments[index] + moments[0]) * self.passes[index].parameters.period
+        moments = self.equation.moments
+        later = (moment - moments[0]) % self.equation.period
+        begun = moments - moments[0]
+        index = int(np.searchsorted(begun, later, "right")) - 1
+        # Never below zero: it is the difference that was searched for.
+        tau = (later - begun[index]) * self.passes[index].parameters.period
         return self.passes[index].state_after(tau)
 
 
