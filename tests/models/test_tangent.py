@@ -1,11 +1,15 @@
 """Deviations along the log against differences of the engine's own runs."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, NOTHING, SIDE, TAIL, segment_at
 from damper.models import start_run
+from damper.models.sensitivity import beside, follow_change
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
 
@@ -21,7 +25,7 @@ CASES += [
 
 
 def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, float]:
-    """Parameters, a state in flight, and how long it runs."""
+    """Parameters, a state in flight, and for how many forcing periods it runs."""
     given = {
         "mass_ratio": 10 ** rng.uniform(-2, 0),
         "damping_ratio": 10 ** rng.uniform(-3, -0.5),
@@ -44,13 +48,14 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
         given["contact_tension"] = int(kind == "pulling")
     x, v = rng.normal(size=2)
     y = x + given["clearance"] * rng.uniform(-0.99, 0.99)
-    return Parameters(**given), np.array([x, v, y, v + rng.normal()]), rng.uniform(1.0, 15.0)
+    p = Parameters(**given)
+    return p, np.array([x, v, y, v + rng.normal()]), rng.uniform(1.0, 15.0) / p.period
 
 
-def run(p: Parameters, start: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
+def run(p: Parameters, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray]:
     """Final state and log."""
     trajectory = start_run(p, State(*start), accuracy=1e-15)
-    end = trajectory.whole_periods(until)
+    end = trajectory.whole_periods(periods * p.period)
     log = np.concatenate([piece.copy() for piece in trajectory.segments(*end)])
     state = trajectory.state_at(*end)
     return np.array([state.x, state.v, state.y, state.u]), log
@@ -60,21 +65,30 @@ def word(log: np.ndarray) -> list[tuple[float, float]]:
     return [(row[CAUSE], row[SIDE]) for row in log if row[CAUSE] != NOTHING]
 
 
-def differences(p: Parameters, start: np.ndarray, until: float, events: list) -> np.ndarray | None:
-    """Derivative by central differences of two steps; None where the events differ."""
-    columns = []
-    for direction in np.eye(4):
-        slopes = []
-        for step in (1e-6, 5e-7):
-            ends = []
-            for sign in (1.0, -1.0):
-                state, log = run(p, start + sign * step * direction, until)
-                if word(log) != events:
-                    return None
-                ends.append(state)
-            slopes.append((ends[0] - ends[1]) / (2.0 * step))
-        columns.append((4.0 * slopes[1] - slopes[0]) / 3.0)
-    return np.stack(columns, axis=1)
+def difference(
+    end: Callable[[float], tuple[np.ndarray, np.ndarray]], largest: float
+) -> tuple[np.ndarray, float] | None:
+    """Derivative by central differences of two steps, and what these differ by.
+
+    None where the events differ.
+    """
+    slopes = []
+    events = word(end(0.0)[1])
+    for step in (largest, 0.5 * largest):
+        (above, log), (below, other) = end(step), end(-step)
+        if not word(log) == word(other) == events:
+            return None
+        slopes.append((above - below) / (2.0 * step))
+    return (4.0 * slopes[1] - slopes[0]) / 3.0, float(abs(slopes[1] - slopes[0]).max())
+
+
+def differences(p: Parameters, start: np.ndarray, periods: float) -> np.ndarray | None:
+    """Derivative by the start; None where the events differ."""
+    columns = [
+        difference(lambda step, way=way: run(p, start + step * way, periods), 1e-6)  # type: ignore[misc]
+        for way in np.eye(4)
+    ]
+    return None if None in columns else np.stack([found[0] for found in columns if found], axis=1)
 
 
 @pytest.mark.parametrize(("kind", "block"), CASES)
@@ -83,14 +97,14 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
     rng = np.random.default_rng([block, KINDS.index(kind)])
     compared = joined = 0
     while compared < SCENES:
-        p, start, until = draw(kind, rng)
-        _, log = run(p, start, until)
+        p, start, periods = draw(kind, rng)
+        _, log = run(p, start, periods)
         trajectory = start_run(p, State(*start), accuracy=1e-15)
-        exact = derivative(trajectory, *trajectory.whole_periods(until))
+        exact = derivative(trajectory, *trajectory.whole_periods(periods * p.period))
         # Beside a grazing impact differences are no derivative.
         if abs(exact).max() > 100.0:
             continue
-        found = differences(p, start, until, word(log))
+        found = differences(p, start, periods)
         if found is None:
             continue
         compared += 1
@@ -104,3 +118,46 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         assert joined == 0
     elif block == 0:
         assert joined > 0
+
+
+def change_by(name: str, p: Parameters, start: np.ndarray, periods: float) -> np.ndarray:
+    """Derivative of the end by a parameter, along the log."""
+    near = beside(p, {name: 1.0})
+    trajectory = start_run(p, State(*start), accuracy=1e-15)
+    change = np.zeros((4, 1))
+    for index, log in enumerate(trajectory.segments(*trajectory.whole_periods(periods * p.period))):
+        follow_change(trajectory.model, near, log, change, index > 0)
+    return change[:, 0]
+
+
+#: The parameters of all models, and what each of the others has besides.
+OF_ALL = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
+BESIDES = {
+    "yielding": ("yield_speed",),
+    "grounded": ("support_stiffness_ratio", "support_damping_ratio"),
+    "time_varying": ("modulation_depth", "modulation_phase"),
+    "compliant": ("contact_stiffness_ratio",),
+    "pulling": ("contact_stiffness_ratio",),
+}
+
+
+@pytest.mark.parametrize(("kind", "block"), CASES)
+@plain
+def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) -> None:
+    rng = np.random.default_rng([block, KINDS.index(kind)])
+    for name in (*OF_ALL, *BESIDES.get(kind, ())):
+        compared = 0
+        while compared < (2 if block == 0 else SCENES):
+            p, start, periods = draw(kind, rng)
+            value = getattr(p, name)
+
+            def end(step: float) -> tuple[np.ndarray, np.ndarray]:
+                return run(replace(p, **{name: value + step}), start, periods)  # noqa: B023
+
+            found = difference(end, 1e-5 * value)
+            # Beside a grazing impact, or by roundoff, they are no derivative.
+            if found is None or found[1] > 3e-8 * (size := abs(found[0]).max()):
+                continue
+            compared += 1
+            exact = change_by(name, p, start, periods)
+            np.testing.assert_allclose(exact, found[0], rtol=0, atol=1e-7 * size + 5e-9)

@@ -1,5 +1,6 @@
 """Periodic motions against closed forms, and against the runs that they are."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,52 @@ def test_two_impacts_a_period(stable: bool) -> None:
     error = abs(found.multipliers - multipliers[order]).max()
     assert error < 1e-9 * abs(multipliers).max()
     assert found.events["side"].tolist() in ([1, -1], [-1, 1])
+
+
+def five_points(at: Callable[[float], np.ndarray], step: float) -> np.ndarray:
+    """Derivative at zero, to the fourth order."""
+    return (at(-2 * step) - 8.0 * at(-step) + 8.0 * at(step) - at(2 * step)) / (12.0 * step)
+
+
+@pytest.mark.parametrize("stable", [True, False])
+@pytest.mark.parametrize(
+    "name", ["mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution"]
+)
+def test_sensitivity_of_two_impacts(name: str, stable: bool) -> None:
+    """Differences of the closed form."""
+
+    def closed_form(way: float) -> np.ndarray:
+        p = replace(TWO_IMPACTS, **{name: value + way})
+        return np.array(next(each for each in orbits(p) if each.stable == stable).stroboscopic())
+
+    value = getattr(TWO_IMPACTS, name)
+    start = next(each for each in orbits(TWO_IMPACTS) if each.stable == stable).start
+    found = periodic_orbit(TWO_IMPACTS, guess=start).sensitivity(name)[:2]
+    np.testing.assert_allclose(found, five_points(closed_form, 1e-4 * value), rtol=1e-8)
+
+
+@pytest.mark.parametrize("phase", [0.0, 2.2])
+def test_sensitivity_through_chatter(phase: float) -> None:
+    """The phase decides whether the motion starts in flight or in contact, where y is x + d."""
+    p = Parameters(frequency_ratio=1.3, phase=phase, **CHATTER)
+    orbit = periodic_orbit(p, settle=100)
+    assert (orbit.state.v == orbit.state.u) == (phase > 0.0)
+
+    def beside(way: float) -> np.ndarray:
+        wider, state = replace(p, clearance=p.clearance + way), orbit.state
+        y = state.x + (state.y - state.x) * wider.clearance / p.clearance
+        return periodic_orbit(wider, guess=replace(state, y=y)).start
+
+    np.testing.assert_allclose(orbit.sensitivity("clearance"), five_points(beside, 1e-4), atol=1e-8)
+
+
+def test_a_sensitivity_without_bound_is_refused() -> None:
+    """A free mass that nothing touches may be anywhere."""
+    orbit = periodic_orbit(replace(TWO_IMPACTS, clearance=50.0))
+    with pytest.raises(ValueError, match="no derivative by restitution: a multiplier is 1 at <Per"):
+        orbit.sensitivity("restitution")
+    with pytest.raises(TypeError, match=r"unknown parameter 'restitutoin'.*mean 'restitution'"):
+        orbit.sensitivity("restitutoin")
 
 
 @pytest.mark.parametrize(

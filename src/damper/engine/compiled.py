@@ -310,7 +310,7 @@ def _kind(argument: Any) -> Any:
     if law is not None:
         # A model: only these two of its parts are not always of one class.
         return type(argument), type(law), type(argument.free.forcing)  # type: ignore[attr-defined]
-    within = [tuple(map(type, part)) for part in argument if isinstance(part, tuple)]
+    within = [_kind(part) for part in argument if isinstance(part, tuple)]
     return type(argument), *map(type, argument), *within
 
 

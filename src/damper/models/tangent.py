@@ -21,7 +21,7 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_model
 from damper.engine.forcing import force_rates, phase_at
-from damper.engine.impact import rebound_slope, restitution_at
+from damper.engine.impact import impact, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Oscillator, free_flow
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
@@ -70,6 +70,18 @@ def damping_in(model: Any, s: Segment) -> float:
 def shrunk_by(model: Any, s: Segment) -> float:
     """What the impact that begins a segment leaves of volumes of (x, v, y, u)."""
     return rebound_slope(model.law, s.speed) * s.rate / s.speed
+
+
+@by_model
+def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]:
+    """Velocities of both masses after the impact that begins a segment, at this local time."""
+    mu = mass_ratio_at(model, s.periods, time)
+    r = restitution_at(model.law, s.speed)
+    v, rate = impact(mu, r, s.side, s.v_before, s.speed)
+    u = v - s.side * rate
+    if s.mode == TAIL:
+        v = u = (v + mu * u) / (1.0 + mu)
+    return v, u
 
 
 @by_model

@@ -124,7 +124,7 @@ def _check_orbits(study: Study, faults: Faults) -> None:
     """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
-    from damper.sweep.orbits.branch import FOLLOWED
+    from damper.sweep.orbits.periodic import FOLLOWED
 
     axes = study.axis_values
     if is_si({**study.fixed, **axes}) or any(name in INITIAL_NAMES for name in axes):
@@ -147,7 +147,7 @@ def _check_orbits(study: Study, faults: Faults) -> None:
 
 def _check_curves(study: Study, entry: FollowedOrbit, faults: Faults) -> None:
     """Refuse places that no axis has, and curves that do not begin in their range."""
-    from damper.sweep.orbits.branch import FOLLOWED
+    from damper.sweep.orbits.periodic import FOLLOWED
 
     axes = study.axis_values
     others = [name for name in axes if name != entry.along]

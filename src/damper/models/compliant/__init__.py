@@ -470,6 +470,7 @@ def _lags(model, s, start, slope, span):
 
 declared_tangent.joins.of(Compliant)(tangent.joins)
 declared_tangent.shrunk_by.of(Compliant)(tangent.shrunk_by)
+declared_tangent.velocities_after.of(Compliant)(tangent.velocities_after)
 declared_tangent.damping_in.of(Compliant)(tangent.damping_in)
 declared_tangent.over_event.of(Compliant)(tangent.over_event)
 declared_tangent.stay_on.of(Compliant)(tangent.stay_on)

@@ -28,6 +28,12 @@ def shrunk_by(model: Any, s: Segment) -> float:
 
 
 @compiled
+def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]:
+    """Velocities of both masses after a touch: those before it."""
+    return s.v_before, s.v_before + s.side * s.speed
+
+
+@compiled
 def damping_in(model: Any, s: Segment) -> float:
     """Rate at which volumes of (x, v, y, u) shrink in a segment."""
     return model.touch.drag + (0.0 if s.mode == FLIGHT else model.touch.relative_damping)

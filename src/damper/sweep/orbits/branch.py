@@ -6,17 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.parameters import Parameters
-from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import real, whole
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
-from damper.sweep.orbits.periodic import PeriodicOrbit, check
+from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_parameter
 from damper.sweep.orbits.walk import Walk
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Parameters along which a motion can be followed.
-FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole)
 
 
 def continue_orbit(
@@ -218,8 +214,7 @@ def need_range(p: Parameters, name: str, start: float, stop: float) -> tuple[flo
     ValueError
         For a range without its own value, or out of the range of what the parameter may be.
     """
-    if name not in FOLLOWED:
-        raise unknown_name("parameter", name, FOLLOWED)
+    need_parameter(name)
     quantity = next(q for q in Parameters.quantities if q.name == name)
     low, high = sorted((quantity.check(start), quantity.check(stop)))
     own = getattr(p, name)

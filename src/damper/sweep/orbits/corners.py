@@ -25,13 +25,13 @@ def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
     """A point beyond a corner at which the slowest impact is lost."""
     equation = a.equation
     # The gap changes most in this direction: the derivative grows by the inverse of the speed.
-    across = np.linalg.svd(a.found.jacobian(a.slope))[2][0]
+    across = np.linalg.svd(a.found.jacobian)[2][0]
     for ahead in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2):
         at = corner + ahead * across
         found = equation.over(at)
         if found is None or found.touches >= a.found.touches:
             continue
-        tangent = np.linalg.svd(found.jacobian(equation.slope(at, found)))[2][-1]
+        tangent = np.linalg.svd(found.jacobian)[2][-1]
         for step in (abs(ahead), -abs(ahead)):
             b = equation.correct(corner + step * tangent, tangent)
             if b and b.found.touches < a.found.touches:
@@ -47,14 +47,14 @@ def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     With the speed w of the touch the motion gains w E, and the gap's change along C is w^2 / c. So
     beyond the grazing the branch goes on as w t, with J t + E = 0 and C t = 0.
     """
-    before, equation = graze.found.jacobian(a.slope), a.equation
+    before, equation = graze.found.jacobian, a.equation
     for ahead in (1e-4, 1e-3, 1e-5, 1e-2):
         at = graze.at + ahead * a.tangent
         found = equation.over(at)
         if found is None or found.touches <= a.found.touches:
             continue
         speed = found.slowest
-        more = found.jacobian(equation.slope(at, found)) - before
+        more = found.jacobian - before
         across = more.T @ more @ a.tangent
         across /= np.linalg.norm(across)
         c = speed**2 / (ahead * across @ a.tangent)

@@ -3,8 +3,7 @@
 The unknowns are the states at some moments of the period, each in a flight, and the parameter.
 Pseudo-arclength continuation follows the curve on which runs from moment to moment join (Keller,
 Applications of Bifurcation Theory, 1977, 359-384): a step along the tangent, then Newton's method
-at right angles to it. The derivative by the state is exact; that by the parameter is a central
-difference of the engine's map, which Newton's method only converges with: docs/orbits.md.
+at right angles to it. Derivatives by states and parameter come with the runs: docs/orbits.md.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ import numpy as np
 
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING, SIDE, SPEED
 from damper.models import model_of
+from damper.models.sensitivity import beside
 from damper.parameters import Parameters
 from damper.sweep.orbits.passes import Pass, moving, pass_over
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
@@ -24,8 +24,6 @@ from damper.sweep.orbits.word import bursts_of
 _STEPS, _HALVINGS = 8, 3
 #: What cannot be less for roundoff, over the size of the state.
 _ROUNDOFF = 1e-15
-#: Central differences by the parameter take this part of its range either way.
-_DIFFERENCE = 1e-8
 #: Most moments of a period at which states are unknowns, and the smallest part of its flight that
 #: lies before and after one.
 _MOMENTS, MARGIN = 8, 0.1
@@ -80,24 +78,8 @@ class OrbitEquation:
             return None
         return Round(self, passes)
 
-    def slope(self, at: np.ndarray, found: "Round") -> np.ndarray:
-        """Derivative of what is lacking by the parameter, a central difference."""
-        ends = []
-        for way in (-_DIFFERENCE, _DIFFERENCE):
-            beside = at.copy()
-            beside[-1] += way
-            passed = self.over(beside)
-            ends.append((beside[-1], passed) if passed else (at[-1], found))
-        (below, first), (above, last) = ends
-        return (last.lacking - first.lacking) / ((above - below) or 1.0)
-
-    def correct(
-        self, guess: np.ndarray, normal: np.ndarray, slope: np.ndarray | None = None
-    ) -> "OrbitPoint | None":
-        """Newton's method at right angles to a direction; None where it does not converge.
-
-        A slope from nearby saves time. Just after a grazing all derivatives must be of one place.
-        """
+    def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":
+        """Newton's method at right angles to a direction; None where it does not converge."""
         at, found = guess, self.over(guess)
         if found is None:
             return None
@@ -105,8 +87,7 @@ class OrbitEquation:
             left = abs(found.lacking).max()
             if left <= _ROUNDOFF:
                 break
-            here = self.slope(at, found) if slope is None else slope
-            rows = np.vstack([found.jacobian(here), normal])
+            rows = np.vstack([found.jacobian, normal])
             try:
                 change = np.linalg.solve(rows, [*-found.lacking, normal @ (guess - at)])
             except np.linalg.LinAlgError:
@@ -139,7 +120,8 @@ class Round:
             (ends - np.roll(starts, -1, 0))[:, self.equation.moving] / self.equation.size
         ).ravel()
 
-    def jacobian(self, slope: np.ndarray) -> np.ndarray:
+    @cached_property
+    def jacobian(self) -> np.ndarray:
         """Derivative of what is lacking by all unknowns."""
         moves = self.equation.moving
         size, count = len(moves), len(self.passes)
@@ -149,8 +131,17 @@ class Round:
             later = size * ((k + 1) % count)
             rows[here, here] += each.derivative[np.ix_(moves, moves)]
             rows[here, later : later + size] -= np.eye(size)
-        rows[:, -1] = slope
+        rows[:, -1] = self.slope
         return rows
+
+    @property
+    def slope(self) -> np.ndarray:
+        """Derivative of what is lacking by the place on the line."""
+        equation = self.equation
+        rates = dict(zip(equation.names, equation.span.tolist(), strict=True))
+        near = beside(self.passes[0].parameters, {name: r for name, r in rates.items() if r})
+        changes = np.array([each.change_by(near, np.zeros(4)) for each in self.passes])
+        return (changes[:, equation.moving] / equation.size).ravel()
 
     @cached_property
     def map(self) -> np.ndarray:
@@ -238,12 +229,8 @@ class OrbitPoint:
         return replace(self, toward=way * self.tangent)
 
     @cached_property
-    def slope(self) -> np.ndarray:
-        return self.equation.slope(self.at, self.found)
-
-    @cached_property
     def tangent(self) -> np.ndarray:
-        tangent = np.linalg.svd(self.found.jacobian(self.slope))[2][-1]
+        tangent = np.linalg.svd(self.found.jacobian)[2][-1]
         along = tangent[-1] if self.toward is None else tangent @ self.toward
         return tangent if along >= 0.0 else -tangent
 
@@ -253,12 +240,11 @@ class OrbitPoint:
         map_ = self.found.map
         values = np.linalg.eigvals(map_)
         pairs = [a * b - 1.0 for i, a in enumerate(values) for b in values[:i]]
-        jacobian = self.found.jacobian(self.slope)
         return {
             "fold": float(self.tangent[-1]),
             "period doubling": float(np.linalg.det(map_ + np.eye(len(map_)))),
             "torus": float(np.prod(pairs).real),
-            "branch point": float(np.linalg.det(np.vstack([jacobian, self.tangent]))),
+            "branch point": float(np.linalg.det(np.vstack([self.found.jacobian, self.tangent]))),
         }
 
     @cached_property
@@ -285,7 +271,7 @@ class OrbitPoint:
             end = float(guess[-1] > 0.5)
             guess = self.at + (end - self.at[-1]) / self.tangent[-1] * self.tangent
             guess[-1], normal = end, np.eye(len(guess))[-1]
-        found = self.equation.correct(guess, normal, self.slope)
+        found = self.equation.correct(guess, normal)
         if found is None or np.linalg.norm(found.at - guess) > abs(step):
             return None
         return replace(found, toward=self.tangent)

@@ -11,6 +11,7 @@ from damper.engine.loop import FINISHED
 from damper.engine.segment import DURATION, FLIGHT, GAP, MODE, SIDE
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
+from damper.models.sensitivity import Beside, follow_change
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
 
@@ -36,6 +37,18 @@ class Pass:
     @property
     def change(self) -> float:
         return float(abs(self.end - self.start).max())
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Deviations of the start, a column each: in contact those of both masses together."""
+        basis = np.vstack([np.eye(2), np.eye(2)]) if self.start_side else np.eye(4)
+        return basis[:, : len(moving(self.parameters))]
+
+    def change_by(self, near: Beside, of_start: np.ndarray) -> np.ndarray:
+        """Derivative of the end by a parameter, from that of the start."""
+        change = of_start[:, None].copy()
+        follow_change(self.trajectory.model, near, self.rows, change, False)
+        return change[:, 0]
 
     def state_after(self, tau: float) -> np.ndarray:
         """State a time after the start."""

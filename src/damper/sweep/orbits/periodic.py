@@ -8,7 +8,9 @@ import numpy as np
 
 from damper.engine.loop import FINISHED
 from damper.models import start_run
+from damper.models.sensitivity import beside
 from damper.parameters import Parameters, State
+from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
 from damper.sweep.events import events
@@ -19,6 +21,10 @@ from damper.sweep.orbits.word import WallImpacts, bursts_of
 TOLERANCE = 1e-11
 #: Steps of Newton's method, and halvings of one of them.
 _STEPS, _HALVINGS = 60, 12
+#: Condition of the linear equations from which on a derivative by a parameter is roundoff.
+_SINGULAR = 1e12
+#: Parameters along which a motion can be followed.
+FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole)
 
 
 def periodic_orbit(
@@ -122,6 +128,49 @@ class PeriodicOrbit:
         """Whether small deviations die out: all multipliers inside the unit circle."""
         return bool(abs(self.multipliers[0]) < 1.0)
 
+    def sensitivity(self, parameter: str) -> np.ndarray:
+        """How the state at time 0 changes with a parameter, along this motion.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of a parameter of `damper.Parameters`, such as "clearance".
+
+        Returns
+        -------
+        ndarray (4,)
+            Derivative of (x, v, y, u), to some 1e-9 of its size. By the inverse of its approach
+            speed it grows where an impact grazes (`slowest_impact`), and it has no bound where a
+            multiplier tends to 1.
+
+        Raises
+        ------
+        TypeError
+            For an unknown parameter.
+        ValueError
+            Where a multiplier is 1, as of a free mass that nothing touches.
+
+        Examples
+        --------
+        >>> import damper
+        >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0,
+        ...                       clearance=5.0, restitution=0.5)
+        >>> damper.periodic_orbit(p).sensitivity("clearance").round(3).tolist()
+        [0.314, 0.206, 0.443, -0.269]
+        """
+        p = self.parameters
+        near = beside(p, {need_parameter(parameter): 1.0})
+        passed = pass_over(p, self.start, 0.0, float(self.period))
+        basis = passed.directions
+        rows = basis.shape[1]
+        # In contact the free mass moves with the wall.
+        with_wall = np.array([0.0, 0.0, passed.start_side * near.clearance, 0.0])
+        left = np.eye(rows) - (passed.derivative @ basis)[:rows]
+        if np.linalg.cond(left) > _SINGULAR:
+            raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
+        change = passed.change_by(near, with_wall) - with_wall
+        return basis @ np.linalg.solve(left, change[:rows]) + with_wall
+
     @cached_property
     def events(self) -> np.ndarray:
         """Its events, as `damper.events` gives them, over the period."""
@@ -186,11 +235,16 @@ def check(parameters: Parameters, period: int) -> None:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
 
 
+def need_parameter(name: str) -> str:
+    """Raise TypeError unless motions can be followed along a parameter of this name."""
+    if name not in FOLLOWED:
+        raise unknown_name("parameter", name, FOLLOWED)
+    return name
+
+
 def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
     """As much of a Newton step as makes the change smaller; None where nothing does."""
-    # In contact there are two directions, both masses together.
-    basis = np.vstack([np.eye(2), np.eye(2)]) if found.side else np.eye(4)
-    basis = basis[:, : len(moving(found.parameters))]
+    basis = found.directions
     rows = basis.shape[1]
     left = np.eye(rows) - (found.derivative @ basis)[:rows]
     lacking = (found.end - found.start)[:rows]

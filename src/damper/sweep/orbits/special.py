@@ -29,8 +29,7 @@ def grazing(a: OrbitPoint, size: float) -> OrbitPoint | None:
     point, gap, ahead = a, a.found.smallest_gap, a.tangent
     step = 0.25 * size
     for _ in range(60):
-        # Slope and tangent of the first: a difference would soon reach beyond the root.
-        b = a.equation.correct(point.at + step * ahead, a.tangent, a.slope)
+        b = a.equation.correct(point.at + step * ahead, a.tangent)
         if b is None or b.found.signature != a.found.signature:
             step *= 0.25
             continue
@@ -53,7 +52,7 @@ def last_complete(a: OrbitPoint, size: float, tolerance: float = 2e-11) -> Orbit
     while size > tolerance:
         size *= 0.5
         guess = last.at + size * a.tangent
-        b = a.equation.correct(guess, a.tangent, a.slope)
+        b = a.equation.correct(guess, a.tangent)
         near = b is not None and np.linalg.norm(b.at - guess) < size
         if b and near and b.found.completions == a.found.completions:
             last = b
