@@ -174,6 +174,37 @@ def test_border_of_complete_chatter() -> None:
         assert ("S" in orbit.word) == completes
 
 
+def test_touches_pile_up_before_complete_chatter() -> None:
+    """The n-th begins at a distance from the border that goes with r^n, as the speeds do."""
+    p = Parameters(0.03, 0.025, 1.4, 0.16, 0.4984)
+    branch = continue_orbit(periodic_orbit(p, settle=100), "restitution", 0.498, 0.4985, step=0.2)
+    assert (branch.orbits[0].word, branch.orbits[-1].word) == ("RS LS", "R11 L11")
+    assert all("is the end of the range" in end for end in branch.ends)
+    (border,) = points(branch, "complete chatter")
+    beyond = [point.value - border.value for point in points(branch, "grazing")]
+    ratios = np.array(beyond[:-1]) / beyond[1:]
+    assert len(ratios) >= 4
+    assert (abs(ratios - border.value) < 0.01).all()
+    assert (np.diff(ratios) > 0.0).all()
+
+
+def test_a_touch_of_a_compliant_wall_begins_and_ends() -> None:
+    """At the same place, whichever way the branch is followed, and it turns back there."""
+    p = Parameters(0.032, 0.2, 1.0807, 0.4, 0.54, contact_stiffness_ratio=1e4)
+    guess = State(-1.8601, -0.9267, -1.8019, -2.0698)
+
+    def follow(orbit: damper.PeriodicOrbit, most: int) -> Branch:
+        return continue_orbit(orbit, "frequency_ratio", 1.0802, 1.0815, step=0.5, max_orbits=most)
+
+    one = follow(periodic_orbit(p, guess=guess), 5)
+    other = follow(next(orbit for orbit in one.orbits if orbit.word == "R3 L3"), 12)
+    (first,), (again,) = points(one, "grazing"), points(other, "grazing")
+    assert first.value == pytest.approx(again.value, abs=1e-10)
+    for branch in (one, other):
+        assert {orbit.word for orbit in branch.orbits} == {"R2 L2", "R3 L3"}
+        assert min(branch.values) > first.value - 1e-6
+
+
 def curve(point: SpecialPoint, **ranges: tuple[float, float]) -> PointCurve:
     """A few points, both ways along the second parameter."""
     return continue_point(point, ranges, step=0.1, max_points=2)

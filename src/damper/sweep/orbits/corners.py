@@ -8,12 +8,20 @@ from damper.sweep.orbits.equation import OrbitPoint
 
 #: Step below which a corner of the branch is looked for, and how far ahead.
 CORNER, AHEAD = 1e-2, 0.05
+#: Largest turn of a branch in a step, as a cosine.
+STRAIGHT = 0.95
+
+
+def adjacent(corner: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether a point lies straight ahead of a corner, and not beyond a fold of the new branch."""
+    chord = b.at - corner.at
+    return bool(abs(b.tangent @ chord) > STRAIGHT * np.linalg.norm(chord))
 
 
 def vanishing(a: OrbitPoint) -> np.ndarray | None:
     """Unknowns ahead at which the slowest impact has no speed left; None where it is not near."""
     back = a.advance(-0.1 * CORNER)
-    if back is None or back.found.signature != a.found.signature:
+    if back is None or back.found.signature != a.found.signature or a.found.slowest == np.inf:
         return None
     slowing = (back.found.slowest - a.found.slowest) / (0.1 * CORNER)
     if slowing <= 0.0 or a.found.slowest > AHEAD * slowing:
@@ -41,6 +49,23 @@ def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
     return None
 
 
+def bent(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
+    """A point beyond a corner where the derivatives on both sides have bounds: compliant walls."""
+    equation = a.equation
+    for ahead in (1e-4, 1e-3, 1e-5):
+        found = equation.over(corner + ahead * a.tangent)
+        if found is None or found.touches == a.found.touches:
+            continue
+        tangent = np.linalg.svd(found.jacobian)[2][-1]
+        for step in (ahead, -ahead):
+            b = equation.correct(corner + step * tangent, tangent)
+            if b and b.found.touches == found.touches:
+                b = replace(b, toward=b.at - corner)
+                if np.linalg.norm(b.at - corner) < 3.0 * ahead:
+                    return b
+    return None
+
+
 def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     """A point beyond a grazing at which the touch has begun.
 
@@ -48,7 +73,7 @@ def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     beyond the grazing the branch goes on as w t, with J t + E = 0 and C t = 0.
     """
     before, equation = graze.found.jacobian, a.equation
-    for ahead in (1e-4, 1e-3, 1e-5, 1e-2):
+    for ahead in (1e-4, 1e-5, 1e-6, 1e-3, 1e-2):
         at = graze.at + ahead * a.tangent
         found = equation.over(at)
         if found is None or found.touches <= a.found.touches:
@@ -73,6 +98,6 @@ def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
                 square = beside.slowest**2 if begun else short
                 guess = guess + (speed**2 - square) / c * across
         b = equation.correct(guess, across)
-        if b and b.found.touches > a.found.touches:
+        if b and b.found.touches > a.found.touches and adjacent(graze, b):
             return replace(b, toward=b.at - graze.at)
     return None

@@ -18,7 +18,7 @@ from damper.models.sensitivity import beside
 from damper.parameters import Parameters
 from damper.sweep.orbits.passes import Pass, moving, pass_over
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
-from damper.sweep.orbits.word import bursts_of
+from damper.sweep.orbits.word import WallImpacts, bursts_of
 
 #: Newton steps at right angles to the tangent, and halvings of one.
 _STEPS, _HALVINGS = 8, 3
@@ -163,11 +163,15 @@ class Round:
         return self.rows[self.rows[:, CAUSE] >= IMPACT]
 
     @cached_property
+    def bursts(self) -> tuple[WallImpacts, ...]:
+        """Its runs of impacts on one wall."""
+        rows = self.events
+        return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED])
+
+    @cached_property
     def signature(self) -> tuple[tuple[str, int, bool], ...]:
         """What it does in a period, event by event."""
-        rows = self.events
-        bursts = bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED])
-        return tuple((burst.wall, burst.impacts, burst.completes) for burst in bursts)
+        return tuple((burst.wall, burst.impacts, burst.completes) for burst in self.bursts)
 
     @property
     def touches(self) -> int:
@@ -181,9 +185,8 @@ class Round:
 
     @property
     def slowest(self) -> float:
-        """Smallest approach speed."""
-        rows = self.events
-        return float(min(rows[rows[:, CAUSE] == IMPACT, SPEED], default=np.inf))
+        """Smallest approach speed, but for impacts that complete."""
+        return min((burst.slowest for burst in self.bursts), default=np.inf)
 
     @cached_property
     def smallest_gap(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from damper.engine.loop import FINISHED
-from damper.engine.segment import DURATION, FLIGHT, GAP, MODE, SIDE
+from damper.engine.segment import DURATION, FLIGHT, GAP, MODE, RATE, SIDE, V, X
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Beside, follow_change
@@ -65,9 +65,13 @@ class Pass:
         for row in self.rows[(self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)]:
             duration = float(row[DURATION])
             count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
-            times = np.linspace(0.0, duration, count)
+            # After a slow impact the gap turns soon: not before this part of the flight.
+            soon = 0.1 * row[RATE] / (1.0 + abs(row[X]) + abs(row[V])) / duration
+            soon = min(max(soon, 1e-9), 1.0)
+            early = duration * np.geomspace(soon, 1.0, 2 - int(4.0 * np.log(soon)))
+            times = np.union1d(np.linspace(0.0, duration, count), early)
             rates = [self.trajectory.motion_in(row, tau)[3] for tau in times]
-            for k in range(count - 1):
+            for k in range(len(times) - 1):
                 if rates[k] * rates[k + 1] < 0.0:
                     rate = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[3], row)
                     tau = zero(rate, times[k], times[k + 1], rates[k], rates[k + 1])

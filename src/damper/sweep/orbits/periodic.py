@@ -195,11 +195,12 @@ class PeriodicOrbit:
 
     @property
     def slowest_impact(self) -> float:
-        """Smallest approach speed outside complete chatter; NaN without such an impact.
+        """Smallest approach speed, but for impacts that complete; NaN without another one.
 
         The derivative grows by its inverse.
         """
-        return min((burst.slowest for burst in self.bursts if not burst.completes), default=np.nan)
+        slowest = min((burst.slowest for burst in self.bursts), default=np.inf)
+        return slowest if slowest < np.inf else np.nan
 
 
 def nearest_orbit(

@@ -8,9 +8,12 @@ import numpy as np
 from damper.sweep.orbits.equation import OrbitPoint
 from damper.sweep.orbits.passes import zero
 
+#: What is left of a function at its root.
+_ZERO = 1e-3
+
 
 def root(a: OrbitPoint, b: OrbitPoint, test: Callable[[OrbitPoint], float]) -> OrbitPoint | None:
-    """The point between two at which a function changes its sign."""
+    """The point between two at which a function is zero; None where it jumps over zero."""
     points: dict[float, OrbitPoint] = {}
 
     def along(step: float) -> float:
@@ -21,7 +24,9 @@ def root(a: OrbitPoint, b: OrbitPoint, test: Callable[[OrbitPoint], float]) -> O
         return test(point)
 
     step = float(a.tangent @ (b.at - a.at))
-    return points.get(zero(along, 0.0, step, test(a), test(b)))
+    ends = test(a), test(b)
+    point = points.get(zero(along, 0.0, step, *ends))
+    return point if point and abs(test(point)) < _ZERO * max(map(abs, ends)) else None
 
 
 def grazing(a: OrbitPoint, size: float) -> OrbitPoint | None:

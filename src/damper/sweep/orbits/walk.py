@@ -5,18 +5,31 @@ from dataclasses import replace
 import numpy as np
 
 from damper.sweep.orbits import KINDS
-from damper.sweep.orbits.corners import AHEAD, CORNER, missed, struck, vanishing
+from damper.sweep.orbits.corners import (
+    AHEAD,
+    CORNER,
+    STRAIGHT,
+    adjacent,
+    bent,
+    missed,
+    struck,
+    vanishing,
+)
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
 from damper.sweep.orbits.special import grazing, last_complete, root
 
-#: Smallest step along the branch, and the largest turn of its tangent in a step (as a cosine).
-_LEAST, _TURN = 1e-6, 0.95
+#: Smallest step along the branch.
+_LEAST = 1e-9
 #: Growth of a deviation in a period from which on roundoff rules.
 _GROWTH = 1e6
 #: Step that is too small to part several changes of the events.
 _CLOSE = 1e-4
+#: How far beyond a border of complete chatter its other side must be seen.
+_BEYOND = 1e-8
 #: What half a period may change of a symmetric motion.
 _SYMMETRIC = 1e-8
+#: The same of one beside which a branch ends that meets it.
+_NEARLY = 1e-5
 
 
 class Walk:
@@ -27,28 +40,32 @@ class Walk:
         self.special: list[tuple[str, OrbitPoint]] = []
         self.closed = False
         self.end = ""
-        size = 0.2 * step
+        size: float = 0.2 * step
+        tried: OrbitPoint | None = None
         while not (self.end or self._ends(most)):
             point = self.points[-1]
             if point.margin < MARGIN:
                 point = self.points[-1] = point.recentred()
             if self._take(point, size):
                 size = min(step, 1.4 * size)
-            elif size < CORNER and (
+            elif size < CORNER and point is not tried:
+                tried = point
                 # A moment at which the gap is smallest would count the touch twice.
-                self._turn(point) or self._turn(point.recentred(0.3))
-            ):
-                continue
+                if not (self._turn(point) or self._turn(point.recentred(0.3))):
+                    size *= 0.4
             elif size > _LEAST:
                 size *= 0.4
             else:
-                self.end = f"no orbit found beyond {point.name} = {point.value!r}"
+                self.end = self._stopped()
 
     def _ends(self, most: int) -> bool:
         point = self.points[-1]
         name, at = point.name, point.at[-1]
         if (at <= 0.0 and point.tangent[-1] < 0.0) or (at >= 1.0 and point.tangent[-1] > 0.0):
             self.end = f"{name} = {point.value!r} is the end of the range"
+        elif self._repeats():
+            value = self.special[-1][1].value
+            self.end = f"touches pile up at {name} = {value!r}, too close to be parted"
         elif len(self.points) > 10 and self._returns():
             self.closed, self.end = True, f"closed at {name} = {point.value!r}"
         elif abs(point.found.map).max() > _GROWTH:
@@ -59,6 +76,19 @@ class Walk:
         elif len(self.points) > most:
             self.end = f"max_orbits = {most} are found"
         return bool(self.end)
+
+    def _repeats(self) -> bool:
+        """Whether the last grazing is an earlier one, to which unparted touches led back."""
+        last = [point.at[-1] for kind, point in self.special if kind == "grazing"]
+        return any(abs(value - last[-1]) < 1e-7 for value in last[:-1])
+
+    def _stopped(self) -> str:
+        """Why no step is found from the last point."""
+        last, slowest = self.points[-1], self.points[-1].found.slowest
+        if abs(last.defect).max() < _NEARLY < abs(self.points[0].defect).max():
+            return f"{_meets(last)}, where an impact grazes"
+        grazes = f", where the slowest impact has {slowest:.3g}" if slowest < np.inf else ""
+        return f"no orbit found beyond {last.name} = {last.value!r}{grazes}"
 
     def _returns(self) -> bool:
         """Whether the first point lies between the last two."""
@@ -74,9 +104,12 @@ class Walk:
         """Go a step; False where it has to be smaller."""
         b = a.advance(size)
         if b is None or (b.margin < 0.1 * MARGIN and a.margin >= MARGIN):
+            if b and size < _CLOSE:
+                # A touch begins at a moment: put it elsewhere.
+                self.points[-1] = a.recentred(0.3)
             return False
         if a.found.signature == b.found.signature:
-            found = self._smooth(a, b) if a.tangent @ b.tangent > _TURN else None
+            found = self._smooth(a, b) if a.tangent @ b.tangent > STRAIGHT else None
         else:
             found, b = _change(a, b, size)
         if found is None:
@@ -91,14 +124,17 @@ class Walk:
         corner = graze.at if graze else vanishing(a)
         if corner is None:
             return False
-        b = struck(a, graze) if graze else missed(a, corner)
+        if a.parameters.model == "compliant":
+            b = bent(a, corner)
+        else:
+            b = struck(a, graze) if graze else missed(a, corner)
         if b is None:
             return False
         if graze is None:
             graze = grazing(b.turned(-1.0), AHEAD)
             # The corner was but extrapolated.
-            off = np.linalg.norm(graze.at - corner) if graze else np.inf
-            if graze is None or off > 0.2 * np.linalg.norm(corner - a.at):
+            off = float(np.linalg.norm(graze.at - corner)) if graze else np.inf
+            if graze is None or off > max(0.2 * float(np.linalg.norm(corner - a.at)), _CLOSE):
                 return False
         self.special.append(("grazing", graze))
         self.points.append(b)
@@ -107,29 +143,35 @@ class Walk:
     def _smooth(self, a: OrbitPoint, b: OrbitPoint) -> list[tuple[str, OrbitPoint]] | None:
         """Special points between two orbits of one kind; None where one is not located."""
         points = []
+        # In a small step a function jumps over zero, as where a compliant wall is touched.
+        far = np.linalg.norm(b.at - a.at) > _CLOSE
         for kind in KINDS[:4]:
             if a.tests[kind] * b.tests[kind] < 0.0:
                 point = root(a, b, lambda point, kind=kind: point.tests[kind])  # type: ignore[misc]
-                if point is None:
+                if point:
+                    points.append((kind, point))
+                elif far:
                     return None
-                points.append((kind, point))
         points = [(kind, point) for kind, point in points if kind != "torus" or point.turns]
         both = min(np.linalg.norm(a.defect), np.linalg.norm(b.defect)) > _SYMMETRIC
         if both and a.defect @ b.defect < 0.0:
             # The branch goes on as the same motions half a period later.
             point = root(a, b, lambda point: float(point.defect @ a.defect))
-            if point is None:
+            if point is None and far:
                 return None
-            if np.linalg.norm(point.defect) < _SYMMETRIC:
-                which = (
-                    "symmetric motions" if a.equation.period % 2 else "motions of half the period"
-                )
-                self.end = f"meets {which} near {a.name} = {point.value:.6g}"
+            if point and np.linalg.norm(point.defect) < _SYMMETRIC:
+                self.end = _meets(point)
                 points = [(kind, each) for kind, each in points if kind == "torus"]
         points.sort(key=lambda each: float(a.tangent @ (each[1].at - a.at)))
         symmetric = np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
         return [(named.get(kind, kind), point) for kind, point in points]
+
+
+def _meets(point: OrbitPoint) -> str:
+    """What is said of the end of a branch that meets one of motions with more symmetry."""
+    which = "symmetric motions" if point.equation.period % 2 else "motions of half the period"
+    return f"meets {which} near {point.name} = {point.value:.6g}"
 
 
 def _change(
@@ -138,6 +180,10 @@ def _change(
     """Where events come or go between two orbits, and the second one with its direction."""
     if a.found.completions != b.found.completions:
         point = last_complete(a, size)
+        beyond = point.advance(_BEYOND)
+        if beyond is None or beyond.found.completions != b.found.completions:
+            # The step left the branch.
+            return None, b
         return [("complete chatter", point)], replace(b, toward=b.at - point.at)
     fewer = a if a.found.touches < b.found.touches else b.turned(-1.0)
     if abs(a.found.touches - b.found.touches) > 2 and size > _CLOSE:
@@ -146,4 +192,8 @@ def _change(
     if graze is None:
         # Small steps go on without a special point, such as where speeds only change their order.
         return ([] if size < _CLOSE else None), b
+    back = a.tangent @ (graze.at - a.at) < 0.0
+    if back or (size > _CLOSE and not adjacent(graze, b)):
+        # The step went back to what was left there, or beyond where the branch turns again.
+        return None, b
     return [("grazing", graze)], replace(b, toward=b.at - graze.at)

@@ -17,7 +17,7 @@ class WallImpacts(NamedTuple):
     """How many; where they complete, so that masses join: how often the approach speed rises."""
     completes: bool
     slowest: float
-    """Smallest approach speed."""
+    """Smallest approach speed; where they complete, of those before a faster one (else inf)."""
 
 
 def bursts_of(kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray) -> tuple[WallImpacts, ...]:
@@ -31,7 +31,10 @@ def bursts_of(kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray) -> tuple
             struck = speeds[list(group)]
             found.append(WallImpacts("R" if side > 0 else "L", len(struck), False, struck.min()))
         elif kind == STICK and found:
-            rises = int((np.diff(struck) > 0.0).sum())
-            found[-1] = found[-1]._replace(impacts=rises, completes=True)
+            before_rise = struck[:-1][np.diff(struck) > 0.0]
+            slowest = before_rise.min(initial=np.inf)
+            found[-1] = found[-1]._replace(
+                impacts=len(before_rise), completes=True, slowest=slowest
+            )
     turns = [tuple(found[k:] + found[:k]) for k in range(len(found))]
     return max(turns, key=lambda turn: [burst[:3] for burst in turn], default=())
