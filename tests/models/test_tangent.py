@@ -156,7 +156,7 @@ def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) ->
 
             found = difference(end, 1e-5 * value)
             # Beside a grazing impact, or by roundoff, they are no derivative.
-            if found is None or found[1] > 3e-8 * (size := abs(found[0]).max()):
+            if found is None or found[1] > 1e-8 * (size := abs(found[0]).max()):
                 continue
             compared += 1
             exact = change_by(name, p, start, periods)
