@@ -15,7 +15,9 @@ STRAIGHT = 0.95
 def adjacent(corner: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether a point lies straight ahead of a corner, and not beyond a fold of the new branch."""
     chord = b.at - corner.at
-    return bool(abs(b.tangent @ chord) > STRAIGHT * np.linalg.norm(chord))
+    along = b.tangent @ chord
+    folds = along * b.tangent[-1] * chord[-1] < 0.0
+    return bool(abs(along) > STRAIGHT * np.linalg.norm(chord) and not folds)
 
 
 def vanishing(a: OrbitPoint) -> np.ndarray | None:

@@ -68,7 +68,7 @@ class Walk:
             self.end = f"touches pile up at {name} = {value!r}, too close to be parted"
         elif len(self.points) > 10 and self._returns():
             self.closed, self.end = True, f"closed at {name} = {point.value!r}"
-        elif abs(point.found.map).max() > _GROWTH:
+        elif self._grows():
             self.end = (
                 f"deviations grow without bound at {name} = {point.value!r}, "
                 f"where the slowest impact has {point.found.slowest:.3g}"
@@ -76,6 +76,12 @@ class Walk:
         elif len(self.points) > most:
             self.end = f"max_orbits = {most} are found"
         return bool(self.end)
+
+    def _grows(self) -> bool:
+        """Whether deviations grow beyond bounds, and more so than before."""
+        last = [abs(point.found.map).max() for point in self.points[-2:]]
+        corner = self.points[-1].found.signature != self.points[-2:][0].found.signature
+        return bool(last[-1] > _GROWTH and last[-1] >= last[0] and not corner)
 
     def _repeats(self) -> bool:
         """Whether the last grazing is an earlier one, to which unparted touches led back."""
@@ -122,7 +128,7 @@ class Walk:
         """Go on beyond a grazing ahead, where the tangent jumps; whether there is one."""
         graze = grazing(a, AHEAD)
         corner = graze.at if graze else vanishing(a)
-        if corner is None:
+        if corner is None or (graze and not adjacent(graze, a)):
             return False
         if a.parameters.model == "compliant":
             b = bent(a, corner)
