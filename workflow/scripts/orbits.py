@@ -4,12 +4,15 @@ import sys
 from pathlib import Path
 
 from damper.analysis.orbits import follow_orbits
+from damper.engine.compiled import compile_at_once
 from damper.study.fingerprint import stamp
 from damper.sweep.cube import write_cube
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
+# Many short runs, known to be worth it.
+compile_at_once()
 branches = follow_orbits(job["orbits"], job["fixed"], job["axes"], job["at"])
 for name in job["axes"]:
     branches[name].attrs["axis"] = 1
