@@ -33,38 +33,34 @@ def vanishing(a: OrbitPoint) -> np.ndarray | None:
 
 def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
     """A point beyond a corner at which the slowest impact is lost."""
-    equation = a.equation
     # The gap changes most in this direction: the derivative grows by the inverse of the speed.
     across = np.linalg.svd(a.found.jacobian)[2][0]
-    for ahead in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2):
-        at = corner + ahead * across
-        found = equation.over(at)
-        if found is None or found.touches >= a.found.touches:
-            continue
-        tangent = np.linalg.svd(found.jacobian)[2][-1]
-        for step in (abs(ahead), -abs(ahead)):
-            b = equation.correct(corner + step * tangent, tangent)
-            if b and b.found.touches < a.found.touches:
-                b = replace(b, toward=b.at - corner)
-                if np.linalg.norm(b.at - corner) < 3.0 * abs(step):
-                    return b
-    return None
+    return _beyond(a, corner, -1, [k * across for k in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2)])
 
 
-def bent(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
-    """A point beyond a corner where the derivatives on both sides have bounds: compliant walls."""
+def bent(a: OrbitPoint, corner: np.ndarray, more: int) -> OrbitPoint | None:
+    """A point beyond a corner of compliant walls, where the derivatives on both sides have bounds.
+
+    With more touches, or with fewer where `more` is negative.
+    """
+    return _beyond(a, corner, more, [ahead * a.tangent for ahead in (1e-4, 1e-3, 1e-5)])
+
+
+def _beyond(
+    a: OrbitPoint, corner: np.ndarray, more: int, offsets: list[np.ndarray]
+) -> OrbitPoint | None:
+    """A point near a corner on a branch of other touches, its direction that of a run there."""
     equation = a.equation
-    for ahead in (1e-4, 1e-3, 1e-5):
-        found = equation.over(corner + ahead * a.tangent)
-        if found is None or found.touches == a.found.touches:
+    for offset in offsets:
+        found = equation.over(corner + offset)
+        if found is None or more * (found.touches - a.found.touches) <= 0:
             continue
-        tangent = np.linalg.svd(found.jacobian)[2][-1]
-        for step in (ahead, -ahead):
+        tangent, size = np.linalg.svd(found.jacobian)[2][-1], float(np.linalg.norm(offset))
+        for step in (size, -size):
             b = equation.correct(corner + step * tangent, tangent)
-            if b and b.found.touches == found.touches:
-                b = replace(b, toward=b.at - corner)
-                if np.linalg.norm(b.at - corner) < 3.0 * ahead:
-                    return b
+            near = b is not None and np.linalg.norm(b.at - corner) < 3.0 * size
+            if b and near and more * (b.found.touches - a.found.touches) > 0:
+                return replace(b, toward=b.at - corner)
     return None
 
 

@@ -62,7 +62,8 @@ class Pass:
         """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
         p, found = self.parameters, []
         # A flight may begin below the surface of a compliant wall.
-        for row in self.rows[(self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)]:
+        flights = (self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)
+        for row in self.rows[flights & (self.rows[:, DURATION] > 0.0)]:
             duration = float(row[DURATION])
             count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
             # After a slow impact the gap turns soon: not before this part of the flight.

@@ -131,7 +131,7 @@ class Walk:
         if corner is None or (graze and not adjacent(graze, a)):
             return False
         if a.parameters.model == "compliant":
-            b = bent(a, corner)
+            b = bent(a, corner, 1 if graze else -1)
         else:
             b = struck(a, graze) if graze else missed(a, corner)
         if b is None:
