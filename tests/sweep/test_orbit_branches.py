@@ -188,6 +188,7 @@ def test_touches_pile_up_before_complete_chatter() -> None:
     assert (np.diff(ratios) > 0.0).all()
 
 
+@pytest.mark.exhaustive
 def test_a_touch_of_a_compliant_wall_begins_and_ends() -> None:
     """At the same place, whichever way the branch is followed, and it turns back there."""
     p = Parameters(0.032, 0.2, 1.0807, 0.4, 0.54, contact_stiffness_ratio=1e4)
