@@ -19,13 +19,12 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
-from damper.engine.segment import FLIGHT, IMPACT, STICK, STICKING, Segment, segment_at
+from damper.engine.segment import FLIGHT, IMPACT, Segment, segment_at
 from damper.models import model_of
 from damper.models.tangent import (
+    enter,
     free_mass_flow,
-    join,
     joins,
-    over_event,
     over_time,
     velocities_after,
 )
@@ -82,102 +81,75 @@ def follow_change(
     """Take a change of the state (4, 1) with a parameter along a piece of the log."""
     for index in range(len(log)):
         s = segment_at(log[index])
+        happened = begun or index > 0
         # From the wall, but for a flight, which knows of none.
         moved = s.side * near.clearance
         change[2, 0] -= moved
-        if begun or index > 0:
-            over_event(model, s, change)
-            if s.cause == IMPACT:
-                _add_impact(model, near, s, change)
-        elif joins(model, s):
-            join(mass_ratio_at(model, s.periods, s.time), change)
+        enter(model, s, change, happened)
+        if happened and s.cause == IMPACT:
+            _add(model, near, s, True, change)
         if s.mode == FLIGHT:
             change[2, 0] += moved
-            over_time(model, s, 0.0, s.duration, change)
-            _add_flight(model, near, s, change)
-        else:
-            over_time(model, s, 0.0, s.duration, change)
-            _add_contact(model, near, s, change)
+        over_time(model, s, 0.0, s.duration, change)
+        _add(model, near, s, False, change)
+        if s.mode != FLIGHT:
             change[2, 0] += moved
 
 
 @compiled
-def _add_impact(model, near, s, change):
-    v0, u0 = velocities_after(near.models[0], s, s.time * near.models[0].period / model.period)
-    for k in range(1, 4):
-        there = near.models[k]
-        v, u = velocities_after(there, s, s.time * there.period / model.period)
-        change[1, 0] += near.weights[k] * (v - v0)
-        change[3, 0] += near.weights[k] * (u - u0)
-
-
-@compiled
-def _add_flight(model, near, s, change):
+def _add(model, near, s, struck, change):
+    """Add what the impact that begins a segment, or the flow over it, changes by."""
     y = s.x + s.side * (model.clearance - s.gap)
-    u = s.v - s.side * s.rate
-    first = _flight(near.models[0], s, y, u, near.models[0].period / model.period)
+    v = s.v
+    if joins(model, s):
+        # Of the masses' centre, with which a tail goes on.
+        mu = mass_ratio_at(model, s.periods, s.time)
+        v -= s.side * mu / (1.0 + mu) * s.rate
+    first = _lead(near.models[0], s, y, v, struck, near.models[0].period / model.period)
     for k in range(1, 4):
         there = near.models[k]
-        other = _flight(there, s, y, u, there.period / model.period)
+        other = _lead(there, s, y, v, struck, there.period / model.period)
         for i in range(4):
             change[i, 0] += near.weights[k] * (other[i] - first[i])
 
 
 @compiled
-def _flight(model, s, y, u, slower):
-    """What a flight adds to x, v, y and u where the period is this much longer."""
+def _lead(model, s, y, v, struck, slower):
+    """What becomes of x, v, y and u, but for what is the same in all models.
+
+    From `y` and `v` at the start, with a period that is `slower` times as long.
+    """
+    if struck:
+        v, u = velocities_after(model, s, s.time * slower)
+        return 0.0, v, 0.0, u
+    if s.mode == FLIGHT:
+        return _flight(model, s, y, slower)
+    return _contact(model, s, v, slower)
+
+
+@compiled
+def _flight(model, s, y, slower):
+    """What a flight adds."""
     tau = s.duration * slower
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)
+    u = s.v - s.side * s.rate
     flow = free_mass_flow(model, tau)
     dy = (flow.xx - 1.0) * y + flow.xv * u
     return s.v * tau + dx, dv, dy, flow.vx * y + (flow.vv - 1.0) * u
 
 
 @compiled
-def _add_contact(model, near, s, change):
-    start = _at_wall(model, s) if joins(model, s) else s
-    first = _contact(near.models[0], start, near.models[0].period / model.period)
-    for k in range(1, 4):
-        there = near.models[k]
-        other = _contact(there, start, there.period / model.period)
-        for i in range(4):
-            change[i, 0] += near.weights[k] * (other[i] - first[i])
-
-
-@compiled
-def _at_wall(model, s):
-    """Sticking of the masses' centre in its place: a tail goes on with it."""
-    mu = mass_ratio_at(model, s.periods, s.time)
-    v = s.v - s.side * mu / (1.0 + mu) * s.rate
-    return Segment(
-        s.periods,
-        s.time,
-        s.x,
-        v,
-        0.0,
-        0.0,
-        s.side,
-        STICKING,
-        STICK,
-        0.0,
-        v,
-        0.0,
-        0.0,
-        s.duration,
-    )
-
-
-@compiled
-def _contact(model, s, slower):
+def _contact(model, s, v, slower):
     """State after a contact, the free mass's place measured from the wall."""
+    apart = 0.0 if joins(model, s) else 1.0
     start = Segment(
         s.periods,
         s.time * slower,
         s.x,
-        s.v,
-        s.gap,
-        s.rate,
+        v,
+        apart * s.gap,
+        apart * s.rate,
         s.side,
         s.mode,
         s.cause,

@@ -220,6 +220,15 @@ def _accelerations(model, s, v, u):
 
 
 @compiled
+def enter(model: Any, s: Segment, deviations: np.ndarray, happened: bool) -> None:
+    """Take deviations over what begins a segment, or only into its contact if that was before."""
+    if happened:
+        over_event(model, s, deviations)
+    elif joins(model, s):
+        join(mass_ratio_at(model, s.periods, s.time), deviations)
+
+
+@compiled
 def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> None:
     """Take deviations, the columns of a (4, n) array, along a piece of the log.
 
@@ -227,10 +236,7 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
     """
     for index in range(len(log)):
         s = segment_at(log[index])
-        if begun or index > 0:
-            over_event(model, s, deviations)
-        elif joins(model, s):
-            join(mass_ratio_at(model, s.periods, s.time), deviations)
+        enter(model, s, deviations, begun or index > 0)
         over_time(model, s, 0.0, s.duration, deviations)
 
 

@@ -5,10 +5,9 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import mass_ratio_at
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models.tangent import damping_in, join, joins, over_event, over_time, shrunk_by
+from damper.models.tangent import damping_in, enter, joins, over_time, shrunk_by
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.parameters.variables import SPEED, Variable
 
@@ -114,14 +113,12 @@ def _follow(model, log, window, frame, growth, volume, totals):
             total.halved = start / model.period
             for k in range(4):
                 growth[0, k] = growth[1, k]
-        if start >= 0.0:
-            if s.cause == IMPACT:
-                total.slowest = min(total.slowest, s.speed)
-                shrunk = shrunk_by(model, s)
-                volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
-            over_event(model, s, frame)
-        elif total.begun == 0.0 and joins(model, s):
-            join(mass_ratio_at(model, s.periods, s.time), frame)
+        if start >= 0.0 and s.cause == IMPACT:
+            total.slowest = min(total.slowest, s.speed)
+            shrunk = shrunk_by(model, s)
+            volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
+        if start >= 0.0 or total.begun == 0.0:
+            enter(model, s, frame, start >= 0.0)
         if joins(model, s):
             total.joined = 1.0
         total.begun = 1.0

@@ -44,6 +44,13 @@ class Pass:
         basis = np.vstack([np.eye(2), np.eye(2)]) if self.start_side else np.eye(4)
         return basis[:, : len(moving(self.parameters))]
 
+    @property
+    def lost(self) -> np.ndarray:
+        """What the run leaves of these less than they were, in as many components as there are."""
+        basis = self.directions
+        rows = basis.shape[1]
+        return np.eye(rows) - (self.derivative @ basis)[:rows]
+
     def change_by(self, near: Beside, of_start: np.ndarray) -> np.ndarray:
         """Derivative of the end by a parameter, from that of the start."""
         change = of_start[:, None].copy()

@@ -161,15 +161,13 @@ class PeriodicOrbit:
         p = self.parameters
         near = beside(p, {need_parameter(parameter): 1.0})
         passed = pass_over(p, self.start, 0.0, float(self.period))
-        basis = passed.directions
-        rows = basis.shape[1]
+        lost = passed.lost
+        if np.linalg.cond(lost) > _SINGULAR:
+            raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
         with_wall = np.array([0.0, 0.0, passed.start_side * near.clearance, 0.0])
-        left = np.eye(rows) - (passed.derivative @ basis)[:rows]
-        if np.linalg.cond(left) > _SINGULAR:
-            raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         change = passed.change_by(near, with_wall) - with_wall
-        return basis @ np.linalg.solve(left, change[:rows]) + with_wall
+        return passed.directions @ np.linalg.solve(lost, change[: len(lost)]) + with_wall
 
     @cached_property
     def events(self) -> np.ndarray:
@@ -245,11 +243,9 @@ def need_parameter(name: str) -> str:
 
 def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
     """As much of a Newton step as makes the change smaller; None where nothing does."""
-    basis = found.directions
-    rows = basis.shape[1]
-    left = np.eye(rows) - (found.derivative @ basis)[:rows]
-    lacking = (found.end - found.start)[:rows]
-    step = basis @ np.linalg.lstsq(left, lacking, rcond=None)[0]
+    lost = found.lost
+    lacking = (found.end - found.start)[: len(lost)]
+    step = found.directions @ np.linalg.lstsq(lost, lacking, rcond=None)[0]
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
         distance, clearance = abs(start[2] - start[0]), found.parameters.clearance

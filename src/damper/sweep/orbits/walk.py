@@ -24,6 +24,8 @@ _LEAST = 1e-9
 _GROWTH = 1e6
 #: Step that is too small to part several changes of the events.
 _CLOSE = 1e-4
+#: Grazings that are no farther apart are the same.
+_SAME = 1e-7
 #: How far beyond a border of complete chatter its other side must be seen.
 _BEYOND = 1e-8
 #: What half a period may change of a symmetric motion.
@@ -40,7 +42,7 @@ class Walk:
         self.special: list[tuple[str, OrbitPoint]] = []
         self.closed = False
         self.end = ""
-        size: float = 0.2 * step
+        size = 0.2 * step
         tried: OrbitPoint | None = None
         while not (self.end or self._ends(most)):
             point = self.points[-1]
@@ -86,7 +88,7 @@ class Walk:
     def _repeats(self) -> bool:
         """Whether the last grazing is an earlier one, to which unparted touches led back."""
         last = [point.at[-1] for kind, point in self.special if kind == "grazing"]
-        return any(abs(value - last[-1]) < 1e-7 for value in last[:-1])
+        return any(abs(value - last[-1]) < _SAME for value in last[:-1])
 
     def _stopped(self) -> str:
         """Why no step is found from the last point."""
