@@ -91,6 +91,37 @@ except ValueError as error:
     assert "unknown key 'abvoe'" in found
 
 
+MAP_OF_SHARES = "{kind: map, variable: right_share, x: frequency_ratio, y: clearance}"
+
+
+def test_what_the_observer_writes_can_be_drawn(copy, tmp_path):
+    study = tmp_path / "share.yaml"
+    at_each = "{kind: curves, variables: [right_share], along: frequency_ratio, lines: clearance}"
+    study.write_text(
+        STUDY.replace("response:", "wall_share:").partition("figures:")[0]
+        + f"figures:\n  map: {MAP_OF_SHARES}\n  curves: {at_each}\n"
+    )
+    code = f"""
+from pathlib import Path
+import damper
+from damper.figures import draw
+from damper.study.config import ConfigError, load_study
+study = load_study(Path({str(study)!r}))
+cube = damper.simulate(
+    **study.fixed, **study.axis_values, **study.run, observers=study.observer_settings()
+)
+for _, settings in study.files("figures").values():
+    print(len(draw(settings.pop("kind"), cube, **settings).axes))
+try:
+    load_study(Path({str(study)!r}), {{"figures": {{"map": {{"variable": "right_shar"}}}}}})
+except ConfigError as error:
+    print(error)
+"""
+    found = run(copy, code)
+    assert found.startswith("2\n1\n")
+    assert "did you mean 'right_share'?" in found
+
+
 STUDY = f"""
 title: All clearances
 source: docs/extending.md

@@ -6,11 +6,13 @@ from typing import Any
 import pytest
 import yaml
 
+import damper
+from damper.figures import draw
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.kinds import FIGURES
 from damper.study.messages import Faults, faults_of
-from damper.study.products import VARIABLES, Offer
+from damper.study.products import Offer
 
 GOOD: dict[str, Any] = {
     "title": "t",
@@ -147,7 +149,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         MAP | {"each": "mass_ratio", "variable": "chater"},
         (
             "figures.one.variable\n    no observer of the study writes 'chater'",
-            "chatter, visible_impacts",
+            "visible_impacts, chatter",
             "did you mean 'chatter'?",
         ),
     ),
@@ -339,14 +341,39 @@ def test_known_values_of_branches(
     assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
 
 
-# In step with the rest.
+# Whatever observers write.
+
+ALL_WRITTEN = {"response": {"modulation_work": True}, "bursts": {"records": 2}}
+POINTS = {"frequency_ratio": [0.8, 0.9], "clearance": [0.2, 0.4]}
+DAMPER = {"mass_ratio": 0.1, "damping_ratio": 0.02, "restitution": 0.5}
 
 
-def test_variables_are_those_of_the_observers() -> None:
-    for name in OBSERVERS:
-        (made,) = make_observers([name])
-        written = {variable.name for variable in made.variables if not variable.dims}
-        assert set(VARIABLES.get(name, ())) == written
+@pytest.mark.parametrize("observer", OBSERVERS)
+def test_every_variable_with_one_value_at_each_point_is_drawn(
+    tmp_path: Path, observer: str
+) -> None:
+    observers = {observer: ALL_WRITTEN.get(observer)}
+    run: dict[str, Any] = {"transient": 2, "periods": 5, "observers": observers}
+    cube = damper.simulate(**DAMPER, **POINTS, **run)
+    (made,) = make_observers(observers)
+    axes = {axis: {"values": values} for axis, values in POINTS.items()}
+    for name in [variable.name for variable in made.variables if not variable.dims]:
+        for figure in (
+            MAP | {"variable": name},
+            CURVES | {"variables": [name], "lines": "clearance"},
+        ):
+            given = {"parameters": DAMPER, "axes": axes} | run
+            _, settings = load(tmp_path, figure, **given).files("figures")["figures/one"]
+            assert draw(settings.pop("kind"), cube, **settings).axes
+
+
+def test_variable_of_a_setting_that_is_not_set(tmp_path: Path) -> None:
+    work = MAP | {"each": "mass_ratio", "variable": "modulation_work"}
+    message = blame(tmp_path, work)
+    assert "written by the observer response, where modulation_work is set" in message
+    # What is wrong with an observer is said once, where it stands.
+    observers = GOOD["observers"] | {"response": {"modulation_work": "of course"}}
+    assert "observers.response.modulation_work" in blame(tmp_path, work, observers=observers)
 
 
 # Convergence to the rigid damper.

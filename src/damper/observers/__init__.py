@@ -15,6 +15,7 @@ from damper.parameters.quantities import unknown_name
 
 if TYPE_CHECKING:
     from damper.observers.common.base import Observer
+    from damper.parameters.variables import Variable
 
 Base = TypeVar("Base")
 
@@ -29,6 +30,33 @@ def observer_class(name: str) -> "type[Observer]":
     from damper.observers.common.base import Observer
 
     return class_in(import_module(f"{__name__}.{name}"), Observer)
+
+
+def writable(name: str) -> list[tuple["Variable", str]]:
+    """Return every variable that an observer can write, with the setting that asks for it, if any.
+
+    Examples
+    --------
+    >>> [(variable.name, setting) for variable, setting in writable("impacts")][2:]
+    [('max_approach_speed', ''), ('approach_speed', 'speeds')]
+    """
+    cls = observer_class(name)
+    more = {key: _unlike(setting.default) for key, setting in cls.settings.items()}
+    made = {"": cls()} | {key: cls(**{key: v}) for key, v in more.items() if v is not None}
+    found: dict[str, tuple[Variable, str]] = {}
+    for key, observer in made.items():
+        for variable in observer.variables:
+            found.setdefault(variable.name, (variable, key))
+    return list(found.values())
+
+
+def _unlike(default: Any) -> Any:
+    """Return a value that asks for more than the default of a setting; None if none does."""
+    if isinstance(default, bool):
+        return not default
+    if default == ():
+        return (0.5,)
+    return 1 if isinstance(default, int) and default == 0 else None
 
 
 def class_in(module: ModuleType, base: type[Base]) -> type[Base]:

@@ -19,7 +19,14 @@ from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Faults
 from damper.study.products import Product
 from damper.study.rules import corners, relate
-from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, FollowedOrbit, Initial
+from damper.study.settings import (
+    OBSERVER_SETTINGS,
+    Axis,
+    Fixed,
+    FollowedOrbit,
+    Initial,
+    given_settings,
+)
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 
@@ -132,11 +139,7 @@ class Study(RunKeys, StudyFile):
 
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""
-        remarks = {"threshold": {"assumed", "stated"}}
-        return {
-            name: settings.model_dump(exclude_none=True, exclude=remarks)
-            for name, settings in self.observers.items()
-        }
+        return {name: given_settings(settings) for name, settings in self.observers.items()}
 
     @property
     def fan_axes(self) -> tuple[str, ...]:

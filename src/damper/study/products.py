@@ -8,54 +8,15 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from damper.observers import OBSERVERS, make_observers, writable
 from damper.parameters.quantities import ALL, nearest
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, Entries, Text, as_numbers, one_of
 from damper.study.messages import Faults
-from damper.study.settings import SECTIONS
+from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, given_settings
 from damper.study.study_file import Made, See
 from damper.study.yaml_file import as_part, show, words
 from damper.sweep.branches import DIRECTIONS
-
-#: Observer -> what it writes with one value at each point; `status` is in every cube.
-VARIABLES = {
-    "impacts": ("impacts_per_period", "mean_approach_speed", "max_approach_speed"),
-    "bursts": (
-        "chatter",
-        "visible_impacts",
-        "bursts_per_period",
-        "complete_fraction",
-        "sticking_fraction",
-    ),
-    "burst_at": (
-        "burst_at_onset",
-        "burst_at_duration",
-        "burst_at_sticking_time",
-        "burst_at_visible_impacts",
-        "burst_at_complete",
-    ),
-    "response": (
-        "rms_displacement",
-        "peak_displacement",
-        "amplitude_ratio",
-        "rms_ratio",
-        "energy_input",
-        "dashpot_loss",
-        "impact_loss",
-        "energy_residual",
-    ),
-    "accumulation": ("complete_bursts",),
-    "lyapunov": ("largest_lyapunov_exponent", "lyapunov_residual", "slowest_impact"),
-    "motion": (
-        "motion_period",
-        "motion_side",
-        "motion_impacts_left",
-        "motion_impacts_right",
-        "motion_completions_left",
-        "motion_completions_right",
-    ),
-    "trajectory": ("trajectory_start", "trajectory_events_left_out"),
-}
 
 #: What the observer `bursts` writes of single bursts that is compared with the rigid damper.
 BURST_RECORDS = (
@@ -125,8 +86,22 @@ class Offer:
     @property
     def variables(self) -> tuple[str, ...]:
         """What the cube has with one value at each point."""
-        written = (VARIABLES.get(name, ()) for name in self.observers)
-        return (*(variable for some in written for variable in some), "status")
+        known = (name for name in self.observers if name in OBSERVERS)
+        written = (name for observer in known for name in self._written(observer))
+        return (*written, "status")
+
+    def _written(self, observer: str) -> list[str]:
+        """Return what an observer writes with one value at each point."""
+        given = self.observers[observer]
+        try:
+            settings = OBSERVER_SETTINGS[observer].model_validate({} if given is None else given)
+        except ValidationError:
+            # Reported where it stands, so that it makes no second error here.
+            found = [variable for variable, _ in writable(observer)]
+        else:
+            (made,) = make_observers({observer: given_settings(settings)})
+            found = made.variables
+        return [variable.name for variable in found if not variable.dims]
 
 
 class Product(Made):
@@ -348,11 +323,13 @@ def check_written(loc: tuple[str | int, ...], name: Any, offer: Offer, faults: F
     if not isinstance(name, str) or name in offer.variables:
         return
     known = words(offer.variables)
-    for observer, variables in VARIABLES.items():
-        if name in variables:
-            message = f"'{name}' is written by the observer {observer}, which the study lacks"
-            faults.add(loc, message, known)
-            return
+    for observer in OBSERVERS:
+        for variable, setting in writable(observer):
+            if name == variable.name and not variable.dims:
+                there = observer in offer.observers
+                lacks = f"where {setting} is set" if there else "which the study lacks"
+                faults.add(loc, f"'{name}' is written by the observer {observer}, {lacks}", known)
+                return
     message = f"no observer of the study writes {show(name)} as one value at each point"
     faults.add(loc, message, known, nearest(name, offer.variables))
 

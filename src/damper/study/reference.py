@@ -25,6 +25,7 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from damper.observers import writable
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.estimate import MOST_SLICES
@@ -232,43 +233,13 @@ def _observers() -> Iterable[str]:
             yield _keys(cls, f"observers.{name}.", deep=True)
         yield "Variables of the cube:"
         head = ("variable", "along", "unit", "meaning", "written with")
-        yield _table(head, (_variable(v, setting) for v, setting in _written(name, cls)))
+        yield _table(head, (_variable(v, setting) for v, setting in writable(name)))
 
 
 def _variable(variable: Variable, setting: str = "") -> tuple[str, ...]:
     meaning = f"{variable.long_name}; {variable.comment}".removesuffix("; ")
     along = ", ".join(f"`{dim}`" for dim in variable.dims)
-    return f"`{variable.name}`", along, _units(variable.units), meaning, setting
-
-
-def _written(name: str, cls: type[Strict]) -> list[tuple[Variable, str]]:
-    """Return every variable that an observer can write, with the setting that asks for it."""
-    # Here, so that a schema can be made where the engine's packages are not installed.
-    from damper.observers import make_observers
-
-    def variables(**settings: Any) -> list[Variable]:
-        return list(make_observers({name: settings})[0].variables)
-
-    found = [(variable, "") for variable in variables()]
-    names = {variable.name for variable, _ in found}
-    for key, value in _telling(cls):
-        for variable in variables(**{key: value}):
-            if variable.name not in names:
-                found.append((variable, f"`{key}`"))
-                names.add(variable.name)
-    return found
-
-
-def _telling(cls: type[Strict]) -> Iterable[tuple[str, Any]]:
-    """Yield settings that may ask for more than the default does."""
-    for key, field in cls.model_fields.items():
-        sort = setting_schema(field).get("type")
-        if sort == "boolean":
-            yield key, not field.default
-        elif sort == "array" and not field.default:
-            yield key, [0.5]
-        elif sort == "integer" and field.default == 0:
-            yield key, 1
+    return f"`{variable.name}`", along, _units(variable.units), meaning, setting and f"`{setting}`"
 
 
 def _products(registry: Mapping[str, type[Strict]], section: str) -> Iterable[str]:
@@ -296,9 +267,7 @@ def _kinds() -> Iterable[str]:
 
 def _cube() -> Iterable[str]:
     yield "## Codes and dimensions of the cube"
-    (chatter,) = (
-        v for v, _ in _written("bursts", OBSERVER_SETTINGS["bursts"]) if v.name == "chatter"
-    )
+    (chatter,) = (v for v, _ in writable("bursts") if v.name == "chatter")
     yield f"`{STATUS.name}`, {STATUS.long_name}: {STATUS.comment}."
     yield f"`{chatter.name}`: {chatter.comment}."
     names = ", ".join(f"{code} `{name}`" for code, name in enumerate(STATUS_MEANINGS))

@@ -325,3 +325,9 @@ class _Settings(Mapping[str, type[Strict]]):
 
 OBSERVER_SETTINGS: Mapping[str, type[Strict]] = _Settings()
 SECTIONS = ("stroboscopic_section", "impact_section")
+
+
+def given_settings(settings: Strict) -> dict[str, Any]:
+    """Return the settings of an observer as it takes them, without remarks on their origin."""
+    remarks = {"threshold": {"assumed", "stated"}}
+    return settings.model_dump(exclude_none=True, exclude=remarks)
