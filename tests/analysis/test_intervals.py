@@ -37,7 +37,7 @@ def found(
     steps: Steps, grid: list[float], predicate: str = "any", resolution: float = 1e-3
 ) -> list[tuple[float, float, bool, bool]]:
     chatter = [steps.level(value) for value in grid]
-    return list(intervals(grid, chatter, PREDICATES[predicate], steps, resolution))
+    return [one[:4] for one in intervals(grid, chatter, PREDICATES[predicate], steps, resolution)]
 
 
 GRID = [k / 20 for k in range(21)]
@@ -303,6 +303,35 @@ def test_edges_of_complete_chatter_of_the_papers(table: pd.DataFrame) -> None:
         wide = rows_at(table, where)
         assert 0.40 < wide["restitution_lower"].iloc[0] < 0.43
         assert wide["restitution_upper"].max() == pytest.approx(upper, abs=0.015)
+
+
+def test_edges_that_are_chance_do_not_survive() -> None:
+    """Where a shift of the clearance, far below anything that is asked for, changes a run beside
+    an edge, the edge is marked; where none of twenty does, it is not."""
+    point = POINT | {"mass_ratio": 0.001, "frequency_ratio": 2.0}
+    run: dict[str, Any] = {"transient": 150, "periods": 40}
+    grid = [round(0.4 + 0.02 * k, 2) for k in range(31)]
+    cube = simulate(**point | {"restitution": grid}, observers=["bursts"], **run)
+    clearances = 0.05 * (1.0 + np.random.default_rng(1).uniform(-1e-13, 1e-13, 20))
+
+    def part(value: float, levels: tuple[int, ...]) -> float:
+        points = [point | {"restitution": value, "clearance": shifted} for shifted in clearances]
+        arrays, _ = run_points(points, ["bursts"], **run)
+        return float(np.isin(arrays["chatter"], levels).mean())
+
+    seen = set()
+    for item in chatter_intervals(cube, "restitution").to_dict("records"):
+        for end, outwards in (("lower", -1), ("upper", 1)):
+            edge = item[f"restitution_{end}"]
+            if edge == grid[-1]:
+                assert item[f"{end}_survives"]
+                continue
+            parts = [
+                part(value, HOLDS[item["chatter"]]) for value in (edge, edge + outwards * 0.02 / 32)
+            ]
+            assert item[f"{end}_survives"] == (parts == [1.0, 0.0]), (item, end, parts)
+            seen.add(item[f"{end}_survives"])
+    assert seen == {True, False}
 
 
 def test_threshold_as_speed_reaches_the_runs() -> None:

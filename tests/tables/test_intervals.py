@@ -11,21 +11,23 @@ from damper.tables import Table
 from damper.tables import intervals as module
 
 COLUMNS = ("mass_ratio", "threshold", "chatter", "restitution_lower", "restitution_upper")
-#: Two places whose hulls move by known amounts from 1 % to 10 %: narrow, cut.
+FLAGS = ("narrow", "cut", "lower_survives", "upper_survives")
+#: Two places whose hulls move by known amounts from 1 % to 10 %: narrow, cut, and where an edge is
+#: chance whether the lower and the upper one survive.
 MADE_UP = [
     (0.1, "3 %", "complete", 0.400, 0.700, False, False),
     (0.1, "3 %", "complete", 0.750, 0.760, True, False),
-    (0.1, "3 %", "complete", 0.800, 1.000, False, True),
+    (0.1, "3 %", "complete", 0.800, 1.000, False, True, False, True),
     (0.1, "3 %", "any", 0.400, 1.000, False, True),
     (0.1, "1 %", "complete", 0.300, 0.700, False, False),
-    (0.1, "1 %", "any", 0.300, 0.950, False, False),
+    (0.1, "1 %", "any", 0.300, 0.950, False, False, True, False),
     (0.1, "10 %", "complete", 0.550, 0.600, False, False),
     (0.1, "10 %", "complete", 0.650, 0.690, False, False),
     (0.1, "10 %", "any", 0.550, 0.990, False, False),
     (0.2, "3 %", "any", 0.500, 0.510, True, False),
     (0.2, "1 %", "complete", 0.350, 0.500, False, False),
     (0.2, "1 %", "any", 0.350, 0.600, False, False),
-    (0.2, "10 %", "any", 0.410, 0.570, False, False),
+    (0.2, "10 %", "any", 0.410, 0.570, False, False, False, False),
 ]
 
 
@@ -34,8 +36,8 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that makes the table of given intervals."""
 
     def table(found: list[tuple], **observer: Any) -> Table:
-        frame = pd.DataFrame(found, columns=[*COLUMNS, "narrow", "cut"])
-        frame = frame.astype({"narrow": bool, "cut": bool})
+        rows = [(*row, True, True)[: len(COLUMNS) + len(FLAGS)] for row in found]
+        frame = pd.DataFrame(rows, columns=[*COLUMNS, *FLAGS]).astype(dict.fromkeys(FLAGS, bool))
         monkeypatch.setattr(module, "chatter_intervals", lambda *_: frame)
         settings = {"threshold": 0.03, "compare_thresholds": [0.01, 0.03, 0.1], **observer}
         cube: xr.Dataset = damper.simulate(
@@ -53,9 +55,11 @@ def test_main_table_by_hand(made: Any) -> None:
     main = table.body[1]
     assert list(main.columns) == ["mass ratio", "complete", "any"]
     assert main.to_numpy().tolist() == [
-        ["0.1", "0.400–0.700, 0.800–1.000+, 1 narrow", "0.400–1.000+"],
+        ["0.1", "0.400–0.700, ~0.800–1.000+, 1 narrow", "0.400–1.000+"],
         ["0.2", "none", "1 narrow"],
     ]
+    assert "`~`: an edge that is chance" in table.body[0]
+    assert "1e-13 to 1e-12" in table.body[0]
 
 
 def test_threshold_table_by_hand(made: Any) -> None:
@@ -69,9 +73,9 @@ def test_threshold_table_by_hand(made: Any) -> None:
         [
             "0.1",
             *("0.300–0.700", "0.400–1.000", "0.550–0.690"),
-            *("0.300–0.950", "0.400–1.000", "0.550–0.990"),
+            *("0.300–~0.950", "0.400–1.000", "0.550–0.990"),
         ],
-        ["0.2", "0.350–0.500", "none", "none", "0.350–0.600", "none", "0.410–0.570"],
+        ["0.2", "0.350–0.500", "none", "none", "0.350–0.600", "none", "~0.410–~0.570"],
     ]
 
 
@@ -106,6 +110,7 @@ def test_speed_and_fractions_are_not_one_scale(made: Any) -> None:
     ]
     table = made(found, threshold={"speed": 0.02}, compare_thresholds=[0.01, 0.1])
     assert "(threshold speed 0.02)" in table.body[0]
+    assert "chance" not in table.body[0]
     assert "from 1 % to 10 %: the lower edge moves by +0.200 to +0.200" in table.body[5]
 
 

@@ -2,14 +2,16 @@
 
 An interval is a run of neighbouring grid values at which a predicate holds. Each of its edges is
 bisected between the two differing neighbours, every run from rest, until both are closer than the
-resolution; the edge given is the last value at which the predicate was seen to hold. Chaotic edges
-are not unique, so intervals narrower than two grid steps are flagged.
+resolution; the edge given is the last value at which the predicate was seen to hold. In chaotic
+motion the runs on both sides of an edge are chance: each edge says whether it survives shifts far
+below the resolution, and intervals narrower than two grid steps are flagged.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +29,23 @@ PREDICATES: dict[str, Callable[[int], bool]] = {
     "complete": lambda chatter: chatter == 2,
     "any": lambda chatter: chatter >= 1,
 }
+
+SHIFTS = tuple(1e-13 * k for k in range(1, 11))
+"""Parts of a value by which it is shifted to see whether an edge survives."""
+
+
+class Interval(NamedTuple):
+    """Outermost values at which something was seen to hold, and the next at which it was not."""
+
+    lower: float
+    upper: float
+    narrow: bool
+    """Whether it is narrower than two grid steps."""
+    cut: bool
+    """Whether it reaches the end of the grid."""
+    below: float | None
+    """None at the end of the grid."""
+    above: float | None
 
 
 def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) -> pd.DataFrame:
@@ -52,7 +71,10 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
         - ``chatter``: ``complete`` or ``any``;
         - ``<along>_lower``, ``<along>_upper``: outermost values with chatter;
         - ``narrow``: narrower than two grid steps;
-        - ``cut``: reaches the end of the axis.
+        - ``cut``: reaches the end of the axis;
+        - ``lower_survives``, ``upper_survives``: whether the runs on both sides of the edge show
+          the same when the value is shifted by parts of 1e-13 to 1e-12. An edge that does not
+          survive is chance. True at an end of the axis, where there is no edge.
 
     Raises
     ------
@@ -95,14 +117,20 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
                 return int(at(value)[k])
 
             for predicate, holds in PREDICATES.items():
-                found += [
-                    (*where.values(), name, predicate, *interval)
-                    for interval in intervals(values, grid.values, holds, one_at, resolution)
-                ]
+
+                def holds_at(value: float, one_at: Any = one_at, holds: Any = holds) -> bool:
+                    return holds(one_at(value))
+
+                for one in intervals(values, grid.values, holds, one_at, resolution):
+                    lasting = (
+                        _survives(one.lower, one.below, holds_at),
+                        _survives(one.upper, one.above, holds_at),
+                    )
+                    found.append((*where.values(), name, predicate, *one[:4], *lasting))
     others = [dim for dim in cube.chatter.dims if dim != along]
     columns = [*others, "threshold", "chatter", f"{along}_lower", f"{along}_upper"]
-    frame = pd.DataFrame(found, columns=[*columns, "narrow", "cut"])
-    return frame.astype({"narrow": bool, "cut": bool})
+    flags = ["narrow", "cut", "lower_survives", "upper_survives"]
+    return pd.DataFrame(found, columns=[*columns, *flags]).astype(dict.fromkeys(flags, bool))
 
 
 def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> dict[str, float]:
@@ -163,12 +191,15 @@ def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
     """Lowest and highest value with chatter of `chatter_intervals`, narrow intervals left out.
 
     One row for each place, threshold and predicate with such an interval; columns as there, without
-    the flags.
+    ``narrow`` and ``cut``.
     """
     lower, upper = f"{along}_lower", f"{along}_upper"
     wide = found[~found["narrow"]]
     keys = list(found.columns[: found.columns.get_loc(lower)])
-    return wide.groupby(keys, sort=False, as_index=False).agg({lower: "min", upper: "max"})
+    groups = wide.groupby(keys, sort=False)
+    first = wide.loc[groups[lower].idxmin(), [*keys, lower, "lower_survives"]]
+    last = wide.loc[groups[upper].idxmax(), [upper, "upper_survives"]]
+    return first.reset_index(drop=True).join(last.reset_index(drop=True))
 
 
 def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataFrame:
@@ -179,6 +210,7 @@ def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataF
     there is no chatter at `high`.
     """
     spans = hulls(found, along)
+    spans = spans.drop(columns=["lower_survives", "upper_survives"])
     before, after = (
         spans[spans["threshold"] == name].drop(columns="threshold") for name in (low, high)
     )
@@ -228,13 +260,11 @@ def intervals(
     holds: Callable[[int], bool],
     chatter_at: Callable[[float], int],
     resolution: float,
-) -> Iterator[tuple[float, float, bool, bool]]:
+) -> Iterator[Interval]:
     """Find the intervals of a predicate on chatter over a rising grid, and bisect their edges.
 
     `chatter_at` gives the chatter between grid values; `resolution` is the largest distance from an
-    edge to a value at which the predicate was seen to fail. Yields lower and upper, the outermost
-    values at which it was seen to hold, and whether the interval is narrower than two grid steps,
-    and whether it reaches the end of the grid.
+    edge to a value at which the predicate was seen to fail.
     """
 
     def holds_at(value: float) -> bool:
@@ -243,13 +273,28 @@ def intervals(
     inside = [holds(int(value)) for value in chatter]
     for first, last in runs(inside):
         lower, upper = values[first], values[last]
+        below = above = None
         if first > 0:
-            lower, _ = bisected(lower, values[first - 1], holds_at, resolution)
+            lower, below = bisected(lower, values[first - 1], holds_at, resolution)
         if last + 1 < len(inside):
-            upper, _ = bisected(upper, values[last + 1], holds_at, resolution)
+            upper, above = bisected(upper, values[last + 1], holds_at, resolution)
         before, after = max(first - 1, 0), min(last + 1, len(inside) - 1)
         step = (values[after] - values[before]) / max(after - before, 1)
-        yield lower, upper, upper - lower < 2.0 * step, first == 0 or last + 1 == len(inside)
+        cut = first == 0 or last + 1 == len(inside)
+        yield Interval(lower, upper, upper - lower < 2.0 * step, cut, below, above)
+
+
+def _survives(inside: float, outside: float | None, holds_at: Callable[[float], bool]) -> bool:
+    """Whether an edge is still there after every one of the `SHIFTS` of the values on its sides."""
+    if outside is None:
+        return True
+    # Towards each other, so that they stay in the parameter's range.
+    towards = math.copysign(1.0, outside - inside)
+    within, beyond = towards * abs(inside), towards * abs(outside)
+    return all(
+        holds_at(inside + shift * within) and not holds_at(outside - shift * beyond)
+        for shift in SHIFTS
+    )
 
 
 def bisected(

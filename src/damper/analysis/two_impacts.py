@@ -69,8 +69,8 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
             def holds(state: int, least: int = least) -> bool:
                 return state >= least
 
-            for lower, upper, _, cut in intervals(grid, states, holds, state_at, resolution):
-                found.append((*where.values(), kind, lower, upper, cut))
+            for one in intervals(grid, states, holds, state_at, resolution):
+                found.append((*where.values(), kind, one.lower, one.upper, one.cut))
     columns = ("range", f"{along}_lower", f"{along}_upper", "cut")
     return pd.DataFrame(found, columns=[*_others(cube, along), *columns])
 

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from damper.analysis.intervals import (
     PREDICATES,
+    SHIFTS,
     chatter_intervals,
     edge_moves,
     hulls,
@@ -59,16 +60,22 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     visible = thresholds(cube)
     main = next(iter(visible))
     where = places(cube.chatter, along)
+    sure = data[["lower_survives", "upper_survives"]].all(axis=None)
+    chance = (
+        " `~`: an edge that is chance, because motion there is chaotic: the runs on its sides "
+        f"change when the {along.replace('_', ' ')} is shifted by parts of {SHIFTS[0]:.0e} to "
+        f"{SHIFTS[-1]:.0e}."
+    )
     body: list[str | pd.DataFrame] = [
         f"Chatter: at least {CHATTER_IMPACTS} visible impacts in one burst (threshold {main}). "
         "Complete: such a burst ends in sticking. Any: complete or not. Edges are the outermost "
         f"values with chatter, bisected to {settings['resolution']:g}. `+`: the interval reaches "
-        "the end of the axis. Intervals narrower than two grid steps (chaotic edges are not "
-        "unique) are counted here and listed in the CSV file."
+        "the end of the axis. Intervals narrower than two grid steps are counted here and listed "
+        "in the CSV file." + ("" if sure else chance)
     ]
     if stopped := int((cube.status != 0).sum()):
         body.append(f"{stopped} points stopped early (`status` in the cube): without chatter here.")
-    body.append(_table(data, where, [(p, p, main) for p in PREDICATES], _intervals))
+    body.append(_table(data, where, [(p, p, main) for p in PREDICATES], _intervals, along))
     # Fractions only: an absolute speed is not on their scale.
     fractions = sorted((value, name) for name, value in visible.items() if isinstance(value, float))
     compared = [name for _, name in fractions]
@@ -79,7 +86,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
             "## How the intervals move with the visibility threshold",
             "Lowest to highest value with chatter, narrow intervals left out. "
             "Gaps between several intervals do not show.",
-            _table(spans, where, columns, _spans),
+            _table(spans, where, columns, _hull, along),
             "\n".join(_moves(data, along, compared[0], compared[-1], len(where))),
         ]
     return Table(f"chatter intervals in {along.replace('_', ' ')}", data, body)
@@ -89,7 +96,8 @@ def _table(
     found: pd.DataFrame,
     where: Sequence[Mapping[str, float]],
     columns: Sequence[tuple[str, str, str]],
-    cell: Callable[[pd.DataFrame], str],
+    cell: Callable[[pd.DataFrame, str], str],
+    along: str,
 ) -> pd.DataFrame:
     """A row for each place, a column for each heading, predicate and threshold."""
     import pandas as pd
@@ -99,25 +107,30 @@ def _table(
         here = rows_at(found, place)
         row = {name.replace("_", " "): f"{value:g}" for name, value in place.items()}
         for head, predicate, name in columns:
-            row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}))
+            row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}), along)
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _intervals(found: pd.DataFrame) -> str:
-    *_, lower, upper, narrow, cut = found.columns
-    wide = found[~found[narrow]]
-    parts = [
-        f"{low:.3f}–{high:.3f}{'+' if ends else ''}"
-        for low, high, ends in zip(wide[lower], wide[upper], wide[cut], strict=True)
-    ]
+def _intervals(found: pd.DataFrame, along: str) -> str:
+    wide = found[~found["narrow"]]
+    parts = [span + "+" * cut for span, cut in zip(_spans(wide, along), wide["cut"], strict=True)]
     parts += [f"{len(found) - len(wide)} narrow"] if len(found) > len(wide) else []
     return ", ".join(parts) or "none"
 
 
-def _spans(found: pd.DataFrame) -> str:
-    *_, lower, upper = found.columns
-    return f"{found[lower].iloc[0]:.3f}–{found[upper].iloc[0]:.3f}" if len(found) else "none"
+def _hull(found: pd.DataFrame, along: str) -> str:
+    return ", ".join(_spans(found, along)) or "none"
+
+
+def _spans(found: pd.DataFrame, along: str) -> list[str]:
+    """Return each interval with its edges, those marked that are chance."""
+    ends = (
+        found[f"{end}_survives"].map({True: "", False: "~"})
+        + found[f"{along}_{end}"].map("{:.3f}".format)
+        for end in ("lower", "upper")
+    )
+    return [f"{lower}–{upper}" for lower, upper in zip(*ends, strict=True)]
 
 
 def _moves(found: pd.DataFrame, along: str, low: str, high: str, places: int) -> Iterator[str]:
