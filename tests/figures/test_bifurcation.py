@@ -376,6 +376,23 @@ def test_single_valued_axis_needs_no_place() -> None:
     assert shades(figure.axes[0]) == EXPECTED
 
 
+def test_logarithmic_axis_is_drawn_as_one() -> None:
+    """Points are as far apart on the paper, and shades reach half way between them there."""
+    grid = [0.01 * 10.0 ** (k / 4) for k in range(9)]
+    levels = [0, 2, 2, 0, 1, 0, 0, 0, 2]
+    cube = made_up({"frequency_ratio": [1.1], "restitution": grid}, levels)
+    for ax in drawn(cube).axes:
+        places = ax.transData.transform([(value, 0.0) for value in grid])[:, 0]
+        assert np.diff(places) == pytest.approx(np.diff(places).mean(), rel=1e-6)
+        assert ax.get_xlim() == pytest.approx((grid[0], grid[-1]))
+        step = 10.0 ** (1 / 8)
+        assert sorted(shades(ax)) == [
+            (pytest.approx(grid[1] / step), pytest.approx(grid[2] * step), "complete"),
+            (pytest.approx(grid[4] / step), pytest.approx(grid[4] * step), "incomplete"),
+            (pytest.approx(grid[8] / step), pytest.approx(grid[8]), "complete"),
+        ]
+
+
 def test_single_value_along() -> None:
     figure = drawn(made_up({"restitution": [0.5]}, chatter=[2]), rows="frequency_ratio")
     assert set(points(figure.axes[0]).get_xdata()) == {0.5}

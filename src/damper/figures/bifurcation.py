@@ -14,7 +14,9 @@ from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
 from damper.figures import THEORY
 from damper.figures.common.layout import (
+    edges,
     few_decades,
+    geometric,
     head,
     legend,
     place_label,
@@ -325,9 +327,14 @@ def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     grid = panel[along].values
+    if geometric(grid):
+        ax.set_xscale("log")
+    if len(grid) > 1:
+        ax.set_xlim(grid.min(), grid.max())
+    few_decades(ax)
     if name == _MULTIPLIER:
         ax.axhline(1.0, color=BLACK, lw=0.6)
-        ax.set(xlim=(grid.min(), grid.max()), ylim=(0.0, 2.0))
+        ax.set_ylim(0.0, 2.0)
         return
     for index, (direction, branch) in enumerate(_directions(panel)):
         colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
@@ -344,8 +351,6 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         ax.plot(
             x, samples.ravel(), ".", ms=size, mew=0.0, color=colour, zorder=order, rasterized=True
         )
-    if len(grid) > 1:
-        ax.set_xlim(grid.min(), grid.max())
     finite = panel[name].values[np.isfinite(panel[name].values)]
     if not finite.size:
         say(ax)
@@ -365,8 +370,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
     if "chatter" not in panel:
         return
     grid = panel[along].values
-    middle = 0.5 * (grid[1:] + grid[:-1])
-    edges = np.concatenate([grid[:1], middle, grid[-1:]])
+    borders = np.concatenate([grid[:1], edges(grid)[1:-1], grid[-1:]])
     for direction, branch in _directions(panel):
         # Of random initial states, the one with the most chatter.
         chatter = branch.chatter.max([dim for dim in branch.chatter.dims if dim != along]).values
@@ -375,7 +379,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
                 _strip(ax, direction)
             for kind, (_, colour) in _CHATTER.items():
                 for first, last in runs(chatter == kind):
-                    ends = (edges[first], edges[last + 1])
+                    ends = (borders[first], borders[last + 1])
                     if direction is None:
                         ax.axvspan(*ends, color=colour, alpha=0.18, lw=0, zorder=0)
                     _bar(ax, ends, direction, colour, 3.0 if kind == 2 else 1.5)
