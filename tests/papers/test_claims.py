@@ -323,10 +323,19 @@ def test_prediction(first: float, second: float, verdict: str) -> None:
     whys = {
         (0.3, 0.05): "the second-order formula is used",
         (0.5, 0.3): "it is made from impact 2 of the burst on",
-        (1.0, 1.0): "good to 10% only with 25% of a burst to come (the median at the worst point), "
-        "or from impact 3 on (in the worst burst)",
+        (1.0, 1.0): "good to 10% of what is left only with 25% of a burst to come (the median at "
+        "the worst point), or from impact 3 on (in the worst burst)",
     }
     assert found.why == whys.get((first, second), found.why)
+    # Errors say relative to what; at the first impact, of all 8 that are left there.
+    if np.isfinite(second):
+        assert "at the first impact of the burst's size (its duration, or the" in found.found
+        assert "later of what is left" in found.found
+        assert [*found.numbers[0][4:6]] == [
+            "worst error of a time, of the duration",
+            "of a completion point, of the largest distance",
+        ]
+        assert [*found.numbers[2][4:6]] == [f"{second:.0%}"] * 2
 
 
 def test_chatter_after_a_transient() -> None:

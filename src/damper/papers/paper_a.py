@@ -247,8 +247,8 @@ def _judge_a6(cubes: Cubes) -> Verdict:
     rows: list[tuple[str, ...]] = [
         (
             *("order", "points", "every time good at the first impact"),
-            *("every completion point so", "worst error of a time", "of a completion point"),
-            "all good from impact",
+            *("every completion point so", "worst error of a time, of the duration"),
+            *("of a completion point, of the largest distance", "all good, of what is left, from"),
         )
     ]
     good = {}
@@ -268,12 +268,16 @@ def _judge_a6(cubes: Cubes) -> Verdict:
                 *(order, str(len(worst["time"]))),
                 *(f"{shares[quantity]:.0%}" for quantity in PREDICTED),
                 *(f"{worst[quantity].max():.0%}" for quantity in PREDICTED),
-                f"{later:.0f}" if later < math.inf else "none listed",
+                f"impact {later:.0f}" if later < math.inf else "none listed",
             )
         )
         left = here["within_left_percent"].min() / 100.0
         good[order] = min(shares.values()) == 1.0, later, left
-    measured = f"predictions of complete bursts; good is an error of at most {_ABOUT:.0%}"
+    measured = (
+        f"predictions of complete bursts; good is an error of at most {_ABOUT:.0%}: at the first "
+        "impact of the burst's size (its duration, or the largest distance of the primary at an "
+        "impact from where it completes), later of what is left of it"
+    )
     if all(first for first, *_ in good.values()):
         why = f"it is good to {_ABOUT:.0%} from the first impact on"
         return Verdict(measured, HOLDS, why, rows)
@@ -285,8 +289,8 @@ def _judge_a6(cubes: Cubes) -> Verdict:
         return Verdict(measured, FAILS, why, rows)
     if left < _TO_COME:
         why = (
-            f"good to {_ABOUT:.0%} only with {left:.0%} of a burst to come (the median at the "
-            f"worst point), or from impact {later:.0f} on (in the worst burst)"
+            f"good to {_ABOUT:.0%} of what is left only with {left:.0%} of a burst to come (the "
+            f"median at the worst point), or from impact {later:.0f} on (in the worst burst)"
         )
         return Verdict(measured, FAILS, why, rows)
     return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on", rows)
