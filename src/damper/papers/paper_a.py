@@ -315,7 +315,7 @@ def _judge_a7(cubes: Cubes) -> Verdict:
                 times.append(here[onset] * frequency / (2.0 * math.pi))
             row.append(f"{times[-1]:.3g}" if here[count] else "none")
         rows.append(row)
-    measured = "onsets from rest, in forcing periods"
+    measured = "onsets from rest, in forcing periods, of one run each: their transients are chaotic"
     # Less than a period from rest is no transient worth the name.
     if first and min(first) > 1.0:
         return Verdict(measured, HOLDS, "no chatter in the first forcing period", rows)
