@@ -359,3 +359,11 @@ def test_cubes_whose_points_cannot_be_run_are_refused(cube: xr.Dataset) -> None:
         chatter_intervals(cube.drop_attrs(), "restitution")
     with pytest.raises(ValueError, match="a dimension 'direction'"):
         chatter_intervals(cube.expand_dims(direction=["up", "down"]), "restitution")
+    given = FIXED | {"mass_ratio": [0.1, 0.2], "frequency_ratio": 1.3, "restitution": [0.4, 0.6]}
+    followed = simulate(**given, periods=1, follow={"mass_ratio": "up"})
+    with pytest.raises(ValueError, match="a dimension 'direction'"):
+        chatter_intervals(followed.isel(mass_ratio=1, direction=0), "restitution")
+    draws = {"draws": 2, "seed": 1, "initial_position": [-1, 1]}
+    drawn = simulate(**given, periods=1, initial=draws).isel(mass_ratio=0)
+    with pytest.raises(ValueError, match="the cube has lost 'initial_position'"):
+        chatter_intervals(drawn.isel(draw=0, drop=True), "restitution")

@@ -92,6 +92,61 @@ def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
         assert np.isclose(run.bursts["onset"].iloc[0], run.events["time"]).any()
 
 
+#: Chaotic at a restitution of 0.9, so that no motion but the very same has its sections.
+CHAOS = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05}
+STARTS = {
+    "branch": {"clearance": [0.07, 0.05, 0.06], "follow": {"clearance": "both"}},
+    "branch in SI": {"gap": [6e-6, 8e-6, 7.5e-6], "follow": {"gap": "both"}},
+    "steady": {"initial": "steady"},
+    "initial values": {"initial_displacement": [0.5, 1.0], "initial_relative_velocity": 0.3},
+    "draws": {"initial": {"draws": 3, "seed": 1, "initial_position": [-1, 1]}},
+}
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_a_point_moves_from_where_it_started(kind: str) -> None:
+    given = SI.given | {"forcing_frequency": 260.0} if "SI" in kind else CHAOS
+    given = given | {"restitution": [0.8, 0.9], "transient": 10, "periods": 30} | STARTS[kind]
+    cube = damper.simulate(**given, accuracy=1e-9)
+    place = {"restitution": 0.9}
+    for name in ("clearance", "gap", "initial_displacement", "direction", "draw"):
+        if name in cube.dims:
+            place[name] = cube[name].values.tolist()[-1]
+    run = cube.damper.run(**place)
+    there = cube.sel(place)
+    np.testing.assert_array_equal(run.cube.displacement, there.displacement)
+    rest = damper.simulate(**run.parameters.given, transient=10, periods=30, accuracy=1e-9)
+    assert abs(rest.displacement - there.displacement).max() > 1e-3 * abs(rest.displacement).max()
+    # Its events are those of its motion, and it is found in a part of the cube, too.
+    moments = run.motion.time.values
+    impacts = run.events["time"][run.events["kind"] == 0]
+    np.testing.assert_allclose(moments[1:][np.diff(moments) == 0.0], impacts, rtol=1e-9)
+    np.testing.assert_array_equal(there.damper.run().cube.displacement, there.displacement)
+
+
+def test_the_orbit_of_a_branch_is_the_one_it_shows() -> None:
+    """Above resonance two impacts per period if it comes from below, and an idle damper."""
+    cube = damper.simulate(
+        **CHAOS | {"frequency_ratio": [1.05, 1.1, 1.15, 1.2], "clearance": 5.0},
+        **{"restitution": 0.7, "transient": 150, "periods": 10},
+        follow={"frequency_ratio": "both"},
+    )
+    words = [cube.damper.orbit(frequency_ratio=1.2, direction=way).word for way in ("up", "down")]
+    assert words == ["R1 L1", ""]
+
+
+def test_what_a_part_of_a_cube_has_lost_is_named() -> None:
+    cube = damper.simulate(**CHAOS, **STARTS["draws"], restitution=[0.5, 0.6], periods=1)
+    for place in ({"draw": 0}, {"restitution": 0}):
+        rest = {"restitution": 0.5, "draw": 1}
+        del rest[next(iter(place))]
+        with pytest.raises(ValueError, match=r"the cube has lost '(initial_position|restitution)'"):
+            cube.isel(place, drop=True).damper.run(**rest)
+    branch = damper.simulate(**CHAOS | STARTS["branch"], restitution=0.5, transient=0, periods=1)
+    with pytest.raises(ValueError, match="the cube has lost 'direction'"):
+        branch.isel(direction=0, drop=True).damper.run(clearance=0.06)
+
+
 def test_figures_and_orbit(cube: xr.Dataset) -> None:
     assert len(cube.damper.bifurcation("restitution").axes) >= 2
     assert len(cube.damper.history(restitution=0.3).axes) == 2
@@ -111,6 +166,29 @@ def test_figures_and_orbit(cube: xr.Dataset) -> None:
 def test_a_point_that_is_none_is_refused(cube: xr.Dataset, point: dict, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         cube.damper.run(**point)
+
+
+@pytest.mark.parametrize(
+    ("axis", "there", "beyond"),
+    [
+        ([0.1, 0.2, 0.5], {0.06: 0.1, 0.31: 0.2, 0.64: 0.5}, [0.04, 0.66]),
+        ([1e-1, 1e-3, 1e-2], {4e-4: 1e-3, 4e-3: 1e-2, 0.3: 0.1}, [3e-4, 0.32]),
+        ([0.3], {0.3: 0.3, 0.1 + 0.2: 0.3}, [0.300001]),
+    ],
+    ids=["uneven", "logarithmic", "one value"],
+)
+def test_a_point_is_at_most_half_a_step_away(
+    axis: list[float], there: dict[float, float], beyond: list[float]
+) -> None:
+    given = CHAOS | {"mass_ratio": axis, "restitution": 0.5, "transient": 0, "periods": 1}
+    cube = damper.simulate(**given, observers=["impacts"])
+    for asked, found in there.items():
+        assert cube.damper.run(mass_ratio=asked).parameters.mass_ratio == found
+    for asked in beyond:
+        ends = f"{min(axis):g} to {max(axis):g}; the nearest value is "
+        nearest = min(axis) if asked < min(axis) else max(axis)
+        with pytest.raises(ValueError, match=f"mass_ratio = {asked}: .*{ends}{nearest}"):
+            cube.damper.history(mass_ratio=asked)
 
 
 def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:

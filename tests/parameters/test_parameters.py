@@ -238,3 +238,12 @@ def test_parameters_load_no_numerics() -> None:
     code = "import json, sys, damper.parameters.quantities\nprint(json.dumps(list(sys.modules)))"
     loaded = set(in_new_process(code))
     assert not loaded & {"numpy", "numba", "pydantic", "damper.engine"}
+
+
+def test_a_state_taken_to_si_units_comes_back_to_the_last_bit() -> None:
+    """A chaotic motion would not be the same one after a rounding."""
+    units = SIParameters(**SI).units
+    for state in (State(*values) for values in np.random.default_rng(1).normal(size=(200, 5))):
+        scaled = state.times(units)
+        assert scaled.y == state.y * units.length
+        assert scaled.over(units) == state

@@ -138,6 +138,22 @@ def test_few_runs_are_kept_and_a_followed_axis_is_run_as_a_whole(
         )
 
 
+def test_at_one_value_of_the_followed_axis_runs_are_those_of_their_branch() -> None:
+    axes = {"frequency_ratio": [1.0, 1.1, 1.2], "restitution": [0.5, 0.6]}
+    fixed = FIXED | {"damping_ratio": 0.02, "clearance": 5.0}
+    follow, at = {"frequency_ratio": "both"}, {"frequency_ratio": 1.2}
+    observers = ["stroboscopic_section", "response"]
+    cube = damper.simulate(**fixed, **axes, follow=follow, observers=observers, **RUN)
+    settings = {"kind": "bifurcation", "along": "restitution", "variables": ["displacement"]}
+    study = {"fixed": fixed, "axes": axes, "initial": {}, "run": RUN, "follow": follow}
+    data = interactive(cube, settings | {"at": at}, study)
+    shown = [unpacked(run["rows"], "<f8").reshape(6, -1)[1, 0] for run in data["runs"]]
+    there = cube.sel(at).transpose("direction", "restitution", ...)
+    begins = there.displacement[..., RUN["periods"] - STRETCH["periods"]].values
+    np.testing.assert_allclose(shown, begins.ravel(), rtol=1e-9)
+    assert len(np.unique(np.round(shown, 3))) == 3  # downwards both begin at rest, out of reach
+
+
 def test_si_runs_are_scaled() -> None:
     study = load_study(ROOT / "config/studies/machine_frame.yaml")
     axes = {"forcing_frequency": [190.0, 200.0], "gap": [2e-4, 4e-4]}

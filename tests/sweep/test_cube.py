@@ -195,7 +195,9 @@ def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "cube.nc") as back:
         assert {name: back.attrs[name] for name in ATTRIBUTES} == ATTRIBUTES
         assert back.attrs.pop("Conventions") == CONVENTIONS
-        assert set(back.attrs) == {*ATTRIBUTES, "runs", "runs_stopped_early"}
+        counted = back.attrs["quantities"].split()
+        assert sorted(counted) == sorted([*AXES, *FIXED])
+        assert set(back.attrs) == {*ATTRIBUTES, "quantities", "runs", "runs_stopped_early"}
     assert whole.attrs["references"] == REFERENCES
     for doi in ("10.1177/1687814017743110", "10.1177/14613484211051849"):
         assert doi in REFERENCES

@@ -22,6 +22,7 @@ def gather_settings(study):
         "observers": study.observer_settings(),
         "primary": study.initial.primary,
         "run": study.run | ENGINE,
+        "followed": {name: study.axis_values[name] for name in study.follow},
         "code": digest("gather.py", *simulation_modules(study)),
         "slices": [
             fingerprint(simulate_settings(study.name, study.slice_path(place)))

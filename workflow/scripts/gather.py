@@ -27,7 +27,7 @@ if refused:
 attributes = {
     **job["about"],
     "references": REFERENCES,
-    **record(job["observers"], job["primary"], job["run"]),
+    **record(job["observers"], job["primary"], job["run"], job["followed"]),
     "code_digest": job["code"],
 }
 cube = gather(parts, job["axes"], job["fan_axes"], job["fixed"], attributes, job["notes"])

@@ -20,7 +20,16 @@ def places(array: xr.DataArray, *without: str) -> list[dict[str, Any]]:
 
 
 def fixed_values(cube: xr.Dataset) -> dict[str, float]:
-    """Quantities of a cube that are no axes, with their values."""
+    """Quantities of a cube that are no axes, with their values.
+
+    ValueError where it has lost one since it was made.
+    """
+    for name in str(cube.attrs.get("quantities", "")).split():
+        if name not in cube.coords:
+            raise ValueError(
+                f"the cube has lost {name!r}, which its runs depend on: "
+                "keep it, as sel and isel do without drop=True"
+            )
     return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
 
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
+from damper.analysis.places import fixed_values
+from damper.engine.loop import FINISHED
+from damper.figures.common.layout import geometric
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import observers_of, settings_of
+from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from damper.engine.trajectory import Trajectory
+    from damper.observers.common.base import Window
 
 
 @xr.register_dataset_accessor("damper")
@@ -22,8 +31,10 @@ class CubeAccessor:
     """Figures of a cube, and runs of its points: ``cube.damper``.
 
     A point is given by its values along the cube's dimensions, such as
-    ``cube.damper.history(restitution=0.6, frequency_ratio=1.3)``; the nearest one of the grid is
-    taken. What lies along a dimension of one value may be left out.
+    ``cube.damper.history(restitution=0.6, frequency_ratio=1.3)``, and by its ``direction`` and
+    ``draw``; the nearest one of the grid is taken, at most half a step away. What lies along a
+    dimension of one value may be left out. A point of a continuation moves as it did in the cube:
+    its branch is run again up to there.
 
     Examples
     --------
@@ -56,14 +67,13 @@ class CubeAccessor:
         Raises
         ------
         ValueError
-            For a point that does not say where along which dimension, or is no run by itself, and
-            for a cube that is of no study.
+            For a point that does not say where along which dimension, or lies beyond the grid, and
+            for a cube that does not say how its runs were made, or has lost what they depend on.
         """
-        parameters, values = self._point(point)
-        primary = self._cube.attrs.get("primary_starts") or "rest"
+        parameters, start, last, _ = self._started(point)
+        state = None if start is None else start.times(last.units)
         sampled = {"samples_per_period": samples_per_period}
-        given = settings_of(self._cube)
-        return recorded(parameters, values, trajectory=sampled, initial=primary, **given)
+        return recorded(parameters, trajectory=sampled, state=state, **settings_of(self._cube))
 
     def history(self, *, start: float = 0.0, stop: float = 10.0, **point: Any) -> Figure:
         """Draw both masses of one point over so many forcing periods of its record."""
@@ -79,36 +89,79 @@ class CubeAccessor:
         Raises
         ------
         ValueError
-            As `damper.periodic_orbit`.
+            As `run` and `damper.periodic_orbit`, and where the run stopped early.
         """
-        parameters, values = self._point(point)
+        parameters, start, last, window = self._started(point)
         if isinstance(parameters, SIParameters):
             parameters = parameters.dimensionless
-        if set(values) & set(INITIAL_NAMES):
-            raise ValueError("orbit: initial quantities of this cube do not settle where it starts")
-        return periodic_orbit(parameters, period)
+        if start is None:
+            return periodic_orbit(parameters, period)
+        end = window.periods + window.length, window.time
+        last.skip(*end)
+        if last.status != FINISHED:
+            raise ValueError("orbit: the run of this point stopped early, max_events are used up")
+        return periodic_orbit(parameters, period, last.state_at(*end))
 
-    def _point(
-        self, point: Mapping[str, float]
-    ) -> tuple[Parameters | SIParameters, dict[str, float]]:
-        """Parameters of a point of the grid, and all values of its run."""
+    def _started(
+        self, point: Mapping[str, Any]
+    ) -> tuple[Parameters | SIParameters, State | None, Trajectory, Window]:
+        """Parameters of a point of the grid, where its run starts, that run, and its record."""
+        about = self._cube.attrs
         observers_of(self._cube)  # refuses what is no cube
-        if "follow" in self._cube.attrs or "draw" in self._cube.dims:
-            raise ValueError("a run of continuation or of a random start is no run by itself")
-        if self._cube.attrs.get("initial", "").startswith(State.__name__):
+        if not about["primary_starts"]:
             raise ValueError("the runs of this cube start from a state of their own: damper.run")
-        axes = {name: self._cube[name] for name in ALL if name in self._cube.dims}
-        lacking = [name for name, axis in axes.items() if axis.size > 1 and name not in point]
-        wrong = [name for name in point if name not in axes]
-        if wrong:
-            raise ValueError(str(unknown_name("dimension", wrong[0], axes)))
-        if lacking:
-            raise ValueError(
-                f"{lacking[0]} is not given; a point says where it lies along {', '.join(axes)}"
-            )
-        point = {name: check_quantity(name, value) for name, value in point.items()}
-        place = self._cube.sel(point, method="nearest") if point else self._cube
-        values = {name: place[name].item() for name in ALL if name in place.coords}
+        place = self._cube.sel(self._place(point))
+        values = fixed_values(place)
+        chain = [values]
+        for name, along in json.loads(about.get("follow", "{}")).items():
+            if "direction" not in place.coords:
+                raise ValueError("the cube has lost 'direction', which its runs depend on")
+            up, here = place.direction.item() == "up", values[name]
+            before = sorted(v for v in along if (v < here if up else v > here))
+            chain = [values | {name: v} for v in (*(before if up else before[::-1]), here)]
         kind = SIParameters if is_si(values) else Parameters
-        of_damper = {name: v for name, v in values.items() if name not in INITIAL_NAMES}
-        return kind(**of_damper), values
+        parameters = kind(**{n: v for n, v in values.items() if n not in INITIAL_NAMES})
+        return parameters, *last_of_chain(chain, about["primary_starts"], **settings_of(self._cube))
+
+    def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """Values of the grid that a point means, along all axes and branches."""
+        names = (*ALL, "direction", "draw")
+        axes = {name: self._cube[name] for name in names if name in self._cube.dims}
+        for name in point:
+            if name not in axes:
+                raise ValueError(str(unknown_name("dimension", name, axes)))
+        place = {}
+        for name, axis in axes.items():
+            if name in point:
+                place[name] = _nearest(axis, point[name])
+            elif axis.size > 1:
+                raise ValueError(
+                    f"{name} is not given; a point says where it lies along {', '.join(axes)}"
+                )
+            else:
+                place[name] = axis.item()
+        return place
+
+
+def _nearest(axis: xr.DataArray, value: Any) -> Any:
+    """Value of an axis at most half a step of it from a value; of a branch, that value."""
+    name, values = str(axis.name), np.sort(axis.values)
+    if name not in ALL:
+        known = {str(one): one for one in values.tolist()}
+        if str(value) not in known:
+            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
+        return known[str(value)]
+    value = check_quantity(name, value)
+    grid, at = values, value
+    if geometric(values):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            grid, at = np.log(values), np.log(value)
+    half = 0.5 * np.diff(grid) if grid.size > 1 else np.zeros(1)
+    slack = 1e-9 * abs(grid).max()
+    nearest = float(values[np.argmin(abs(grid - at))])
+    if not grid[0] - half[0] - slack <= at <= grid[-1] + half[-1] + slack:
+        raise ValueError(
+            f"{name} = {value!r}: outside the cube, which has {values[0]:g} to {values[-1]:g}; "
+            f"the nearest value is {nearest!r}"
+        )
+    return nearest

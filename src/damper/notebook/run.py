@@ -56,7 +56,8 @@ class Run:
     def events(self) -> np.ndarray:
         """Events within the record, as `damper.events` gives them."""
         stretch = self.motion.time.values
-        found = events(self.parameters, self.state, until=stretch[-1])
+        given = {name: self.cube.attrs[name] for name in ("accuracy", "max_events")}
+        found = events(self.parameters, self.state, until=stretch[-1], **given)
         return found[found["time"] >= stretch[0]]
 
     @cached_property
@@ -161,7 +162,6 @@ restitution=0.6)
     steps = math.floor(length * samples_per_period)
     return recorded(
         parameters,
-        parameters.given,
         state=state,
         transient=0,
         periods=math.ceil(length),
@@ -171,10 +171,9 @@ restitution=0.6)
 
 def recorded(
     parameters: Parameters | SIParameters,
-    values: Mapping[str, Any],
     *,
     trajectory: Mapping[str, Any],
-    state: State | None = None,
+    state: State | None,
     **given: Any,
 ) -> Run:
     """Return the run of a point with what `Run` needs."""
@@ -183,4 +182,5 @@ def recorded(
         "bursts": {"records": MOST},
         "stroboscopic_section": {},
     }
-    return Run(parameters, simulate(**values, state=state, observers=observers, **given), state)
+    cube = simulate(state=state, observers=observers, **(given | parameters.given))
+    return Run(parameters, cube, state)

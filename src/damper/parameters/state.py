@@ -47,6 +47,8 @@ class State:
         """Return the state in dimensionless units, given in SI units."""
         if units is NO_UNITS:
             return self
+        if self.__dict__.get("_units") == units:
+            return self.__dict__["_over_units"]
         return State(
             self.x / units.length,
             self.v / units.speed,
@@ -54,6 +56,23 @@ class State:
             self.u / units.speed,
             self.time / units.time,
         )
+
+    def times(self, units: Units) -> "State":
+        """Return the state in SI units, given in dimensionless units; `over` is its inverse.
+
+        To the last bit: the scaled state is kept beside it.
+        """
+        if units is NO_UNITS:
+            return self
+        scaled = State(
+            self.x * units.length,
+            self.v * units.speed,
+            self.y * units.length,
+            self.u * units.speed,
+            self.time * units.time,
+        )
+        scaled.__dict__.update(_units=units, _over_units=self)
+        return scaled
 
 
 def need_state(given: State | None, name: str = "state") -> None:

@@ -186,9 +186,9 @@ def _runs(
     cube: Any, values: Mapping[str, list[Any]], at: Mapping[str, Any], study: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Motions at the product of these values, the last one fastest."""
-    axes = {name: [at[name]] if name in at else given for name, given in study["axes"].items()}
-    for name in axes.keys() & values.keys() - study["follow"].keys():
-        axes[name] = values[name]  # one that is followed needs the neighbours, too
+    axes = dict(study["axes"])
+    for name in axes.keys() - study["follow"].keys():  # one that is followed needs the neighbours
+        axes[name] = [at[name]] if name in at else values.get(name, axes[name])
     plan = branches(product(axes, study["fixed"]), axes, study["initial"], study["follow"])
     runs, _ = run_points(
         plan.points,

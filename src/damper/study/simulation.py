@@ -133,14 +133,13 @@ def simulate(
             observers,
             "" if state else settings.get("primary", "rest"),
             {name: type(DEFAULTS[name])(value) for name, value in run.items()},
+            {name: axes[name] for name in follow},
         ),
     }
     if state is not None:
         attributes["initial"] = repr(state)
     elif settings:
         attributes["initial"] = ", ".join(f"{k}: {v}" for k, v in settings.items())
-    for name, way in follow.items():
-        attributes["follow"] = f"{name}: {way}"
     return gather([part], axes, (), fixed, attributes)
 
 

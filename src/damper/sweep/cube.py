@@ -144,7 +144,8 @@ def gather(
     Returns
     -------
     xarray.Dataset
-        Its attributes count the ``runs``, and of these ``runs_stopped_early``.
+        Its attributes name the ``quantities`` of a run, and count the ``runs``, and of these
+        ``runs_stopped_early``.
     """
     inner = [name for name in axes if name not in fan_axes]
     arrays = {
@@ -164,7 +165,11 @@ def gather(
         first.branches,
         first.labels,
     )
-    cube.attrs |= {"runs": cube.status.size, "runs_stopped_early": int((cube.status != 0).sum())}
+    cube.attrs |= {
+        "quantities": " ".join([*axes, *fixed, *first.labels]),
+        "runs": cube.status.size,
+        "runs_stopped_early": int((cube.status != 0).sum()),
+    }
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
             if name in cube.coords:

@@ -1,7 +1,7 @@
 """How the points of a cube were run: written into its attributes, and read from there."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 #: Settings of runs that a cube's attributes name otherwise.
@@ -12,10 +12,12 @@ def record(
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     primary: str,
     run: Mapping[str, Any],
+    followed: Mapping[str, Sequence[float]],
 ) -> dict[str, Any]:
     """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
 
-    `primary` is empty for runs from a given state; `run` are the settings of every run.
+    `primary` is empty for runs from a given state; `run` are the settings of every run; `followed`
+    is the axis of continuation, if any, with all its values: a part of the cube has fewer.
     """
     if isinstance(observers, str):
         observers = [observers]
@@ -25,6 +27,7 @@ def record(
         **{_ATTRIBUTES.get(name, name): value for name, value in run.items()},
         "observers": json.dumps(plain, default=lambda value: value.tolist()),
         "primary_starts": primary,
+        **({"follow": json.dumps(dict(followed))} if followed else {}),
     }
 
 
@@ -61,7 +64,8 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
     """
     about, settings = cube.attrs, observers_of(cube)
     for dim in ("direction", "draw"):
-        if dim in cube.dims:
+        # One direction of a cube has lost the dimension, not the neighbours.
+        if dim in cube.dims or (dim == "direction" and "follow" in about):
             raise ValueError(
                 f"the cube has a dimension {dim!r}: more of its points can only be run where "
                 "there is one run at each, from rest or from the steady response"

@@ -230,22 +230,11 @@ class _Sweep:
             raise
 
     def _run_chain(self, chain: list[int], observers: list[Observer], buffer: np.ndarray) -> None:
-        settings = self._settings
-        before: tuple[Point, State] | None = None
-        for number in chain:
-            point = self._points[number]
-            start = self._state.over(point.units) if self._state else point.start()
-            if before is not None:
-                start = point.carried_over(*before)
-            trajectory = start_run(point.parameters, start, settings.accuracy, settings.max_events)
-            trajectory.units = point.units
-            periods, time = trajectory.start
-            window = Window(periods + settings.transient, time, settings.periods)
+        points = [self._points[number] for number in chain]
+        runs = _chained(points, self._settings, self._state)
+        for number, (_, trajectory, window) in zip(chain, runs, strict=False):
             self._observe(number, trajectory, window, observers, buffer)
             self.status[number] = trajectory.status
-            before = None
-            if len(chain) > 1 and trajectory.status == FINISHED:
-                before = point, trajectory.state_at(window.periods + window.length, time)
             with self._lock:
                 self._done += 1
                 if self._progress:
@@ -278,6 +267,40 @@ class _Sweep:
             yield piece
             if self._stopped:
                 raise _StoppedError
+
+
+def last_of_chain(
+    points: Sequence[Mapping[str, float]], primary: str = "rest", **run: Any
+) -> tuple[State | None, Trajectory, Window]:
+    """Run a chain, each point from the end of the one before, up to the start of its last run.
+
+    Points, `primary` and settings are as for `run_points`. Returned are the dimensionless state
+    that the last run starts from (None is rest), that run, and its record.
+    """
+    runs = _chained([read_point(values, primary) for values in points], RunSettings(**run))
+    for _ in points[1:]:
+        _, trajectory, window = next(runs)
+        trajectory.skip(window.periods + window.length, window.time)
+    return next(runs)
+
+
+def _chained(
+    points: Iterable[Point], settings: RunSettings, state: State | None = None
+) -> Iterator[tuple[State | None, Trajectory, Window]]:
+    """Yield each run of a chain with its start and record; it has to be run before the next."""
+    before: tuple[Point, State] | None = None
+    for point in points:
+        start = state.over(point.units) if state else point.start()
+        if before is not None:
+            start = point.carried_over(*before)
+        trajectory = start_run(point.parameters, start, settings.accuracy, settings.max_events)
+        trajectory.units = point.units
+        periods, time = trajectory.start
+        window = Window(periods + settings.transient, time, settings.periods)
+        yield start, trajectory, window
+        before = None
+        if trajectory.status == FINISHED:
+            before = point, trajectory.state_at(window.periods + window.length, time)
 
 
 class _StoppedError(Exception):
