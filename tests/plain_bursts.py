@@ -141,7 +141,7 @@ def burst_summary(scene: Scene, fraction: float = 0.0, speed: float = 0.0) -> di
     return {
         "visible_impacts": max(counts.values(), default=0),
         "chatter": 2 if any(b.complete for b in chattering) else int(bool(chattering)),
-        "bursts_per_period": len(ended) / scene.periods,
+        "bursts_per_period": len(begun) / scene.periods,
         "complete_fraction": (sum(b.complete for b in ended) / len(ended) if ended else math.nan),
         "sticking_fraction": sticking_time(scene) / (scene.end - scene.start),
     }

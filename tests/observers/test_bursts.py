@@ -125,11 +125,23 @@ def scene_with_end_in_a_burst(restitution: float) -> Scene:
     raise AssertionError("no such scene")
 
 
-def test_burst_cut_by_the_end_counts_for_visibility_only() -> None:
+COMPLETE = {"restitution": 0.3}
+INCOMPLETE = {"restitution": 0.5, "damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 5.0}
+
+
+@pytest.mark.parametrize("change", [COMPLETE, INCOMPLETE], ids=["complete", "incomplete"])
+def test_the_rate_of_a_periodic_motion_is_exact(change: dict[str, float]) -> None:
+    """One burst on each wall in a period, wherever the record begins and however short it is."""
+    for phase, periods in itertools.product(np.arange(0.0, 6.3, 0.9), (1, 5, 30)):
+        found = observed(Scene({**STUDY, **change, "phase": phase}, 60, periods))
+        assert found["bursts_per_period"] == 2.0, (phase, periods)
+
+
+def test_burst_cut_by_the_end_has_no_known_end() -> None:
     run = scene_with_end_in_a_burst(0.8)
     begun = [b for b in all_bursts(run.rows()) if b.onset >= run.start]
     found = observed(run, records=50)
-    assert found["bursts_per_period"] * run.periods == len(begun) - 1
+    assert found["bursts_per_period"] * run.periods == len(begun)
     assert np.isfinite(found["burst_onset"]).sum() == len(begun) - 1
     assert_summary(found, burst_summary(run, fraction=0.03))
 
@@ -150,7 +162,7 @@ def test_cut_burst_alone_is_chatter_of_unknown_end() -> None:
     assert set(rows["kind"].tolist()) == {0}
     assert set(rows["side"].tolist()) == {-1}
     found = observed(cut, records=2)
-    assert found["bursts_per_period"] == 0.0
+    assert found["bursts_per_period"] == 1.0
     assert math.isnan(found["complete_fraction"])
     assert found["visible_impacts"] == all_bursts(rows)[0].visible(0.9, 0.03) >= 5
     assert found["chatter"] == 1

@@ -1,8 +1,8 @@
 """Bursts: runs of consecutive impacts on one wall, and whether they end in sticking.
 
-A burst ends at an impact on the other wall or at sticking. Bursts that begin in the window are
-counted; one that the window's end cuts counts for `visible_impacts` and `chatter`, but neither as
-complete nor as incomplete in the fraction, because its end is not known.
+A burst ends at an impact on the other wall or at sticking. It belongs to the window in which it
+begins, so the rate of a periodic motion is exact over whole periods. One that the window's end cuts
+is neither complete nor incomplete in the fraction, nor listed, because its end is not known.
 """
 
 from typing import Any
@@ -105,12 +105,17 @@ class Bursts(Observer):
         made = [
             Variable("visible_impacts", most, "1", dtype="i4", comment=seen),
             Variable("chatter", kinds, "1", dtype="i1", comment=f"{chatter}; {seen}"),
-            Variable("bursts_per_period", "bursts per forcing period", "1"),
+            Variable(
+                "bursts_per_period",
+                "bursts per forcing period",
+                "1",
+                comment="those that begin in the record",
+            ),
             Variable(
                 "complete_fraction",
                 "part of the bursts that ends in sticking",
                 "1",
-                comment="all bursts, visible count or not",
+                comment="all bursts that begin and end in the record, visible count or not",
             ),
             Variable("sticking_fraction", "part of the time spent sticking", "1"),
         ]
@@ -164,12 +169,13 @@ class Bursts(Observer):
             return
         state = read_record(self._state)
         counts = (self._visible, self._chatter)
-        if state.wall not in (_NONE, _EARLIER, _UNKNOWN):
+        cut = state.wall not in (_NONE, _EARLIER, _UNKNOWN)
+        if cut:
             _judge(counts, 1)
         put = {
             "visible_impacts": self._visible[1, 0],
             "chatter": self._chatter[0],
-            "bursts_per_period": state.bursts / self._window.length,
+            "bursts_per_period": (state.bursts + cut) / self._window.length,
             "sticking_fraction": state.sticking / (self._window.length * self._model.period),
         }
         if state.bursts:
