@@ -29,6 +29,19 @@ def test_complete_chatter() -> None:
     assert observed(frequency_ratio=1.3, **values) == (1, 0, (0, 0, 1, 1))
 
 
+def test_sticking_on_both_walls_has_a_side_too() -> None:
+    """At the moments compared the free mass sticks on one wall, and half a period later on the
+    other."""
+    values = {"mass_ratio": 1.0, "damping_ratio": 0.01, "clearance": 0.2, "restitution": 0.1}
+    sides = []
+    for sign, phase in ((1, 1.5), (-1, 1.5 + np.pi)):
+        start = {"initial_displacement": 2.33 * sign, "initial_relative_velocity": 0.157 * sign}
+        period, side, counts = observed(frequency_ratio=0.3306, phase=phase, **start, **values)
+        assert (period, counts) == (1, (0, 0, 1, 1))
+        sides.append(side)
+    assert sides == [1, -1]
+
+
 def test_the_doubled_motion_beside_a_stop() -> None:
     """All impacts are on one wall, in one burst without an end."""
     values = {**TWO_IMPACTS, "mass_ratio": 1e15, "damping_ratio": 0.0, "frequency_ratio": 2.8}

@@ -43,7 +43,8 @@ class ObservedMotion(Observer):
             "which of a mirror pair the motion is",
             "1",
             comment="0 symmetric; -1 left, 1 right: the wall with more impacts or, with as many on "
-            "each, that which the free mass is nearer to; missing where it does not repeat",
+            "each, that which the free mass is nearer to or, where it sticks on both alike, the "
+            "primary; missing where it does not repeat",
         ),
         *(
             Variable(
@@ -90,18 +91,20 @@ class ObservedMotion(Observer):
                 half = states[-3 * period - 1 : -period]
                 symmetric = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
                 happened = counts[-1] - counts[-2 * period - 1]
-                side = 0 if symmetric else _side(later[1:], happened)
+                side = 0 if symmetric else _side(later[1:], happened, near)
                 self._put({"motion_period": period, "motion_side": side})
                 names = [variable.name for variable in self.variables[2:]]
                 self._put(dict(zip(names, happened.astype(int), strict=True)))
                 return
 
 
-def _side(states: np.ndarray, counts: np.ndarray) -> int:
+def _side(states: np.ndarray, counts: np.ndarray, near: float) -> int:
     """Wall that a motion without symmetry is on; its mirror image is on the other one."""
     left, right, left_complete, right_complete = counts
-    nearer = (states[:, 2] - states[:, 0]).sum()
-    return int(np.sign(right - left or right_complete - left_complete or nearer))
+    # A free mass that sticks on both walls may be as near to each: then the primary is not.
+    sums = np.column_stack([states[:, 2] - states[:, 0], states]).sum(axis=0)
+    differences = (right - left, right_complete - left_complete, *sums[abs(sums) > near])
+    return int(np.sign(next(filter(None, differences), 0.0)))
 
 
 def in_words(found: Mapping[str, int]) -> str:
