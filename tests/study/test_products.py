@@ -298,6 +298,19 @@ def test_directions_need_a_place(tmp_path: Path) -> None:
     load(tmp_path, CURVES | {"lines": "direction", "at": at}, **followed("both"))
 
 
+def test_basins_need_starts(tmp_path: Path) -> None:
+    """Points of the grid are none, nor are the starts that the figure counts along."""
+    figure = {"kind": "basins", "along": "clearance"}
+    given: dict[str, Any] = {"observers": {"motion": None}}
+    starts = {"initial_displacement": {"values": [0, 1]}}
+    for along, axes in (("clearance", {}), ("initial_displacement", starts)):
+        message = blame(tmp_path, figure | {"along": along}, axes=GOOD["axes"] | axes, **given)
+        assert "needs several starts" in message
+        assert "allowed: draws, or axes of initial quantities" in message
+    load(tmp_path, figure, axes=GOOD["axes"] | starts, **given)
+    load(tmp_path, figure, initial={"draws": 3, "seed": 1, "initial_position": [-1, 1]}, **given)
+
+
 def test_draws_need_a_place_but_in_bifurcations(tmp_path: Path) -> None:
     initial = {"draws": 3, "seed": 1, "initial_position": [-1, 1]}
     message = blame(tmp_path, TRAJECTORY, initial=initial)

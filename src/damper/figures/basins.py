@@ -12,7 +12,7 @@ from damper.figures.common.style import COLUMN
 from damper.figures.map import MOTIONS
 from damper.study.fields import Text
 from damper.study.messages import Faults
-from damper.study.products import Caption, Offer, Product, Role, fit_axis, need
+from damper.study.products import Caption, Offer, Product, Role, fit_axis, need, need_starts
 from damper.study.study_file import See
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ class BasinsFigure(Product):
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need(offer, faults, "motion")
+        need_starts(offer, faults, settings.get("along"))
         fit_axis("along", Role(least=2), settings, offer, faults)
 
 

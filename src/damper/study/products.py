@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, TypeAdapter, ValidationError
 
 from damper.observers import OBSERVERS, make_observers, writable
-from damper.parameters.quantities import ALL, nearest
+from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, Entries, Text, as_numbers, one_of
 from damper.study.messages import Faults
@@ -363,6 +363,12 @@ def need_listed_bursts(offer: Offer, faults: Faults) -> None:
     """Note that the study has no bursts; `Product.single_bursts` is for those without a list."""
     if "bursts" not in offer.observers:
         faults.add((), "needs bursts among the observers", "bursts: {records: 50}")
+
+
+def need_starts(offer: Offer, faults: Faults, along: str | None) -> None:
+    """Note that the study has one start at each point of an axis."""
+    if not {*INITIAL_NAMES, "draw"} & {*offer.dimensions} - {along}:
+        faults.add((), "needs several starts", "draws, or axes of initial quantities")
 
 
 def need_one_run(offer: Offer, faults: Faults, bisected: str | None = None) -> None:

@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.study.fields import Text
 from damper.study.messages import Faults
-from damper.study.products import Offer, Product, Role, fit_axis, need
+from damper.study.products import Offer, Product, Role, fit_axis, need, need_starts
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ class Basins(Product):
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need(offer, faults, "motion")
+        need_starts(offer, faults, settings.get("along"))
         fit_axis("along", Role(), settings, offer, faults)
 
 
