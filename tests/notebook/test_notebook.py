@@ -142,6 +142,14 @@ def test_what_a_part_of_a_cube_has_lost_is_named() -> None:
         del rest[next(iter(place))]
         with pytest.raises(ValueError, match=r"the cube has lost '(initial_position|restitution)'"):
             cube.isel(place, drop=True).damper.run(**rest)
+    with pytest.raises(ValueError, match="the cube has lost 'clearance', which its runs depend on"):
+        cube.drop_vars("clearance").damper.run(restitution=0.5, draw=1)
+    with pytest.raises(ValueError, match="the cube has lost 'restitution'"):
+        cube.drop_vars("restitution").damper.bifurcation("restitution")
+    with pytest.raises(ValueError, match="the cube has nothing along 'draw': select at least one"):
+        cube.isel(draw=[]).damper.run(restitution=0.5)
+    with pytest.raises(ValueError, match="draw = 3: must be one of 0, 1, 2"):
+        cube.damper.run(restitution=0.5, draw=3)
     branch = damper.simulate(**CHAOS | STARTS["branch"], restitution=0.5, transient=0, periods=1)
     with pytest.raises(ValueError, match="the cube has lost 'direction'"):
         branch.isel(direction=0, drop=True).damper.run(clearance=0.06)

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.motions import attractors
+from damper.analysis.places import need_axes
+from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.quantity import in_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,10 +37,22 @@ def basin_fractions(
     pandas.DataFrame
         Value of the axis, motion, starts that end in it and of all that ended, their part, and its
         limits `lower` and `upper`. Runs that stopped do not count.
+
+    Raises
+    ------
+    ValueError
+        When the cube lacks the axis or a variable, or has no starts.
     """
     import pandas as pd
 
+    if along is not None:
+        need_axes(cube, along)
+    in_range("confidence", confidence, minimum=0, maximum=1, below=True)
     classes, names = attractors(cube)
+    if not {*INITIAL_NAMES, "draw"} & {*classes.dims} - {along}:
+        raise ValueError(
+            "the cube has no starts: make it with draws, or with axes of initial quantities"
+        )
     rows = []
     for value in [None] if along is None else cube[along].values.tolist():
         here = classes if value is None else classes.sel({along: value})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from damper.analysis.places import need_variables, places, rows_at
 from damper.analysis.stretches import BURST_VARIABLES, Burst, listed_bursts
-from damper.parameters.quantity import real
+from damper.parameters.quantity import in_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +53,7 @@ def list_bursts(cube: xr.Dataset) -> pd.DataFrame:
     """
     import pandas as pd
 
-    need_variables(cube, "bursts: {records: ...}", *BURST_VARIABLES)
+    need_variables(cube, "bursts: {records: ...}", *BURST_VARIABLES, along=["burst"])
     names = [str(dim) for dim in cube.burst_onset.dims if dim != "burst"]
     rows = [
         (*where.values(), *burst, burst.chatter)
@@ -88,7 +88,7 @@ def burst_statistics(cube: xr.Dataset, since: float = 0.0) -> pd.DataFrame:
     import pandas as pd
 
     found = list_bursts(cube)
-    found = found[found["onset"] >= real("since", since)]
+    found = found[found["onset"] >= in_range("since", since)]
     rows = []
     for where in places(cube.burst_onset, "burst"):
         here = rows_at(found, where)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_variables, places
+from damper.parameters.quantity import in_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,6 +23,15 @@ if TYPE_CHECKING:
 BURST, IMPACT = "complete_burst", "burst_impact"
 PREDICTED = ("time", "displacement")
 ORDERS = ("first", "second")
+_OF_BURSTS = tuple(f"completion_{quantity}_uncertainty" for quantity in PREDICTED)
+_OF_IMPACTS = (
+    *("rebound_speed", "prediction_error_estimate"),
+    *(
+        f"{which}_{quantity}"
+        for which in ("remaining", "first_order", "second_order")
+        for quantity in PREDICTED
+    ),
+)
 #: An error counts where it is this many times the uncertainty of the resolved value.
 SHARP = 100.0
 #: Largest estimated relative error for which the asymptotic law is looked at.
@@ -72,7 +82,10 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
     """
     import pandas as pd
 
-    need_variables(cube, "accumulation", "rebound_speed", "complete_bursts")
+    in_range("within", within, minimum=0, above=True)
+    need_variables(cube, "accumulation", "complete_bursts")
+    need_variables(cube, "accumulation", *_OF_BURSTS, along=[BURST])
+    need_variables(cube, "accumulation", *_OF_IMPACTS, along=[BURST, IMPACT])
     rows = []
     for where in places(cube.complete_bursts):
         here = cube.sel(where)

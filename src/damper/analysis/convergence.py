@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.analysis.places import need_axes
-from damper.parameters.quantities import ALL, MODEL_NAMES
+from damper.analysis.places import fixed_values, need_axes, need_numbers
+from damper.parameters.quantities import ALL, MODEL_NAMES, unknown_name
 from damper.sweep.record import recorded
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def distance_to_rigid(
     import pandas as pd
 
     need_axes(cube, along)
+    _need_comparable(cube, variables)
     rigid = _rigid_values(cube, variables)
     frames = []
     for name in variables:
@@ -89,12 +90,12 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
     >>> round(order_of_convergence(stiffness, 3.0 * stiffness**-0.5), 6)
     -0.5
     """
-    parameter, distance = (np.asarray(each, dtype=float) for each in (parameter, distance))
-    if parameter.ndim != 1 or parameter.shape != distance.shape or not (parameter > 0.0).all():
-        raise ValueError(
-            f"parameter = {parameter}, distance = {distance}: must be two sequences of one length, "
-            "and the parameter positive"
-        )
+    message = (
+        "parameter and distance: must be two sequences of one length, and the parameter positive"
+    )
+    parameter, distance = (need_numbers(each, message) for each in (parameter, distance))
+    if parameter.shape != distance.shape or not (parameter > 0.0).all():
+        raise ValueError(message)
     if len(parameter) < 2:
         return math.nan
     upper = parameter >= np.sqrt(parameter.min() * parameter.max())
@@ -104,27 +105,37 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
     return float(np.polyfit(np.log(parameter[good]), np.log(distance[good]), 1)[0])
 
 
+def _need_comparable(cube: xr.Dataset, variables: Sequence[str]) -> None:
+    """Raise ValueError or TypeError unless these are variables that the rigid damper has, too."""
+    if isinstance(variables, str) or not isinstance(variables, Sequence) or not variables:
+        raise TypeError(f"variables = {variables!r}: must be a list of one variable or more")
+    for name in variables:
+        if not isinstance(name, str) or name not in cube.data_vars:
+            raise ValueError(str(unknown_name("variable", name, map(str, cube.data_vars))))
+        for dim in cube[name].dims:
+            if dim not in _TAKEN and dim not in ALL:
+                raise ValueError(
+                    f"{name} has values along {dim!r}: must be a variable with one value at each "
+                    "point, of a section, or of the bursts listed"
+                )
+
+
 def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float]:
     """Values of the rigid damper that is otherwise the same, by one run of it."""
     from damper.sweep.cube import without_missing
     from damper.sweep.slices import simulate_slice
 
-    for name in variables:
-        if name not in cube:
-            raise ValueError(
-                f"no variable {name!r}: must be one of {', '.join(map(str, cube.data_vars))}"
-            )
     contact = MODEL_NAMES["compliant"]
-    fixed = {}
     for name in ALL:
-        if name in cube.coords and name not in contact:
-            if cube[name].ndim:
-                raise ValueError(f"axis {name!r}: only the contact may vary here")
-            fixed[name] = float(cube[name])
+        if name in cube.coords and cube[name].ndim and name not in contact:
+            raise ValueError(f"axis {name!r}: only the contact may vary here")
+    fixed = {name: value for name, value in fixed_values(cube).items() if name not in contact}
     run = recorded(cube)
     part = simulate_slice(fixed, {}, initial={"primary": run.pop("primary")}, **run)
     dims = {variable.name: variable.dims for variable in part.variables}
     return {
-        name: float(without_missing(part.arrays[name])[(0, *(_TAKEN[dim] for dim in dims[name]))])
+        name: float(
+            without_missing(part.arrays[name])[(0, *(_TAKEN[dim] for dim in dims.get(name, ())))]
+        )
         for name in variables
     }

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from damper.analysis.places import fixed_values, need_axes, need_variables, places
+from damper.analysis.places import fixed_values, need_axes, need_known, need_variables, places
 from damper.analysis.runs import runs
-from damper.parameters.quantity import real
+from damper.parameters.quantity import in_range, real
 from damper.sweep.record import recorded
 
 if TYPE_CHECKING:
@@ -97,8 +97,8 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
 
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
-    if not real("resolution", resolution) > 0.0:
-        raise ValueError(f"resolution = {resolution!r}: must be a number > 0")
+    in_range("resolution", resolution, minimum=0, above=True)
+    need_known(cube.chatter)
     visible = thresholds(cube)
     run = recorded(cube, "bursts")
     fixed = fixed_values(cube)
@@ -248,7 +248,10 @@ class ChatterAt:
             # Loads the engine, which figures that show intervals do not need.
             from damper.sweep.runs import run_points
 
-            arrays, _ = run_points([self._fixed | {self._along: value}], **self._run)
+            point = self._fixed | {self._along: value}
+            arrays, _ = run_points([point], **self._run)
+            if arrays["status"][0]:
+                raise ValueError(f"chatter is not known: the run at {point} stopped early")
             more = arrays.get("chatter_by_threshold", np.empty((1, 0)))
             self._known[value] = np.concatenate([arrays["chatter"], more[0]])
         return self._known[value]

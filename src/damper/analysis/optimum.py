@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_axes, need_variables, places
+from damper.parameters.quantity import in_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,6 +78,7 @@ def best_clearance(
     import pandas as pd
 
     need_axes(cube, along, over)
+    in_range("damped", damped, minimum=0, above=True)
     _need_observers(cube, "peak_displacement", "amplitude_ratio")
     found = []
     names = [str(dim) for dim in cube.amplitude_ratio.dims if dim not in (along, over)]
@@ -145,6 +147,7 @@ def damping_shares(
         damper. NaN where there are no such points.
     """
     need_axes(cube, along)
+    in_range("good", good, minimum=0, above=True)
     _need_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
     contact = cube.impacts_per_period > 0.0
     lasting = contact & ((cube.chatter > 0) | (cube.sticking_fraction > 0.0))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from damper.parameters.quantities import ALL, unknown_name
 from damper.sweep.grid import product
@@ -24,12 +26,7 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
 
     ValueError where it has lost one since it was made.
     """
-    for name in str(cube.attrs.get("quantities", "")).split():
-        if name not in cube.coords:
-            raise ValueError(
-                f"the cube has lost {name!r}, which its runs depend on: "
-                "keep it, as sel and isel do without drop=True"
-            )
+    need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
     return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
 
 
@@ -40,8 +37,21 @@ def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
     return frame
 
 
+def need_coordinates(cube: xr.Dataset, *names: str) -> None:
+    """Raise ValueError where a cube has lost what its runs depend on."""
+    for name in names:
+        if name not in cube.coords:
+            raise ValueError(
+                f"the cube has lost {name!r}, which its runs depend on: "
+                "keep it, as sel and isel do without drop=True"
+            )
+
+
 def need_cube(cube: Any) -> None:
-    """Raise TypeError for what is no cube, such as the name of its file."""
+    """Raise TypeError for what is no cube, such as the name of its file.
+
+    ValueError for one without points, or without the values of an axis.
+    """
     import xarray as xr
 
     if not isinstance(cube, xr.Dataset):
@@ -49,24 +59,55 @@ def need_cube(cube: Any) -> None:
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
             "from damper.simulate or a study's cube.nc"
         )
+    need_coordinates(cube, *(name for name in ALL if name in cube.dims))
+    for dim, size in cube.sizes.items():
+        if size == 0:
+            raise ValueError(f"the cube has nothing along {dim!r}: select at least one value")
 
 
 def need_axes(cube: xr.Dataset, *names: str) -> None:
     """Raise ValueError unless a cube has axes of these names; TypeError when it is no cube."""
     need_cube(cube)
-    for name in names:
-        if name not in cube.dims:
-            raise ValueError(str(unknown_name("axis", name, [str(dim) for dim in cube.dims])))
+    axes = [name for name in ALL if name in cube.dims]
+    for k, name in enumerate(names):
+        if not isinstance(name, str) or name not in axes:
+            raise ValueError(str(unknown_name("axis", name, axes)))
+        if name in names[:k]:
+            raise ValueError(f"axis {name!r} is given twice: must be two axes")
 
 
-def need_variables(cube: xr.Dataset, observer: str, *names: str) -> None:
-    """Raise ValueError unless a cube has the variables of an observer; TypeError for no cube."""
+def need_variables(cube: xr.Dataset, observer: str, *names: str, along: Sequence[str] = ()) -> None:
+    """Raise ValueError unless a cube has the variables of an observer; TypeError for no cube.
+
+    Each has to have the dimensions `along`.
+    """
     need_cube(cube)
     for name in names:
-        if name not in cube:
+        if name not in cube.data_vars:
             raise ValueError(
                 f"the cube has no variable {name!r}: make it with {observer!r} among the observers"
             )
+        for dim in along:
+            if dim not in cube[name].dims:
+                raise ValueError(f"{name} has lost its dimension {dim!r}: must be all along it")
+
+
+def need_known(array: xr.DataArray) -> None:
+    """Raise ValueError where a variable is missing, because a run stopped early."""
+    for place in np.argwhere(np.isnan(array.values))[:1]:
+        where = {dim: array[dim].values[k].item() for dim, k in zip(array.dims, place, strict=True)}
+        raise ValueError(f"{array.name} is not known: the run at {where} stopped early")
+
+
+def need_numbers(values: Any, message: str) -> np.ndarray:
+    """Return a sequence of numbers as an array; ValueError with the message for anything else."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(message) from None
+    if array.ndim != 1:
+        raise ValueError(message)
+    return array
 
 
 def in_millimetres(cube: xr.Dataset) -> xr.Dataset:

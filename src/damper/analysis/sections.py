@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.analysis.places import need_variables
-from damper.parameters.quantity import real, whole
+from damper.analysis.places import need_numbers, need_variables
+from damper.parameters.quantity import in_range, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +42,8 @@ def section_period(cube: xr.Dataset, same: float = SAME) -> xr.DataArray:
     >>> section_period(cube).values
     array([1, 1])
     """
-    need_variables(cube, "stroboscopic_section", "displacement", "velocity")
-    same = real("same", same)
+    need_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
+    same = in_range("same", same, minimum=0, maximum=1)
     pairs = [cube[name].transpose(..., "sample").values for name in ("displacement", "velocity")]
     points = np.stack(pairs, axis=-1)
     periods = [period_of(run, same) for run in points.reshape(-1, *points.shape[-2:])]
@@ -68,7 +68,7 @@ def section_points(cube: xr.Dataset) -> xr.DataArray:
         section's size are one: a periodic motion has as many as periods, a chaotic one as many as
         were taken. `section_period` takes their order into account.
     """
-    need_variables(cube, "stroboscopic_section", "displacement")
+    need_variables(cube, "stroboscopic_section", "displacement", along=["sample"])
     array = cube.displacement.transpose(..., "sample")
     x = np.sort(array.values, axis=-1)
     size = SAME * (1.0 + np.abs(x).max(axis=-1, keepdims=True))
@@ -118,10 +118,9 @@ def first_lasting_change(periods: Sequence[int], least: int = 10) -> int | None:
     >>> first_lasting_change([1, 1, 1, 2, 1, 1, 1, 2, 0, 2], least=3)
     7
     """
-    if np.ndim(periods) != 1:
-        raise ValueError(
-            f"periods = {periods!r}: must be a sequence, `section_period` along an axis"
-        )
+    message = f"periods is a {type(periods).__name__}: must be `section_period` along one axis"
+    if not np.isfinite(need_numbers(periods, message)).all():
+        raise ValueError("periods: must be finite numbers")
     least = whole("least", least, 1)
     for index in range(least, len(periods) - least + 1):
         before = set(periods[index - least : index])

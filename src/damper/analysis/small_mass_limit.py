@@ -10,7 +10,8 @@ import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.analysis.intervals import bisected
-from damper.analysis.places import fixed_values, need_variables, places
+from damper.analysis.places import fixed_values, need_axes, need_variables, places
+from damper.parameters.quantity import in_range
 from damper.sweep.record import recorded
 from damper.theory.small_mass import critical_restitution
 
@@ -55,8 +56,10 @@ def small_mass_border(cube: xr.Dataset, resolution: float = 1e-4) -> pd.DataFram
     import pandas as pd
 
     need_variables(cube, "bursts", "complete_fraction")
+    in_range("resolution", resolution, minimum=0, above=True)
     run = recorded(cube, "bursts") | {"observers": ["bursts"]}
     over = gap_axis(cube)
+    need_axes(cube, "restitution", over)
     cube = cube.sortby(["restitution", over])
     values = cube.restitution.values
     fixed = fixed_values(cube)

@@ -10,6 +10,7 @@ import numpy as np
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
 from damper.analysis.places import need_axes, need_variables, places
+from damper.parameters.quantity import in_range
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 
@@ -55,6 +56,8 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     import pandas as pd
 
     need_axes(cube, along)
+    need_variables(cube, "stroboscopic_section", "displacement")
+    in_range("resolution", resolution, minimum=0, above=True)
     grid = np.sort(cube[along].values).tolist()
     found = []
     for where in _places(cube, along):
@@ -106,6 +109,7 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
 
     need_axes(cube, along)
     need_variables(cube, "impacts", "impacts_per_period")
+    need_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
     section = {name: given for name, given in observers_of(cube).items() if name in SECTIONS}
     found = []
     for where in _places(cube, along):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damper.analysis.places import fixed_values
+from damper.analysis.places import fixed_values, need_coordinates, need_cube
 from damper.engine.loop import FINISHED
 from damper.figures.common.layout import geometric
 from damper.notebook.run import Run, drawn, recorded
@@ -114,8 +114,7 @@ class CubeAccessor:
         values = fixed_values(place)
         chain = [values]
         for name, along in json.loads(about.get("follow", "{}")).items():
-            if "direction" not in place.coords:
-                raise ValueError("the cube has lost 'direction', which its runs depend on")
+            need_coordinates(place, "direction")
             up, here = place.direction.item() == "up", values[name]
             before = sorted(v for v in along if (v < here if up else v > here))
             chain = [values | {name: v} for v in (*(before if up else before[::-1]), here)]
@@ -125,6 +124,7 @@ class CubeAccessor:
 
     def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the grid that a point means, along all axes and branches."""
+        need_cube(self._cube)
         names = (*ALL, "direction", "draw")
         axes = {name: self._cube[name] for name in names if name in self._cube.dims}
         for name in point:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.bursts import list_bursts
+from damper.analysis.places import need_cube
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantity import real, whole
@@ -104,6 +105,7 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
     """Draw a figure of a kind as the workflow does."""
     from damper.figures.common.style import style
 
+    need_cube(cube)
     with style():
         return draw(kind, cube, **settings)
 

@@ -131,6 +131,17 @@ def whole(name: str, value: float, least: int, what: str = "whole number") -> in
     return int(number)
 
 
+def in_range(name: str, value: float, **limits: Any) -> float:
+    """Return a finite number as float; `limits` and errors are those of `Quantity`.
+
+    Examples
+    --------
+    >>> in_range("resolution", 1e-3, minimum=0, above=True)
+    0.001
+    """
+    return Quantity(name, "", "", **limits).check(value)
+
+
 def quantity(
     symbol: str, long_name: str, units: str = "1", *, default: Any = MISSING, **about: Any
 ) -> Any:
