@@ -165,7 +165,7 @@ def test_followed_study_has_both_branches(everything):
             observers=["stroboscopic_section"],
         )
         np.testing.assert_array_equal(cube.displacement.isel(restitution=0), direct.displacement)
-        assert cube.attrs["follow"] == direct.attrs["follow"]
+        assert cube.attrs["followed"] == direct.attrs["followed"]
         up, down = (direct.displacement.sel(direction=way) for way in ("up", "down"))
         assert (abs(up - down) > 0.1).any(), "no hysteresis in the study that is to show it"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import observers_of, settings_of
+from damper.sweep.record import followed, observers_of, settings_of
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ class CubeAccessor:
         place = self._cube.sel(self._place(point))
         values = fixed_values(place)
         chain = [values]
-        for name, along in json.loads(about.get("follow", "{}")).items():
+        for name, along in followed(place).items():
             need_coordinates(place, "direction")
             up, here = place.direction.item() == "up", values[name]
             before = sorted(v for v in along if (v < here if up else v > here))

@@ -27,7 +27,7 @@ def record(
         **{_ATTRIBUTES.get(name, name): value for name, value in run.items()},
         "observers": json.dumps(plain, default=lambda value: value.tolist()),
         "primary_starts": primary,
-        **({"follow": json.dumps(dict(followed))} if followed else {}),
+        **({"followed": json.dumps(dict(followed))} if followed else {}),
     }
 
 
@@ -44,6 +44,21 @@ def observers_of(cube: Any) -> dict[str, dict[str, Any]]:
             "the cube does not say how its points were run: make it by damper.simulate or a study"
         )
     return dict(json.loads(cube.attrs["observers"]))
+
+
+def followed(cube: Any) -> dict[str, list[float]]:
+    """Axis of a cube's continuation, if it is one -> all values that were followed.
+
+    Raises
+    ------
+    ValueError
+        When the cube does not say so.
+    """
+    if "direction" in cube.coords and "followed" not in cube.attrs:
+        raise ValueError(
+            "the cube has a dimension 'direction' and does not say what was followed: make it again"
+        )
+    return dict(json.loads(cube.attrs.get("followed", "{}")))
 
 
 def recorded(cube: Any, *observers: str) -> dict[str, Any]:
@@ -63,9 +78,10 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         its runs depend on more than their point: on a given state, a neighbour or a draw.
     """
     about, settings = cube.attrs, observers_of(cube)
-    for dim in ("direction", "draw"):
-        # One direction of a cube has lost the dimension, not the neighbours.
-        if dim in cube.dims or (dim == "direction" and "follow" in about):
+    # One direction alone has no such dimension, and neighbours all the same.
+    depend = {"direction": followed(cube), "draw": "draw" in cube.dims}
+    for dim, several in depend.items():
+        if several:
             raise ValueError(
                 f"the cube has a dimension {dim!r}: more of its points can only be run where "
                 "there is one run at each, from rest or from the steady response"
