@@ -50,3 +50,16 @@ def test_another_error_removes_nothing(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="mine"), opened([path]):
         raise ValueError("mine")
     assert path.exists()
+
+
+def test_two_jobs_that_read_one_damaged_file_both_name_it(tmp_path: Path) -> None:
+    path = tmp_path / "cube.nc"
+    write_cube(cube(), path)
+
+    def read_while_the_other_job_removes_it() -> None:
+        with opened([path]):
+            path.unlink()
+            raise OSError("HDF error")
+
+    with pytest.raises(SystemExit, match=r"Damaged, and now removed: .*cube\.nc"):
+        read_while_the_other_job_removes_it()

@@ -31,7 +31,7 @@ def opened(
             stack.close()
             if damaged := [path for path in (*paths, *beside) if not _readable(path)]:
                 for path in map(Path, damaged):
-                    path.unlink()
+                    path.unlink(missing_ok=True)  # another job may have done so
                 names = ", ".join(map(str, damaged))
                 raise SystemExit(
                     f"Damaged, and now removed: {names}. The same command again makes it anew."

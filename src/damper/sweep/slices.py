@@ -167,7 +167,7 @@ def read_part(path: Path) -> dict[str, np.ndarray]:
     try:
         return read_arrays(path)
     except DamagedSliceError as error:
-        path.unlink()
+        path.unlink(missing_ok=True)
         message = f"{error}\nIt is removed: the same command again makes it anew."
         raise SystemExit(message) from None
 
