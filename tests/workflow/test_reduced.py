@@ -1,6 +1,8 @@
 """The workflow, run for real by Snakemake on a reduced configuration."""
 
+import os
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -192,6 +194,21 @@ def test_performance_table_has_its_numbers(reduced):
 
 def test_second_run_has_nothing_to_do(reduced):
     assert "Nothing to be done" in snakemake(reduced, *REDUCED)
+
+
+def test_the_texts_of_the_page_count_by_content_and_may_be_missing(reduced, tmp_path):
+    """A clone dates them by its own clock, and a new kind of figure comes without."""
+    folder = shutil.copytree(reduced, tmp_path / "other")
+    texts, tomorrow = folder / "workflow/report", time.time() + 86400
+    for path in texts.iterdir():
+        os.utime(path, (tomorrow, tomorrow))
+    assert "Nothing to be done" in snakemake(folder, *REDUCED)
+    (texts / "bifurcation.rst").unlink()
+    assert jobs(snakemake(folder, *REDUCED)) == {"report": 1, "all": 1}
+    assert "Nothing to be done" in snakemake(folder, *REDUCED)
+    assert (
+        'src="restitution/figures/paper_b_fig_1.' in (folder / "results/ci/report.html").read_text()
+    )
 
 
 def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):

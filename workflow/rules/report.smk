@@ -36,6 +36,14 @@ def _page_kinds():
     )
 
 
+def _page_texts():
+    """Template, script and captions of the page: by content, for their times mean nothing."""
+    paths = (
+        CAPTIONS / name for name in ("page.html", "page.js", *map("{}.rst".format, _page_kinds()))
+    )
+    return [path for path in paths if path.is_file()]
+
+
 def _page_inputs(wildcards):
     """Figures and tables of the page. What shows times is linked to: no reason to write it again."""
     made = [path for study in DEFAULT.values() for path in everything_of(study)]
@@ -49,6 +57,7 @@ def report_settings():
         "studies": [study.about() for study in DEFAULT.values()],
         "kinds": _page_kinds(),
         "code": digest("report.py", "damper.report.page"),
+        "texts": {path.name: code_digest(path) for path in _page_texts()},
         "interactive": [fingerprint(interactive_settings(name)) for name in DEFAULT_INTERACTIVE],
         "claims": fingerprint(claims_settings()) if COMPLETE else "",
         "shown": [
@@ -64,11 +73,8 @@ rule report:
     input:
         _page_inputs,
         claims=claims_if_complete(),
-        captions=[CAPTIONS / f"{kind}.rst" for kind in _page_kinds()],
         interactive=[f"{RESULTS}/{name}.js" for name in DEFAULT_INTERACTIVE],
-        template=CAPTIONS / "page.html",
-        page_script=CAPTIONS / "page.js",
-        newer=changed(report_settings, f"{RESULTS}/report.html"),
+        newer=changed(report_settings, f"{RESULTS}/report.html", *PLOTLY),
     output:
         [f"{RESULTS}/report.html", *PLOTLY],
     log:
@@ -77,6 +83,7 @@ rule report:
         f"{TIMES}/report/report.tsv"
     params:
         job=job(report_settings),
+        captions=CAPTIONS,
     message:
         "Write the page with everything"
     script:

@@ -10,7 +10,7 @@ from damper.study.fingerprint import stamp
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
-template = Path(snakemake.input.template)
+texts = Path(snakemake.params.captions)
 results = Path(snakemake.output[0]).parent
 
 verdicts = []
@@ -22,10 +22,10 @@ for path in snakemake.input.claims:
 text = page(
     [chapter(about, results) for about in job["studies"]],
     verdicts,
-    captions(template.parent, job["kinds"]),
-    template,
+    captions(texts, job["kinds"]),
+    texts / "page.html",
 )
 Path(snakemake.output[0]).write_text(text, encoding="utf-8", newline="\n")
-stamp(snakemake.output[:1], job)
 for path in snakemake.output[1:]:
     Path(path).write_text(plotly_script(), encoding="utf-8")
+stamp(snakemake.output, job)

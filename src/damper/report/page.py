@@ -212,19 +212,20 @@ def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
     Parameters
     ----------
     folder : Path
-        With one reStructuredText file for each kind.
+        With a reStructuredText file for each kind; of one without there is nothing to say.
     kinds : iterable of str
     """
     from docutils.core import publish_parts
 
     settings = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
+    paths = {kind: folder / f"{kind}.rst" for kind in sorted(set(kinds))}
     return {
         kind: publish_parts(
-            (folder / f"{kind}.rst").read_text(encoding="utf-8"),
+            path.read_text(encoding="utf-8") if path.is_file() else "",
             writer="html5",
             settings_overrides=settings,
         )["fragment"].strip()
-        for kind in sorted(set(kinds))
+        for kind, path in paths.items()
     }
 
 
