@@ -20,6 +20,10 @@ include: "workflow/rules/verify.smk"
 include: "workflow/rules/report.smk"
 
 
+if VERIFY:
+    sys.exit(verify())
+
+
 # They take seconds: a cluster's queue is not asked.
 localrules:
     claims,

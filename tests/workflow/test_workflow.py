@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -164,20 +165,106 @@ def flip_a_byte(path: Path) -> None:
     path.write_bytes(data)
 
 
-def test_a_damaged_slice_is_named_in_the_log_and_made_anew(made):
-    """A slice that was cut is seen beforehand; one with a flipped byte when it is read."""
-    cut, flipped = sorted((made / "results/small/slices").rglob("*.npz"))
+def test_what_is_damaged_is_found_by_its_bytes_and_made_anew(made):
+    results, before = made / "results/small", digests(made / "results")
+    slices = sorted((results / "slices").rglob("*.npz"))
+    slices[0].write_bytes(slices[0].read_bytes()[:-100])
+    csv = results / "tables/edges.csv"
+    csv.write_text(csv.read_text().replace("0.1", "0.2", 1))
+    flipped = [slices[1], results / "cube.nc", *(results / "figures").glob("*.*g")]
+    for path in flipped:
+        flip_a_byte(path)
+    output = snakemake(made)
+    damaged = {path.relative_to(made) for path in (*slices, *flipped, csv.with_suffix(".md"))}
+    # Of two files of one job, one is enough.
+    found = {line.split()[0] for line in output.splitlines() if " is damaged, or of " in line}
+    assert {path.removesuffix(".png").removesuffix(".svg") for path in found} == {
+        str(path).removesuffix(".png").removesuffix(".svg") for path in damaged
+    }
+    assert jobs(output) == {"simulate": 2, "gather": 1, "figure": 2, "table": 1, "all": 1}
+    assert digests(made / "results") == before
+    assert "Nothing to be done" in snakemake(made)
+
+
+def test_a_slice_that_is_damaged_unnoticed_is_named_in_the_log_and_made_anew(made):
+    """Its times are the same, as where a disk loses a bit: it shows when the slice is read."""
+    path = min((made / "results/small/slices").rglob("*.npz"))
     before = digests(made / "results")
-    cut.write_bytes(cut.read_bytes()[:-100])
-    flip_a_byte(flipped)
+    snakemake(made, "-n")
+    record = made / ".snakemake/checked"
+    first = path.stat()
+    flip_a_byte(path)
+    os.utime(path, ns=(first.st_atime_ns, first.st_mtime_ns))
+    kept = record.read_text()
+    record.write_text(kept.replace(str(first.st_ctime_ns), str(path.stat().st_ctime_ns)))
+    (made / "results/small/cube.nc").unlink()
     output = snakemake(made, code=1)
-    assert jobs(output)["simulate"] == 1
-    assert f"{cut.relative_to(made)} is damaged" in output
+    assert jobs(output) == {"gather": 1, "figure": 1, "table": 1, "all": 1}
     for text in (output, (made / "results/logs/small/gather.log").read_text()):
         assert "Traceback" not in text
-        assert f"{flipped.relative_to(made)} is damaged" in text
+        assert f"{path.relative_to(made)} is damaged" in text
     assert jobs(snakemake(made))["simulate"] == 1
     assert digests(made / "results") == before
+
+
+def test_results_dated_in_the_future_get_the_present_date(made):
+    """Neither a restored backup nor a wrong clock makes what is sound again, or all for ever."""
+    results, tomorrow = made / "results", time.time() + 86400
+    before = digests(results)
+
+    def postpone() -> None:
+        for path in results.rglob("*.*"):
+            os.utime(path, (tomorrow, tomorrow))
+
+    warning = "files in results were dated in the future"
+    postpone()
+    output = snakemake(made)
+    assert output.count(warning) == 1
+    assert "Nothing to be done" in output
+    assert warning not in snakemake(made)
+
+    write_small(made, **PRODUCTS | {"parameters": {"damping_ratio": 0.02, "clearance": 0.06}})
+    postpone()
+    output = snakemake(made)
+    assert output.count(warning) == 1
+    assert jobs(output)["simulate"] == 2
+    assert "Nothing to be done" in snakemake(made)
+    assert max(path.stat().st_mtime for path in made.rglob("*")) <= time.time()
+    write_small(made, **PRODUCTS)
+    snakemake(made)
+    assert digests(results) == before
+
+
+def test_verify_names_what_is_not_sound_and_makes_nothing(made):
+    def verified(code: int) -> list[str]:
+        done = subprocess.run(
+            [sys.executable, "-c", "from damper.shell import main; main()", "verify"],
+            cwd=made,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == code, done.stderr
+        return done.stdout.splitlines()
+
+    # Two slices, the cube, a schematic and a figure of two files each, a table.
+    assert verified(0) == ["8 files are sound, 0 are not."]
+    cube, csv = (made / "results/small" / path for path in ("cube.nc", "tables/edges.csv"))
+    flip_a_byte(cube)
+    csv.write_text("")
+    (made / "results/small/figures/model.png").unlink()
+    figures = PRODUCTS["figures"] | {"section": SECTION | {"caption": "New"}}
+    write_small(made, **PRODUCTS | {"figures": figures})
+    before = digests(made)
+    assert verified(1) == [
+        "results/small/cube.nc: damaged, or of an earlier version",
+        "results/small/figures/model.png: missing",
+        "results/small/figures/section.png: out of date, made with other settings or code",
+        "results/small/figures/section.svg: out of date, made with other settings or code",
+        "results/small/tables/edges.md or the CSV beside it: damaged, or of an earlier version",
+        "3 files are sound, 5 are not.",
+    ]
+    unchanged = {path for path in before if not path.startswith(".snakemake")}
+    assert {path: digests(made)[path] for path in unchanged} == {p: before[p] for p in unchanged}
 
 
 def test_results_tell_what_they_were_made_of(made):
@@ -232,8 +319,8 @@ def test_what_no_entry_makes_any_more_is_named_and_removed_when_asked(made):
 
 def test_the_reason_of_a_failure_is_in_its_log(small):
     script = small / "workflow/scripts/simulate.py"
-    text = script.read_text()
-    script.write_text(text.replace("part = ", 'raise ValueError("as a test")\npart = '))
+    text_of_script = script.read_text()
+    script.write_text(text_of_script.replace("part = ", 'raise ValueError("as a test")\npart = '))
     output = snakemake(small, code=1)
     logs = sorted((small / "results/logs/small/simulate").rglob("*.log"))
     for text in (output, logs[0].read_text()):
@@ -241,7 +328,41 @@ def test_the_reason_of_a_failure_is_in_its_log(small):
         assert "Traceback" in text
     end = output.partition("Some jobs failed; the reason of each is in its log:\n")[2].splitlines()
     assert sorted(end[:2]) == [f"  {log.relative_to(small)}" for log in logs]
-    assert end[2] == "What is made stays: the same command goes on from there."
+    assert end[2] == "The same command makes what is missing, and again what was cut short."
+
+    # One that is killed, such as for lack of memory, writes nothing.
+    killed = "import os\nos.kill(os.getpid(), 9)\npart = "
+    script.write_text(text_of_script.replace("part = ", killed))
+    output = snakemake(small, code=1)
+    end = output.partition("or did not begin; above it says how they ended:\n")[2].splitlines()
+    assert sorted(end[:2]) == [f"  {log.relative_to(small)}" for log in logs]
+    assert "the reason of each is in its log" not in output
+
+
+CANCEL = """
+import os, signal, time
+from pathlib import Path
+os.kill(os.getppid(), signal.SIGINT)
+while not any("Terminating" in path.read_text() for path in Path(".snakemake/log").iterdir()):
+    time.sleep(0.05)
+"""
+
+
+def test_a_run_that_is_cancelled_says_so(small):
+    """Nothing failed; what was under way comes to its end, and is made again."""
+    script = small / "workflow/scripts/simulate.py"
+    text = script.read_text()
+    script.write_text(text.replace("part = ", f"{CANCEL}part = "))
+    run = [sys.executable, "-m", "snakemake", "--cores", "1"]
+    process = subprocess.run(run, cwd=small, capture_output=True, text=True)
+    assert process.returncode == 1
+    end = process.stderr.partition("Terminating processes on user request")[2].splitlines()
+    assert end[1:3] == [
+        "The run was stopped before its end.",
+        "The same command makes what is missing, and again what was cut short.",
+    ]
+    script.write_text(text)
+    assert jobs(snakemake(small))["simulate"] == 2
 
 
 def test_all_mistakes_of_all_files_at_once(small):

@@ -15,7 +15,7 @@ try:
     from damper.report.stopped import stopped_lines
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
-    from damper.study.fingerprint import fingerprint, fingerprint_in
+    from damper.study.fingerprint import Checked, fingerprint
     from damper.study.study_file import SUFFIXES
     from damper.verification.base import Verification
 except ImportError as error:
@@ -91,41 +91,97 @@ def job(settings):
 
 # Snakemake makes a file of results again if it is older than an input. This file is newer than any.
 NEWER = ".snakemake/newer"
+# What is known of the bytes of results; `damper verify` reads them all.
+RECORD = Path(".snakemake/checked")
+VERIFY = "DAMPER_VERIFY" in os.environ
+
+
+def redate():
+    """Date results of the future to the present.
+
+    They come from a clock that was wrong, or from another machine. What is made of them now would
+    be older than they are, and out of date for ever.
+    """
+    folders = ((Path(folder), names) for folder, _, names in os.walk(RESULTS))
+    paths = [folder / name for folder, names in folders for name in names]
+    if late := [path for path in paths if path.lstat().st_mtime > STARTED]:
+        for path in late:
+            os.utime(path, (STARTED, STARTED), follow_symlinks=False)
+        text = f"{len(late)} files in {RESULTS} were dated in the future, such as {late[0]}"
+        print(f"{text}: now they have the present date", file=sys.stderr)
+
+
+# Not in a process that makes one job of a run, such as on a cluster.
+if workflow.is_main_process:
+    RECORD.parent.mkdir(exist_ok=True)
+    Path(NEWER).touch()
+    if VERIFY:
+        RECORD.unlink(missing_ok=True)
+    else:
+        redate()
+CHECKED = Checked(RECORD)
+# Functions that return the settings of a job, and the files that it makes; both take wildcards.
+MADE = []
 
 
 def changed(settings, *paths, parts=None):
-    """Input function: `NEWER` counts where a file carries other settings than those of its job.
+    """Input function: `NEWER` counts where a file is damaged, or of other settings than its job's.
 
     Snakemake compares settings with records of its own, which a clone or a clean-up loses. `parts`
     is an input function: `NEWER` also counts where a file of these is missing.
     """
+    MADE.append((settings, paths))
 
     def newer(wildcards):
+        if not workflow.is_main_process:  # which has decided
+            return ancient(NEWER)
         values = dict(wildcards.items())
         wanted = fingerprint(settings(**values))
         for path in (Path(path.format(**values)) for path in paths):
             if not path.exists():
                 continue
-            found = fingerprint_in(path)
+            found = CHECKED.fingerprint_in(path)
             if found is None:
                 print(f"{path} is damaged, or of an earlier version: made anew", file=sys.stderr)
             if found != wanted or parts and not all(map(os.path.exists, parts(wildcards))):
-                _renew(after=path.stat().st_mtime)
+                # With a content it never had: where that is the same, times do not count for
+                # Snakemake.
+                Path(NEWER).write_text(f"{time.time()}\n")
                 return NEWER
         return ancient(NEWER)
 
     return newer
 
 
-def _renew(after):
-    # With a content it never had: where that is the same, times do not count for Snakemake.
-    now = time.time()
-    Path(NEWER).write_text(f"{now}\n")
-    os.utime(NEWER, (now, max(now, after + 1)))
+def there(pattern):
+    """Return the values of the wildcards of every file of a pattern that is there."""
+    found = glob_wildcards(pattern)
+    if not found._fields:
+        return [{}] if COMPLETE and Path(pattern).exists() else []
+    return [dict(zip(found._fields, values)) for values in zip(*found)]
 
 
-Path(NEWER).parent.mkdir(exist_ok=True)
-Path(NEWER).touch()
+def verify():
+    """Print which results are not as they should be, and return the status of `damper verify`."""
+    sound, wrong = 0, []
+    for settings, path, values in ((s, p, v) for s, ps in MADE for p in ps for v in there(p)):
+        try:
+            wanted = fingerprint(settings(**values))
+        except KeyError:  # a file of another rule, or one that nothing makes any more
+            continue
+        path = path.format(**values)
+        found = CHECKED.fingerprint_in(path)
+        sound += found == wanted
+        if found is None:
+            beside = " or the CSV beside it" if path.endswith(".md") else ""
+            wrong.append(f"{path}{beside}: damaged, or of an earlier version")
+        elif found != wanted:
+            wrong.append(f"{path}: out of date, made with other settings or code")
+    begun = [study for study in CONFIG.studies.values() if Path(RESULTS, study.name).is_dir()]
+    missing = {path for study in begun for path in everything_of(study) if not Path(path).exists()}
+    wrong += [f"{path}: missing" for path in missing]
+    print(*sorted(wrong), f"{sound} files are sound, {len(wrong)} are not.", sep="\n")
+    return bool(wrong)
 
 
 def shown(study, product):
@@ -172,14 +228,18 @@ def simulation_modules(study):
 def report_failed(own_logs):
     """List the logs of failed jobs, as Snakemake's own name them, and say what to do next."""
     text = "".join(Path(path).read_text(encoding="utf-8") for path in own_logs)
-    logs = dict.fromkeys(re.findall(r"log: (.+) \(check log file", text))
-    print(
-        "Some jobs failed; the reason of each is in its log:",
-        *(f"  {path}" for path in logs or [f"{LOGS}/"]),
-        "What is made stays: the same command goes on from there.",
-        sep="\n",
-        file=sys.stderr,
-    )
+    logs = {True: {}, False: {}}
+    for path in map(Path, re.findall(r"log: (.+) \(check log file", text)):
+        logs[path.is_file() and path.stat().st_size > 0][f"  {path}"] = None
+    for known, words in (
+        (True, "Some jobs failed; the reason of each is in its log:"),
+        (False, "Jobs that were killed or did not begin; above it says how they ended:"),
+    ):
+        if logs[known]:
+            print(words, *logs[known], sep="\n", file=sys.stderr)
+    if not any(logs.values()):
+        print("The run was stopped before its end.", file=sys.stderr)
+    print("The same command makes what is missing, and again what was cut short.", file=sys.stderr)
 
 
 def report_cost():

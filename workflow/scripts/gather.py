@@ -14,12 +14,14 @@ job = snakemake.params.job
 parts, refused = [], []
 for path, made_of in zip(map(Path, snakemake.input.slices), job["slices"], strict=True):
     try:
-        if fingerprint_in(path) != made_of:
-            raise DamagedSliceError(f"{path} is of other parameters, settings or code")
+        found = fingerprint_in(path)
+        if found != made_of:
+            what = "of other parameters, settings or code" if found else "damaged"
+            raise DamagedSliceError(f"{path} is {what}")
         parts.append(read_slice(path))
     except DamagedSliceError as error:
         refused.append(str(error))
-        path.unlink()
+        path.unlink(missing_ok=True)
 if refused:
     sys.exit(
         "\n".join(refused) + "\nThese slices are removed: the same command again makes them anew."

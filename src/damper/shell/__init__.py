@@ -1,6 +1,10 @@
-"""The command `damper`: events of one damper, studies checked and begun, results opened."""
+"""The command `damper`: events of one damper, studies and results checked, begun and opened."""
 
+import importlib.util
+import os
 import shutil
+import subprocess
+import sys
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
@@ -123,6 +127,23 @@ def new(name: str) -> None:
         raise click.ClickException(f"{path} exists: choose another name")
     shutil.copy(TEMPLATE, path)
     click.echo(f"Edit {path}, and add {name} to the studies in config/config.yaml.")
+
+
+@main.command(context_settings={"ignore_unknown_options": True})
+@click.argument("options", nargs=-1, type=click.UNPROCESSED)
+def verify(options: tuple[str, ...]) -> None:
+    """Check all results, byte by byte, and make nothing.
+
+    A line for each that is damaged, out of date or missing, and how many are sound; the exit status
+    is 1 if one is not. OPTIONS are those of the run, such as `--configfile config/ci.yaml`.
+    """
+    if not Path("Snakefile").exists():
+        raise click.ClickException("no Snakefile here: this is not the project's folder")
+    if not importlib.util.find_spec("snakemake"):
+        raise click.ClickException("Snakemake is missing: pip install -e '.[fast,workflow]'")
+    # The Snakefile knows what each result is to be made of.
+    command = [sys.executable, "-m", "snakemake", "--quiet=all", "--dry-run", *options]
+    raise SystemExit(subprocess.call(command, env=os.environ | {"DAMPER_VERIFY": "1"}))
 
 
 @main.command()

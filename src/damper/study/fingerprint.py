@@ -1,21 +1,21 @@
-"""Fingerprints: a result says itself what it was made of.
+"""Fingerprints: a result says itself what it was made of, and whether it is whole.
 
 Snakemake's own records lie in ``.snakemake``, which a clone, a copy or a clean-up loses. So every
-file of results carries a digest of the settings of its job: parameters, engine, code, and the
-fingerprints of the files it was made from. Whether a file is up to date is read off the file.
+file of results ends with two digests: that of the settings of its job (parameters, engine, code,
+and the fingerprints of the files it was made from), and that of its own bytes. Whether a file is
+up to date, and as it was written, is read off the file.
 """
 
 import json
 import re
 import zlib
 from collections.abc import Callable, Iterable
-from functools import partial
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
-from zipfile import ZipFile
+from typing import Any, BinaryIO
 
-_WRITTEN = re.compile(rb"fingerprint\W{1,4}([0-9a-f]{16})")
+_WRITTEN = re.compile(rb"fingerprint\W{1,4}([0-9a-f]{16}) ([0-9a-f]{16})")
 _TAIL = 256
 
 
@@ -28,57 +28,137 @@ def fingerprint(settings: Any) -> str:
 
 
 def stamp(paths: Iterable[Path | str], settings: Any) -> None:
-    """Write the fingerprint of a job's settings into the files it has made.
+    """Write the fingerprint of a job's settings, and of their bytes, into the files it has made.
 
-    CSV has no place for it, and is passed over.
+    CSV has no place for it: what the Markdown beside it says holds for both.
     """
+    made_of = fingerprint(settings)
     for path in map(Path, paths):
-        if write := _WRITERS.get(path.suffix):
-            write(path, fingerprint(settings))
+        if path.suffix in _ENDS:
+            last, end = _ENDS[path.suffix]
+            with path.open("r+b") as file:
+                found = re.search(last + rb"\Z", _tail(file))
+                if found is None:
+                    raise ValueError(f"{path} does not end as a whole {path.suffix} file does")
+                size = file.seek(-len(found[0]), 2)
+                file.truncate()
+                written = end(f"{made_of} {_content(path, file, size, made_of)}")
+                file.write(written)
 
 
 def fingerprint_in(path: Path | str) -> str | None:
-    """Return the fingerprint that a file carries; None if it has none or was cut short."""
-    with Path(path).open("rb") as file:
-        file.seek(0, 2)
-        file.seek(max(0, file.tell() - _TAIL))
-        found = _WRITTEN.search(file.read())
-    return found[1].decode() if found else None
+    """Return the fingerprint that a file carries; None if it has none, or its bytes have changed.
+
+    All of it is read. `Checked` remembers of which files that has been done.
+    """
+    path = Path(path)
+    if not path.is_file():  # to read a pipe would wait for ever
+        return None
+    with path.open("rb") as file:
+        tail = _tail(file)
+        if found := _WRITTEN.findall(tail):
+            made_of, content = (digest.decode() for digest in found[-1])
+            end = _ENDS[path.suffix][1](f"{made_of} {content}")
+            size = file.seek(0, 2) - len(end)
+            if tail.endswith(end) and _content(path, file, size, made_of) == content:
+                return made_of
+    return None
 
 
-def _stamp_npz(path: Path, digest: str) -> None:
-    with ZipFile(path, "a") as file:
-        file.comment = f"fingerprint: {digest}".encode()
+class Checked:
+    """Fingerprints of files that have been read, for as long as their sizes and times are the same.
+
+    Parameters
+    ----------
+    record : Path
+        A file that keeps them for the next process. A line is added for each file that is read.
+    """
+
+    def __init__(self, record: Path) -> None:
+        self.record = record
+        self._known: dict[str, tuple[str, str]] = {}
+        lines = record.read_bytes().splitlines(keepends=True) if record.is_file() else []
+        for line in lines:
+            with suppress(ValueError, TypeError):  # cut, where a process was killed
+                path, state, found = json.loads(line)
+                self._known[path] = state, found
+        if len(lines) > 2 * len(self._known):
+            record.write_text("".join(_line(path, *known) for path, known in self._known.items()))
+
+    def fingerprint_in(self, path: Path | str) -> str | None:
+        """Return what `fingerprint_in` does, without reading a file a second time."""
+        path = Path(path)
+        state, known = _state(path), self._known.get(str(path))
+        if known and known[0] == state:
+            return known[1]
+        found = fingerprint_in(path)
+        if found:
+            self._known[str(path)] = state, found
+            with self.record.open("a") as file:
+                file.write(_line(str(path), state, found))
+        return found
 
 
-def _stamp_png(path: Path, digest: str) -> None:
-    """Insert a chunk of text before the last chunk, of twelve bytes."""
-    chunk = b"tEXtfingerprint\0" + digest.encode()
-    length, check = len(chunk) - 4, zlib.crc32(chunk)
-    data = path.read_bytes()
-    path.write_bytes(
-        data[:-12] + length.to_bytes(4, "big") + chunk + check.to_bytes(4, "big") + data[-12:]
-    )
+def _line(*known: str) -> str:
+    return json.dumps(known) + "\n"
 
 
-def _stamp_json(path: Path, digest: str) -> None:
-    data = json.loads(path.read_text(encoding="utf-8"))
-    text = json.dumps(data | {"fingerprint": digest}, indent=1)
-    path.write_text(f"{text}\n", encoding="utf-8", newline="\n")
+def _state(path: Path) -> str:
+    """Return what changes with the bytes of a file, or of the CSV beside it.
+
+    Who sets back the time of modification cannot set back that of the last change.
+    """
+    found = (one.stat() for one in (path, *_beside(path)))
+    return " ".join(f"{one.st_size} {one.st_mtime_ns} {one.st_ctime_ns}" for one in found)
 
 
-def _append(path: Path, digest: str, comment: str) -> None:
-    with path.open("a", encoding="utf-8", newline="\n") as file:
-        file.write(comment.format(f"fingerprint: {digest}") + "\n")
+def _beside(path: Path) -> list[Path]:
+    """Return the file whose bytes the digest in this one covers as well."""
+    csv = path.with_suffix(".csv")
+    return [csv] if path.suffix == ".md" and csv.is_file() else []
 
 
-_comment = partial(_append, comment="<!-- {} -->")
-_WRITERS: dict[str, Callable[[Path, str], None]] = {
+def _tail(file: BinaryIO) -> bytes:
+    file.seek(max(0, file.seek(0, 2) - _TAIL))
+    return file.read()
+
+
+def _content(path: Path, file: BinaryIO, size: int, made_of: str) -> str:
+    """Digest of the first bytes of a file, with its fingerprint, and of the CSV beside it."""
+    digest = sha256(made_of.encode())
+    file.seek(0)
+    while size > 0 and (part := file.read(min(size, 2**20))):
+        digest.update(part)
+        size -= len(part)
+    for other in _beside(path):
+        digest.update(other.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _chunk(text: str) -> bytes:
+    """Return a chunk of text for a PNG, and the last chunk of one."""
+    data = b"tEXtfingerprint\0" + text.encode()
+    length, check = len(data) - 4, zlib.crc32(data)
+    return length.to_bytes(4, "big") + data + check.to_bytes(4, "big") + _IEND
+
+
+def _zip_comment(text: str) -> bytes:
+    comment = f"fingerprint: {text}".encode()
+    return len(comment).to_bytes(2, "little") + comment
+
+
+def _after(form: str) -> tuple[bytes, Callable[[str], bytes]]:
+    return b"", lambda text: form.format(f"fingerprint: {text}").encode()
+
+
+_IEND = b"\0\0\0\0IEND\xaeB`\x82"
+# Suffix -> how a file ends (a pattern), and what takes the place of that, with both digests in it.
+_ENDS: dict[str, tuple[bytes, Callable[[str], bytes]]] = {
     # HDF5 knows the length of its own data, and reads nothing beyond.
-    ".nc": partial(_append, comment="\n{}"),
-    ".npz": _stamp_npz,
-    ".png": _stamp_png,
-    ".json": _stamp_json,
-    ".js": partial(_append, comment="// {}"),
-    **dict.fromkeys((".svg", ".md", ".html"), _comment),
+    ".nc": _after("\n{}\n"),
+    ".npz": (rb"\0\0", _zip_comment),
+    ".png": (re.escape(_IEND), _chunk),
+    ".json": (rb"\s*}\s*", lambda text: f',\n "fingerprint": "{text}"\n}}\n'.encode()),
+    ".js": _after("// {}\n"),
+    **dict.fromkeys((".svg", ".md", ".html"), _after("<!-- {} -->\n")),
 }
