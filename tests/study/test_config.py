@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import math
+import os
 import random
 import re
 import subprocess
@@ -363,6 +364,37 @@ def test_file_that_is_not_there(tmp_path: Path) -> None:
     ]:
         with pytest.raises(ConfigError, match=part):
             load_study(path)
+
+
+def test_file_that_never_ends(tmp_path: Path) -> None:
+    pipe, device, huge = (tmp_path / f"{name}.yaml" for name in ("pipe", "device", "huge"))
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    with huge.open("wb") as file:
+        file.truncate(5 * 10**9)  # takes no room
+    for path, message in [
+        (pipe, "is a pipe or a device\n    allowed: a regular file"),
+        (device, "is a pipe or a device\n    allowed: a regular file"),
+        (huge, "the file has 5000 MB\n    allowed: at most 10 MB"),
+    ]:
+        with pytest.raises(ConfigError, match=f"{path.name}\n    {message}"):
+            load_study(path)
+        with pytest.raises(ConfigError, match=f"{path.name}\n    {message}"):
+            load_config(None, tmp_path, [path])
+
+
+@pytest.mark.parametrize("remark", ["assumed", "stated"])
+def test_a_remark_is_one_line(tmp_path: Path, remark: str) -> None:
+    """It becomes a point of a list in tables, which a line break would end."""
+
+    def written(text: str) -> str:
+        return GOOD.replace(
+            "parameters:\n", f"parameters:\n  phase: {{value: 0, {remark}: {text}}}\n"
+        )
+
+    message = blame(tmp_path, written('"a\\nb"'))
+    assert f"parameters.phase.{remark}\n    the text has more than one line (value: 'a" in message
+    assert getattr(load(tmp_path, written('"a\\n"')).parameters["phase"], remark) == "a"
 
 
 def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:

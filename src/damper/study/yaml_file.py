@@ -11,12 +11,16 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from typing import Any, NamedTuple
 
 import yaml
 from yaml.error import MarkedYAMLError, YAMLError
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
+
+MOST_BYTES = 10_000_000
+"""Of a file, which takes up to 12 s to read; a study has some 5000."""
 
 DEEPEST = 50
 """Levels of nesting; a study has five."""
@@ -120,6 +124,7 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     """
     label = str(path) if label is None else label
     try:
+        _refuse_endless(path, label)
         file = YamlFile(label, None, _tree(_decoded(path.read_bytes())))
         file.data = None if file.root is None else _Values(file).of(file.root, ())
     except FileNotFoundError:
@@ -141,6 +146,16 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
             message = f"the top level must be a mapping (it is {show(file.data)})"
             problem = Problem(f"{label}:{_line(file.root)}", (), message, "key: value")
     raise ConfigError.of([problem])
+
+
+def _refuse_endless(path: Path, label: str) -> None:
+    """Raise ConfigError for what would be read for ever, such as a pipe, or for very long."""
+    found = path.stat()
+    if not (S_ISREG(found.st_mode) or S_ISDIR(found.st_mode)):
+        raise ConfigError.of([Problem(label, (), "is a pipe or a device", "a regular file")])
+    if found.st_size > MOST_BYTES:
+        message = f"the file has {found.st_size / 1e6:.0f} MB"
+        raise ConfigError.of([Problem(label, (), message, f"at most {MOST_BYTES / 1e6:g} MB")])
 
 
 def dump_yaml(data: Any) -> str:
