@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
@@ -31,7 +30,6 @@ from damper.study.study_file import StudyFile
 from damper.study.yaml_file import dump_yaml, show
 
 _NONE: dict[str, Any] = {}
-_TARGET = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class RunKeys(Strict):
@@ -325,9 +323,9 @@ class Settings(Strict):
     def relate(cls, data: dict[str, Any], model: Settings | None, faults: Faults) -> None:
         for name in model.targets if model else ():
             loc = ("targets", name)
-            if not _TARGET.fullmatch(name):
-                message = f"{show(name)} cannot be the name of a target"
-                faults.add(loc, message, "letters, digits and _")
+            if name.startswith("-"):
+                message = f"{show(name)} reads like an option of snakemake"
+                faults.add(loc, message, "a name without - in front")
             if name in RULES:
                 faults.add(loc, f"{show(name)} is a rule of the workflow", "another name")
 

@@ -173,6 +173,7 @@ def test_another_study_may_be_one_of_a_target(tmp_path: Path) -> None:
     [
         ({"more": ["smal"]}, ("targets.more[0]", "unknown study 'smal'", "did you mean 'small'")),
         ({"two words": ["small"]}, ("cannot be the name of a target", "letters, digits, _ and -")),
+        ({"-n": ["small"]}, ("targets.-n", "'-n' reads like an option of snakemake", "without -")),
         ({"figure": ["small"]}, ("targets.figure", "'figure' is a rule of the workflow")),
     ],
 )
