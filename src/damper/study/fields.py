@@ -206,6 +206,7 @@ def _plain(text: str) -> str:
 
 
 def _on_one_line(text: str) -> str:
+    text = text.rstrip("\n")  # of a folded block
     if re.search(r"[\n\u2028\u2029]", text):
         raise PydanticCustomError("several_lines", "more than one line")
     return text

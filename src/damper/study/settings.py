@@ -20,6 +20,7 @@ from damper.study.fields import (
     Coordinate,
     Distinct,
     Entries,
+    Line,
     Pair,
     Rule,
     Some,
@@ -34,11 +35,11 @@ from damper.sweep.branches import DIRECTIONS
 from damper.sweep.orbits import KINDS
 
 Assumed = Annotated[
-    Text | None,
+    Line | None,
     Field(description="Why this value, where the source gives none; not with `stated`."),
 ]
 Stated = Annotated[
-    Text | None, Field(description="Where the source gives this value; not with `assumed`.")
+    Line | None, Field(description="Where the source gives this value; not with `assumed`.")
 ]
 
 #: Nothing given; copied for each model.
