@@ -1,12 +1,12 @@
 """Attack a small study while the workflow runs, and see whether the same command mends it.
 
     PYTHONPATH=tests python tests/workflow/attack.py [kills] [full] [read-only] [two] [memory]
-        [install]
+        [damage] [install]
 
 After each attack RECOVERY must end well and give the bytes of an undisturbed run. KILLS is the
-number of kills, 20 unless told. Not a part of the tests: it takes ten minutes, and a full disk and
-a read-only one are mounted, which takes root. `install` kills README's first command while it
-installs; there the same command is all it takes.
+number of kills, and of damaged files, 20 unless told. Not a part of the tests: it takes a quarter
+of an hour, and a full disk and a read-only one are mounted, which takes root. `install` kills
+README's first command while it installs; there the same command is all it takes.
 """
 
 import os
@@ -130,6 +130,21 @@ def memory(folder: Path) -> Iterator[tuple[str, str]]:
         yield f"{size} MB: {output.strip().splitlines()[-1][:80]}", recover(folder) or wrong
 
 
+def damage(folder: Path) -> Iterator[tuple[str, str]]:
+    """A flipped byte, a cut, or a line too many in any result, and dates in the future."""
+    chance = random.Random(13)
+    yield "before", recover(folder)
+    for _ in range(ROUNDS):
+        path = folder / "results" / chance.choice([p for p in EXPECTED if p.startswith("small/")])
+        data = bytearray(path.read_bytes())
+        at, how = chance.randrange(len(data)), chance.choice(["flipped", "cut", "longer"])
+        data[at] ^= 1 << chance.randrange(8) if how == "flipped" else 0
+        path.write_bytes(data[:at] if how == "cut" else data + b"\n" * (how == "longer"))
+        days = chance.choice([0, 1, 1000])
+        os.utime(path, (date := time.time() + 86400 * days, date))
+        yield f"{path.name} {how} at {at}, {days} days ahead", recover(folder)
+
+
 def install(folder: Path) -> Iterator[tuple[str, str]]:
     """kill -9 while the environment is made, packages are fetched, and installed."""
     clone = folder / "clone"
@@ -155,6 +170,7 @@ ATTACKS = {
     "read-only": read_only,
     "two": two,
     "memory": memory,
+    "damage": damage,
     "install": install,
 }
 
