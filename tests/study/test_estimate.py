@@ -10,6 +10,12 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+import damper
+from damper.engine import compiled
+from damper.engine.loop import run
+from damper.engine.trajectory import Trajectory
+from damper.models import model_of
+from damper.study import check
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import estimate
 from damper.sweep.branches import branches
@@ -106,7 +112,7 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
             {"periods": 10**8},
             "large.yaml:8  axes.clearance\n"
             "    clearance (100) x restitution (100): 10000 runs in one process take some "
-            "174 days\n"
+            "347 days\n"
             "    allowed: at most 30 days in one process: fewer values, or 'fan: true' at "
             "clearance, to make each of its values a job",
         ),
@@ -174,3 +180,48 @@ def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     assert other == ["stress", "yes", *"-" * 9]
     assert "wrong.yaml:17  periods\n" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_check_names_what_this_machine_cannot_hold(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(check, "machine_memory", lambda: 200e6)
+    assert check.main([str(STUDIES / "restitution.yaml")]) == 0
+    printed = capsys.readouterr().out
+    for what, size in (("a simulation job", "253 MB"), ("to gather the cube", "240 MB")):
+        more = "of memory, more than the 200 MB of this machine"
+        assert f"restitution: {what} takes some {size} {more}\n" in printed
+    monkeypatch.setattr(check, "machine_memory", lambda: 254e6)
+    check.main([str(STUDIES / "restitution.yaml")])
+    assert "this machine" not in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
+def test_check_says_what_is_still_to_be_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It asks the cache for what a run asks it for."""
+    monkeypatch.setattr(compiled, "_cache", lambda: tmp_path)
+    monkeypatch.setattr(compiled, "_spent", 1.0)
+    monkeypatch.setattr(compiled, "_at_once", False)
+    monkeypatch.setattr(run, "_entries", {})
+    asked: list[Path] = []
+    note = compiled.Compiled._note
+
+    def noted(self: compiled.Compiled, kinds: tuple) -> Path:
+        asked.append(note(self, kinds))
+        return asked[-1]
+
+    def printed() -> str:
+        check.main([str(STUDIES / f"{name}.yaml") for name in ("modulated", "burst")])
+        return capsys.readouterr().out
+
+    monkeypatch.setattr(compiled.Compiled, "_note", noted)
+    more = "to compile for the model {} takes some {} more, the first time\n"
+    both = more.format("rigid, time_varying", "2 min")
+    assert printed().endswith(f"disk: slices and cube.\nmodulated: {both}")
+    asked.clear()
+    Trajectory(model_of(damper.Parameters(0.1, 0.02, 1.0, 5.0, 0.6))).skip(1.0)
+    for path in asked:
+        path.touch()
+    assert printed().endswith(f"modulated: {more.format('time_varying', '60 s')}")

@@ -34,9 +34,9 @@ def test_runs_that_do_not_go_into_this_machine_are_refused(
     """At the limit they run, a byte beyond it they do not."""
     needed = estimate.Job({"points": 2}, 0, 1, make_observers(["impacts"])).memory
     run = {"transient": 0, "periods": 1}
-    monkeypatch.setattr(estimate, "_machine_memory", lambda: needed)
+    monkeypatch.setattr(estimate, "machine_memory", lambda: needed)
     assert len(run_points([POINT] * 2, ["impacts"], **run)[0]["status"]) == 2
-    monkeypatch.setattr(estimate, "_machine_memory", lambda: needed - 1)
+    monkeypatch.setattr(estimate, "machine_memory", lambda: needed - 1)
     message = (
         r"^points: points \(2\): 2 runs in one process take some 250 MB of memory; at most 250 MB"
     )

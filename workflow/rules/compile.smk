@@ -1,10 +1,8 @@
 """Compiled code, made once, so that parallel jobs find it in the cache."""
 
-CHECKS, SOLVERS = "checks", "solvers"
+from damper.study.estimate import PLAIN_SECONDS
 
-# Estimated seconds of runs up to which plain Python takes no longer than to compile for them: it is
-# 20 to 700 times as slow.
-PLAIN_SECONDS = 0.03
+CHECKS, SOLVERS = "checks", "solvers"
 
 
 def compiled(models, parts):

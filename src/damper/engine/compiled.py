@@ -238,6 +238,10 @@ class Compiled:
         kinds = _kinds(arguments)
         return kinds not in self._entries and self._waits(kinds)
 
+    def is_kept(self, *arguments: Any) -> bool:
+        """Whether the cache holds it for these arguments."""
+        return self._note(_kinds(arguments)).exists()
+
     def _waits(self, kinds: tuple) -> bool:
         if _at_once:
             return False

@@ -67,6 +67,12 @@ class Trajectory:
         return int(self._counts[0])
 
     @property
+    def is_compiled(self) -> bool:
+        """Whether the cache holds its compiled code; true where nothing is compiled."""
+        given = self.model, self._state, 0.0, 0.0, self._max_events, NO_LOG, self._counts
+        return not isinstance(run, Compiled) or run.is_kept(*given)
+
+    @property
     def evaluations(self) -> int:
         """Evaluations of the flow so far."""
         return int(self._counts[1])

@@ -5,19 +5,23 @@ python -m damper.study.check config/studies/restitution.yaml ...
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from damper.engine.trajectory import Trajectory
+from damper.models import model_of
 from damper.study.config import ConfigError, Study, load_study
-from damper.study.estimate import estimate
-from damper.sweep.estimate import amount, duration
+from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
+from damper.study.rules import corners
+from damper.study.yaml_file import words
+from damper.sweep.estimate import amount, duration, machine_memory
 
 _COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
 
 _LEGEND = (
-    "Rough upper figures. time: of all simulation jobs on one core; job, memory: of one of them; "
-    "gather: memory to gather the cube; disk: slices and cube."
+    "Rough upper figures. time: of all simulation jobs on one core, without figures and tables; "
+    "job, memory: of one of them; gather: memory to gather the cube; disk: slices and cube."
 )
 
 
@@ -28,10 +32,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Say of studies whether they are valid and what they take.",
     )
     parser.add_argument("files", nargs="+", type=Path, help="study files: config/studies/*.yaml")
-    rows, errors = [("study", "valid", *_COLUMNS)], []
+    rows, notes, errors = [("study", "valid", *_COLUMNS)], [], []
     for path in parser.parse_args(arguments).files:
         try:
-            rows.append((path.stem, "yes", *_cells(load_study(path))))
+            study = load_study(path)
+            rows.append((path.stem, "yes", *_cells(study)))
+            notes += [f"{path.stem}: {note}" for note in _notes(study)]
         except ConfigError as error:
             rows.append((path.stem, "no", *"-" * len(_COLUMNS)))
             errors.append(str(error))
@@ -39,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, *cells in rows:
         padded = [cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True)]
         print("  ".join([name.ljust(widths[0]), *padded]))
-    print(_LEGEND, flush=True)
+    print(_LEGEND, *notes, sep="\n", flush=True)
     for text in errors:
         print(text, file=sys.stderr)
     return 1 if errors else 0
@@ -58,6 +64,30 @@ def _cells(study: Any) -> Sequence[str]:
         amount(found.gather_memory),
         amount(found.disk),
     )
+
+
+def _notes(study: Any) -> Iterator[str]:
+    """Yield what does not go into this machine's memory, and what is to be compiled."""
+    if not isinstance(study, Study):
+        return
+    found, most = estimate(study), machine_memory()
+    for what, size in (
+        ("a simulation job", found.job.memory),
+        ("to gather the cube", found.gather_memory),
+    ):
+        if size > most:
+            yield (
+                f"{what} takes some {amount(size)} of memory, more than the {amount(most)} of "
+                "this machine"
+            )
+    if found.run_seconds < PLAIN_SECONDS and not study.orbits:
+        return
+    models = {p.model for p in corners(study) if not Trajectory(model_of(p)).is_compiled}
+    if models:
+        yield (
+            f"to compile for the model {words(sorted(models))} takes some "
+            f"{duration(COMPILE_SECONDS * len(models))} more, the first time"
+        )
 
 
 def _count(number: float) -> str:

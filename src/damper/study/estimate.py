@@ -1,10 +1,11 @@
 """What a study takes, estimated from its settings alone: time, memory, disk, resources of jobs.
 
 The numbers are rough upper figures, for compiled code on one core. Estimated over measured, for the
-21 studies with a cube of a default run on two cores: time of a study's simulation jobs 1.2 in the
-median, 0.5 to 3.6 (few impacts); memory of the largest job 1.4, 1.3 to 1.5, and 6 where a run is
-so short that numba is not loaded; memory to gather 1.4, 1.3 to 1.9; disk 1.5, 1.0 to 2.5. A
-million points of the study `atlas`, with few impacts, took a seventh of their time.
+22 studies with a cube of a default run on two cores: time of a study's simulation jobs 3.7 in the
+median, 1.6 to 17 (one short run); time of the longest job 3.7, 1.1 to 17; memory of the largest job
+1.4, 1.4 to 1.6, where it is not so short that numba is not loaded; memory to gather 1.4, 1.3 to
+1.5; disk 1.6, 1.2 to 2.2. A million points of the study `atlas`, with few impacts, took a
+fourteenth of their time.
 """
 
 from __future__ import annotations
@@ -24,12 +25,19 @@ MOST_SLICES = 1000
 """One slice is one job. A dry run took 13 s for 1000 of them, 29 s for 2000, and was not done
 after 25 minutes for 10 000, on a busy machine."""
 
+PLAIN_SECONDS = 0.03
+"""Of runs, as estimated, for which plain Python takes no longer than to compile for them: it is 20
+to 700 times as slow."""
+COMPILE_SECONDS = 60.0
+"""To compile for one model with all observers: 17 to 27 s of a core in fact, 50 to 60 on a busy
+machine."""
+
 # Of a gather job: it starts in 85 MB and holds all arrays up to three times; compression takes
-# up to 0.25 us for a byte.
+# up to 0.25 us for a byte, twice that on a busy machine.
 _GATHER_BYTES = 150 * 10**6
 _GATHER_COPIES = 3
-_GATHER_SECONDS = 3.0
-_WRITE_SECONDS = 2.5e-7
+_GATHER_SECONDS = 6.0
+_WRITE_SECONDS = 5e-7
 #: Bytes of a slice's file beside its arrays, and of a cube's.
 _SLICE_BYTES, _CUBE_BYTES = 40_000, 100_000
 
@@ -140,9 +148,9 @@ def _fan(study: Study, found: Estimate) -> str:
 
 
 def _resources(memory: int, seconds: float) -> dict[str, int]:
-    # A job that is cut is lost: twice the time, and what it takes to compile where the cache is
-    # empty, minutes and up to 450 MB in all.
+    # A job that is cut is lost: what it takes to compile where the cache is empty, minutes and up
+    # to 450 MB in all, besides.
     return {
         "mem_mb": ceil(memory / 1e6) + 250,
-        "runtime": ceil(2.0 * seconds / 60.0) + 5,
+        "runtime": ceil(seconds / 60.0) + 5,
     }
