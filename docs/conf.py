@@ -19,6 +19,8 @@ myst_heading_anchors = 3
 myst_all_links_external = False
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
+# A cell that compiles takes minutes on a slow machine; a site is not wrong because of that.
+nb_execution_timeout = -1
 nb_output_stderr = "remove"
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"

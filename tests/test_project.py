@@ -4,6 +4,7 @@ import inspect
 import json
 import os
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -170,6 +171,12 @@ def test_the_tutorial_runs():
 
 
 @pytest.mark.exhaustive
+def test_cells_of_the_site_take_the_time_they_need():
+    """The first one compiles: minutes on a slow machine."""
+    pytest.importorskip("latex2mathml")
+    assert runpy.run_path(str(ROOT / "docs/conf.py"))["nb_execution_timeout"] < 0
+
+
 def test_the_steps_of_the_dockerfile_work(tmp_path):
     """Without docker: what is copied and run there is copied to, and run in, an empty folder."""
     lines = (ROOT / "Dockerfile").read_text().splitlines()
