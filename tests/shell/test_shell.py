@@ -38,6 +38,10 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
     assert len(printed) == len(found) + 1
 
 
+def test_a_run_without_events_says_so() -> None:
+    assert called(*EVENTS, "--until=0") == "No event until 0.\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
@@ -45,10 +49,14 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
         ([*EVENTS, "--until=1", "--mas-ratio=1"], 2, "'--mass-ratio'"),
         (["evnts"], 2, "Did you mean"),
         (["new", "my/study"], 1, "'my/study' cannot be the name of a study: up to 100 letters"),
+        (["verify"], 1, "no Snakefile here: this is not the project's folder"),
         (["view", "nowhere"], 1, "no nowhere/report.html"),
     ],
 )
-def test_a_mistake_is_told_in_one_message(arguments: list, code: int, message: str) -> None:
+def test_a_mistake_is_told_in_one_message(
+    arguments: list, code: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     output = called(*arguments, code=code)
     assert message in output
     assert "Traceback" not in output

@@ -178,6 +178,8 @@ def test_loaded_on_first_use_from_the_package() -> None:
             {"restitution": [0.5, [0.6]]},
             r"restitution: must be a number or .*, not \[0.5, \[0.6\]\]",
         ),
+        ({"restitution": [0.5, "b"]}, "restitution = 'b': must be a real number"),
+        ({"clearance": (0.5, True)}, "clearance = True: must be a real number"),
         ({"follow": False}, "follow = False: must be a mapping of an axis to a direction"),
         (
             {"observers": {"chatter_bursts": {"since": [0, 4]}}},

@@ -92,7 +92,9 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
         table.to_csv(csv, index=False)
     if plot:
         damper.run(parameters, until).plot().savefig(plot, dpi=150)
-    if not (csv or plot):
+    if not (csv or plot or len(table)):
+        click.echo(f"No event until {until:g}.")
+    elif not (csv or plot):
         click.echo(table.drop(columns=["period", "time_in_period"]).to_string(index=False))
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from damper.parameters import State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
-from damper.parameters.quantity import filled
+from damper.parameters.quantity import filled, real
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
 from damper.sweep.progress import progress_bar
@@ -107,6 +107,8 @@ def simulate(
             continue
         if column.ndim != 1 or column.size == 0:
             raise ValueError(f"{wanted}, not an array of shape {column.shape}")
+        for item in value if isinstance(value, list | tuple) else ():
+            real(name, item)  # numpy makes text of all items where one is text
         axes[name] = column.tolist()
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
