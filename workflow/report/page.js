@@ -267,7 +267,7 @@ damper.draw = (place) => {
   panel.on("plotly_click", ({ points: [point] }) => {
     choose(x, point.x);
     if (map) choose(y, point.y);
-    if (data.overlaid.length === 1 && !chatter) picks[data.overlaid[0]].selectedIndex = point.curveNumber;
+    else if (data.overlaid.length === 1 && !chatter) picks[data.overlaid[0]].selectedIndex = point.curveNumber;
     refresh();
   });
 };

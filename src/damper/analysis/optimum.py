@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damper.analysis.places import need_axes, need_variables, places
+from damper.analysis.places import need_axes, need_variables, places, within
+from damper.analysis.reduction import worst as worst_of
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
 
 if TYPE_CHECKING:
@@ -22,6 +25,8 @@ NEAR = 0.1
 _TWO = 0.05
 #: What differs by less than the rest of a transient counts as equal.
 _EQUAL = 1e-6
+#: A ratio to the response without damper is 1 within this: transients have not quite died.
+SAME = 1e-3
 
 
 def best_clearance(
@@ -29,6 +34,7 @@ def best_clearance(
     along: str = "frequency_ratio",
     over: str = "clearance",
     damped: float = DAMPED,
+    worst: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Best clearance at every place along the other axes, and how well it damps.
 
@@ -45,6 +51,9 @@ def best_clearance(
         Axis that is chosen best; ``gap`` in SI units.
     damped : float, default 0.9
         Amplitude ratio below which a frequency belongs to the damped band.
+    worst : sequence of str, optional
+        Dimensions whose values are runs at one point, of which the worst counts: ``draw``,
+        ``direction``, or axes.
 
     Returns
     -------
@@ -52,13 +61,15 @@ def best_clearance(
         One row for each place, none where a run stopped early at every clearance. Columns are the
         other axes and
 
-        - ``best_<over>``, and ``interior``: False at the first and the last value of the axis;
+        - ``best_<over>``, ``interior``: False at the first and the last value of the axis, and
+          ``equally_good``: how many more values have the same largest amplitude;
         - ``worst_amplitude``: largest amplitude over the range there, with those at the
           neighbouring clearances ``_below`` and ``_above`` (NaN beyond the axis) and
           ``undamped_amplitude``, all in the cube's unit of length;
-        - ``band``: width of the damped frequencies, in the unit of `along`;
-        - ``lowest_amplitude_ratio``, ``lowest_at_<along>``, and there ``impacts_per_period``,
-          ``sticking_fraction`` and ``chatter``.
+        - ``band``: width of the damped frequencies, in the unit of `along`; ``amplified``: of those
+          at which the amplitude is larger than without damper;
+        - ``highest_amplitude_ratio``; ``lowest_amplitude_ratio``, ``lowest_at_<along>``, and there
+          ``impacts_per_period``, ``sticking_fraction`` and ``chatter``, of the worst run.
 
     Raises
     ------
@@ -77,44 +88,53 @@ def best_clearance(
     """
     import pandas as pd
 
-    need_axes(cube, along, over)
+    worst = [worst] if isinstance(worst, str) else list(worst)
+    need_axes(cube, along, over, *worst)
     in_range("damped", damped, minimum=0, above=True)
     _need_observers(cube, "peak_displacement", "amplitude_ratio")
+    amplitudes = cube.peak_displacement, cube.amplitude_ratio
+    peak, ratio = (worst_of(each, worst) if worst else each for each in amplitudes)
     found = []
-    names = [str(dim) for dim in cube.amplitude_ratio.dims if dim not in (along, over)]
-    for where in places(cube.amplitude_ratio, along, over):
-        here = cube.sel(where).transpose(over, along, ...)
+    names = [str(dim) for dim in ratio.dims if dim not in (along, over)]
+    for where in places(ratio, along, over):
         # Where a run stopped early nothing is known, so that clearance cannot be the best.
-        worst = here.peak_displacement.max(along, skipna=False)
-        if not np.isfinite(worst).any():
+        largest = peak.sel(where).max(along, skipna=False)
+        if not np.isfinite(largest).any():
             continue
-        place = least(worst.values)
-        line = here.isel({over: place})
-        ratio = line.amplitude_ratio.values
-        low = int(np.argmin(ratio))
+        place = least(largest.values)
+        ratios = ratio.sel(where).isel({over: place}).values
+        low = int(np.argmin(ratios))
+        line = cube.sel(where).isel({over: place})
         point = line.isel({along: low})
-        around = np.pad(worst.values, 1, constant_values=math.nan)
+        if worst:
+            point = point.isel(point.amplitude_ratio.argmax(worst))
+        around = np.pad(largest.values, 1, constant_values=math.nan)
+        widths = _widths(line[along].values)
         found.append(
             where
             | {
-                f"best_{over}": float(here[over][place]),
-                "worst_amplitude": float(worst[place]),
+                f"best_{over}": float(largest[over][place]),
+                "worst_amplitude": float(largest[place]),
                 "worst_amplitude_below": float(around[place]),
                 "worst_amplitude_above": float(around[place + 2]),
                 "undamped_amplitude": float((line.peak_displacement / line.amplitude_ratio).max()),
-                "band": float(_widths(line[along].values)[ratio < damped].sum()),
-                "lowest_amplitude_ratio": float(ratio[low]),
+                "band": float(widths[ratios < damped].sum()),
+                "amplified": float(widths[ratios > 1.0 + SAME].sum()),
+                "highest_amplitude_ratio": float(ratios.max()),
+                "lowest_amplitude_ratio": float(ratios[low]),
                 f"lowest_at_{along}": float(line[along][low]),
                 "impacts_per_period": float(point.impacts_per_period),
                 "sticking_fraction": float(point.sticking_fraction),
                 "chatter": int(point.chatter),
-                "interior": 0 < place < here.sizes[over] - 1,
+                "interior": 0 < place < largest.size - 1,
+                "equally_good": int(_as_low(largest.values).sum()) - 1,
             }
         )
     columns = (
         *(f"best_{over}", "worst_amplitude", "worst_amplitude_below", "worst_amplitude_above"),
-        *("undamped_amplitude", "band", "lowest_amplitude_ratio", f"lowest_at_{along}"),
-        *("impacts_per_period", "sticking_fraction", "chatter", "interior"),
+        *("undamped_amplitude", "band", "amplified", "highest_amplitude_ratio"),
+        *("lowest_amplitude_ratio", f"lowest_at_{along}"),
+        *("impacts_per_period", "sticking_fraction", "chatter", "interior", "equally_good"),
     )
     return pd.DataFrame(found, columns=[*names, *columns])
 
@@ -127,7 +147,8 @@ def damping_shares(
     Parameters
     ----------
     cube : xarray.Dataset
-        With the variables of the observers ``response``, ``impacts`` and ``bursts``.
+        With the variables of the observers ``response``, ``impacts`` and ``bursts``. Of several
+        runs at a point each counts.
     along : str, default "frequency_ratio"
         Axis of the frequency.
     good : float, default 0.5
@@ -157,7 +178,7 @@ def damping_shares(
         [dim for dim in cube.amplitude_ratio.dims if dim != along]
     )
     resonance = float(undamped.idxmax(along))
-    near = abs(cube[along] - resonance) <= NEAR * resonance
+    near = within(cube[along], (1.0 - NEAR) * resonance, (1.0 + NEAR) * resonance)
     where = cube[along].where(two & well)
     amplified = contact & (cube.rms_ratio > 1.0)
     far = contact & ~near
@@ -178,6 +199,9 @@ def damping_shares(
     }
 
 
+#: What holds a free mass in its place.
+_HELD = ("support_stiffness_ratio", "support_stiffness")
+
 #: Variables that tell whether the walls are touched.
 CONTACT = ("impacts_per_period", "bursts_per_period", "sticking_fraction")
 
@@ -196,6 +220,17 @@ def contact(cube: xr.Dataset) -> xr.DataArray | None:
     return touched.where(known[0].notnull())
 
 
+def from_exact_rest(cube: xr.Dataset) -> bool:
+    """Whether all runs start at exact rest, and nothing but that holds the free mass.
+
+    Then it may stay where it is, its walls untouched, which any relative velocity ends: without
+    friction it drifts to a wall. So these runs do not say what a damper does.
+    """
+    starts = [cube[name] for name in cube.coords if name in (*INITIAL_NAMES, *_HELD)]
+    moved = any((one != 0.0).any() for one in starts)
+    return cube.attrs.get("primary_starts", "") == "rest" and not moved
+
+
 def least(values: np.ndarray) -> int:
     """Index of the first of the least values; NaN is never the least, unless all are.
 
@@ -207,9 +242,14 @@ def least(values: np.ndarray) -> int:
     >>> least(np.array([np.nan, 3.0, 2.0000001, 2.0]))
     2
     """
+    return int(np.argmax(_as_low(values)))
+
+
+def _as_low(values: np.ndarray) -> np.ndarray:
+    """Whether each value is the least or equals it; all if there is none."""
     values = np.where(np.isnan(values), np.inf, values)
     lowest = values.min()
-    return int(np.argmax(values <= lowest + _EQUAL * abs(lowest)))
+    return values <= lowest + _EQUAL * abs(lowest)
 
 
 def _need_observers(cube: xr.Dataset, *of_response: str) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -11,8 +12,14 @@ from damper.parameters.quantities import ALL, unknown_name
 from damper.sweep.grid import product
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
     import xarray as xr
+
+#: Values of an axis, as they come.
+Values = TypeVar("Values", "np.ndarray", "pd.Series", "xr.DataArray")
+#: Difference to an end of a band, as a part of it, that is rounding.
+_ROUNDING = 1e-9
 
 
 def places(array: xr.DataArray, *without: str) -> list[dict[str, Any]]:
@@ -28,6 +35,24 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
     """
     need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
     return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+
+
+def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Values:
+    """Whether values of an axis lie in a band, its ends included.
+
+    Values beside an end by rounding lie on it: 1.1 is within 10 % of 1, though 1.1 - 1 > 0.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> within(np.arange(8, 13) / 10, 0.9, 1 + 0.1)
+    array([False,  True,  True,  True, False])
+    >>> within(np.array([0.1 + 0.2, 0.4]), high=0.3)
+    array([ True, False])
+    """
+    ends = [end for end in (low, high) if math.isfinite(end)]
+    near = _ROUNDING * max(map(abs, ends), default=0.0)
+    return (values >= low - near) & (values <= high + near)  # type: ignore[return-value]
 
 
 def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from damper.analysis.optimum import least
 from damper.analysis.places import in_millimetres
+from damper.analysis.reduction import reduced, runs_over
 from damper.figures.common.layout import (
     few_decades,
     geometric,
@@ -29,12 +30,17 @@ from damper.study.messages import Faults
 from damper.study.products import (
     MOST_LINES,
     MOST_VARIABLES,
+    REDUCTIONS,
+    Above,
     At,
     Caption,
     Each,
     FigureSettings,
     Offer,
     Role,
+    Share,
+    Worst,
+    check_reduction,
     check_written,
 )
 
@@ -62,6 +68,7 @@ class Curves(FigureSettings):
         "lines": Role(most=MOST_LINES, branches=True),
         "each": Role(),
         "best": Role(),
+        **REDUCTIONS,
     }
 
     variables: Annotated[
@@ -89,14 +96,19 @@ class Curves(FigureSettings):
             "finished."
         ),
     ] = None
+    worst: Worst = None
+    share: Share = None
+    above: Above = None
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: Caption = None
 
     @classmethod
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        names = settings.get("variables")
-        for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
+        given = settings.get("variables")
+        names = given if isinstance(given, list | tuple) else ()
+        for i, name in enumerate(names):
             check_written(("variables", i), name, offer, faults)
+        check_reduction(names, settings, faults)
 
     @classmethod
     def relate(cls, data: dict[str, Any], model: Curves | None, faults: Faults) -> None:
@@ -110,11 +122,9 @@ def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    variables, along = settings.variables, settings.along
-    lines, best = settings.lines, settings.best
-    beside = [_OVER[name] for name in variables if _OVER.get(name) in cube]
-    shown = list(dict.fromkeys([*variables, *beside]))
-    place = in_millimetres(select(cube, shown, settings.at, (along, lines, best)).sortby(along))
+    along, lines, best = settings.along, settings.lines, settings.best
+    place, variables = _shown(cube, settings)
+    beside = [_OVER[name] for name in variables if _OVER.get(name) in place]
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
     axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
     drawn = _lines(place, variables[0], along, lines, best)
@@ -130,8 +140,11 @@ def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:
         _dress(ax, place, name, along, settings.log)
     axes[-1].set_xlabel(place_label(place, along, _ABSCISSA))
     figure.align_ylabels()
-    remark = f"best: the largest {VARIABLE_SYMBOLS.get(variables[0], variables[0])} is least"
-    head(figure, place, settings.caption, remarks=[remark] if best else [])
+    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    if best:
+        symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
+        remarks.append(f"best: the largest {symbol} is least")
+    head(figure, place, settings.caption, remarks=remarks)
     handles: list[Artist] = [
         Line2D([], [], **style) for _, style in drawn if style["label"] is not None
     ]
@@ -141,6 +154,22 @@ def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:
         handles.append(Line2D([], [], label="where that line is highest", **_WORST))
     legend(figure, handles)
     return figure
+
+
+def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
+    """Return the piece of a cube to show, and the names of the variables drawn in it."""
+    beside = [_OVER[name] for name in settings.variables if _OVER.get(name) in cube]
+    names = list(dict.fromkeys([*settings.variables, *beside]))
+    reduce = settings.worst, settings.share
+    keep = (
+        settings.along,
+        settings.lines,
+        settings.best,
+        *(n for some in reduce for n in some or ()),
+    )
+    place = select(cube, names, settings.at, keep).sortby(settings.along)
+    place, names = reduced(place, names, *reduce, settings.above)
+    return in_millimetres(place), names[: len(settings.variables)]
 
 
 _REFERENCE: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.0}

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from damper.analysis.motions import attractors
-from damper.analysis.optimum import CONTACT, contact, least
+from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest, least
 from damper.analysis.places import in_millimetres
+from damper.analysis.reduction import reduced, runs_over, worst
 from damper.figures import THEORY
 from damper.figures.common.layout import (
     edges,
@@ -49,6 +50,8 @@ from damper.study.messages import Faults
 from damper.study.products import (
     FREE_TRAVEL,
     MOST_PANELS,
+    REDUCTIONS,
+    Above,
     At,
     Caption,
     Each,
@@ -56,6 +59,9 @@ from damper.study.products import (
     Interactive,
     Offer,
     Role,
+    Share,
+    Worst,
+    check_reduction,
     check_written,
     need,
     need_orbits,
@@ -89,12 +95,12 @@ MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILION, "#000000", "#8A8
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
+#: What such a point means where all runs start at exact rest.
+_FROM_REST = " from exact rest (neutrally stable without friction)"
 #: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
 ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
 #: Ratios beyond this and its inverse have the colours of these.
 _LARGEST_RATIO = 10.0
-#: A ratio is 1 within this where the masses never touch: transients have not quite died.
-_SAME = 1e-3
 #: Height of a row of so many panels, in inches.
 _HEIGHTS = {1: 2.4, 2: 2.6, 3: 2.0}
 #: Width of the line at 1.
@@ -115,6 +121,7 @@ class Map(FigureSettings):
         "y": Role(least=2),
         "panels": Role(most=MOST_PANELS, branches=True),
         "each": Role(),
+        **REDUCTIONS,
     }
 
     variable: Annotated[
@@ -133,6 +140,9 @@ class Map(FigureSettings):
     ] = None
     each: Each = None
     at: At = None
+    worst: Worst = None
+    share: Share = None
+    above: Above = None
     best: Annotated[
         Literal["min", "max"] | None,
         Field(
@@ -173,10 +183,15 @@ class Map(FigureSettings):
     def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         if settings.get("orbits") is True:
             need_orbits(("orbits",), offer, faults)
-        if settings.get("variable") == _ATTRACTOR:
+        variable = settings.get("variable")
+        check_reduction([variable], settings, faults)
+        if variable == _ATTRACTOR:
             need(offer, faults, "motion")
+            if settings.get("share") is not None:
+                message = "motions are above no limit"
+                faults.add(("share",), message, "kind: basins, for the part that ends in each")
         else:
-            check_written(("variable",), settings.get("variable"), offer, faults)
+            check_written(("variable",), variable, offer, faults)
         if settings.get("theory") == "small_mass_limit":
             cls._fits_limit(settings, faults)
         if settings.get("theory") == "steady_amplitude":
@@ -205,7 +220,9 @@ def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map)
     `branches` are the study's orbits, where curves of their special points are drawn.
     """
     x, y, panels = settings.x, settings.y, settings.panels
-    place, touched, classes = classified(cube, settings.variable, settings.at, x, y, panels)
+    given = settings.model_dump()
+    idle = "walls never touched" + _FROM_REST * from_exact_rest(cube)
+    place, variable, touched, classes = classified(cube, given, x, y, panels)
     if settings.theory is None:
         place = in_millimetres(place)
     written = {name: place[name].values for name in (x, y)} if settings.equal else {}
@@ -216,17 +233,17 @@ def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map)
     shown = place[panels].values.tolist() if panels else [None]
     columns = 2 if len(shown) == 4 else min(3, len(shown))
     figure, axes = _grid(len(shown), columns)
-    colours, norm = _colours(place[settings.variable], classes)
+    colours, norm = _colours(place[variable], classes)
     marks: dict[str, Artist] = {}
     for ax, value in zip(axes, shown, strict=True):
         where = {} if value is None else {panels: value}
         panel = place.sel(where)
-        values = numbers(panel[settings.variable], y, x)
+        values = numbers(panel[variable], y, x)
         known = np.ones_like(values) if touched is None else numbers(touched.sel(where), y, x)
         mesh = _cells(ax, panel, x, y, values, colours, norm)
         if not classes:
-            marks |= _hatch(ax, panel, x, y, known)
-        marks |= _marks(ax, panel, np.where(known > 0.0, values, np.nan), settings)
+            marks |= _hatch(ax, panel, x, y, known, idle)
+        marks |= _marks(ax, panel, variable, np.where(known > 0.0, values, np.nan), settings)
         for handle in _overlays(ax, panel, branches, settings):
             marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, values, classes)
@@ -237,16 +254,19 @@ def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map)
         ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
     if not classes:
-        _colour_bar(figure, axes, mesh, place[settings.variable])
-    head(figure, place, settings.caption)
-    handles = [*_classes(place[settings.variable], classes), *marks.values()]
+        _colour_bar(figure, axes, mesh, place[variable])
+    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    head(figure, place, settings.caption, remarks=remarks)
+    handles = [*_classes(place[variable], classes), *marks.values()]
     legend(figure, handles)
     return figure
 
 
-def _marks(ax: Axes, panel: xr.Dataset, values: np.ndarray, settings: Map) -> dict[str, Artist]:
+def _marks(
+    ax: Axes, panel: xr.Dataset, variable: str, values: np.ndarray, settings: Map
+) -> dict[str, Artist]:
     """Mark where a ratio is 1, and the best places, of values where the walls are touched."""
-    x, y, variable = settings.x, settings.y, settings.variable
+    x, y = settings.x, settings.y
     marks = _contour(ax, panel, x, y, values) if variable in RATIOS else {}
     if settings.best:
         # A ratio itself, or any variable beside the ratio of amplitudes.
@@ -268,31 +288,54 @@ def _overlays(
         yield from curves(ax, panel, settings.x, settings.y, branches)
 
 
-def classified(
-    cube: xr.Dataset, variable: str, at: Mapping[str, Any] | None, x: str, y: str, *keep: str | None
-) -> tuple[xr.Dataset, xr.DataArray | None, list[tuple[str, str]]]:
-    """Return the piece of a cube to show, where walls are touched, names and colours of classes."""
+class Classified(NamedTuple):
+    """The piece of a cube to show, and its variable's name there; where walls are touched; names
+    and colours of classes."""
+
+    place: xr.Dataset
+    variable: str
+    touched: xr.DataArray | None
+    classes: list[tuple[str, str]]
+
+
+def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None) -> Classified:
+    """Return what a map of these settings shows; of several runs at a point one number."""
+    variable = settings["variable"]
     classes = list(_CLASSES.get(variable, ()))
     if variable == _ATTRACTOR:
         motions, names = attractors(cube)
         cube = cube.assign({variable: motions})
         classes = list(zip(names, MOTIONS, strict=False))
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
-    place = select(cube, [variable, *beside], at, (x, y, *keep)).sortby([x, y])
+    worst_over, share_over = settings.get("worst"), settings.get("share")
+    over = [*(worst_over or ()), *(share_over or ())]
+    place = select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
+    place = place.sortby([settings["x"], settings["y"]])
     touched = contact(place)
-    if variable == "chatter":
-        classes = _split_no_chatter(place, touched, classes)
-    return place, touched, classes
+    if share_over:
+        classes = []
+    elif variable == "chatter":
+        classes = _split_no_chatter(place, touched, classes, from_exact_rest(cube))
+    if over:
+        # Touched in one run is touched; amplified in one run is amplified.
+        touched = None if touched is None else touched.astype(float).max(over, skipna=False)
+        ratio = {name: worst(place[name], over) for name in ("amplitude_ratio",) if name in beside}
+        place, (variable,) = reduced(
+            place, [variable], worst_over, share_over, settings.get("above")
+        )
+        place = place.assign(ratio)
+    return Classified(place, variable, touched, classes)
 
 
 def _split_no_chatter(
-    place: xr.Dataset, touched: xr.DataArray | None, classes: list[tuple[str, str]]
+    place: xr.Dataset, touched: xr.DataArray | None, classes: list[tuple[str, str]], rest: bool
 ) -> list[tuple[str, str]]:
     """Tell contact without chatter from no contact, in place; return the classes there are."""
     if touched is None:  # not known
         return [("no chatter", PALE), *classes[2:]]
     place["chatter"] = place.chatter + touched.where(place.chatter == 0, 1)
-    return classes
+    name, colour = classes[0]
+    return [(name + _FROM_REST * rest, colour), *classes[1:]]
 
 
 def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
@@ -365,7 +408,9 @@ def _say_what_is_missing(ax: Axes, values: np.ndarray, classes: Sequence[tuple[s
         say(ax, f"{classes[int(known[0])][0]} throughout")
 
 
-def _hatch(ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray) -> dict[str, Artist]:
+def _hatch(
+    ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray, text: str
+) -> dict[str, Artist]:
     """Hatch the points at which the walls are never touched."""
     from matplotlib.patches import Patch
 
@@ -375,7 +420,6 @@ def _hatch(ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray) -> di
     place = panel[x].values, panel[y].values, idle.astype(float)
     area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
     area.set(edgecolor=_HATCHES, linewidth=0.0)
-    text = "walls never touched"
     return {text: Patch(facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.4, label=text)}
 
 
@@ -383,7 +427,7 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     """Draw where a ratio is 1; return what the legend has to say of it."""
     from matplotlib.lines import Line2D
 
-    values = np.where(np.abs(values - 1.0) < _SAME, 1.0 + _SAME, values)
+    values = np.where(np.abs(values - 1.0) < SAME, 1.0 + SAME, values)
     if not ((values < 1.0).any() and (values > 1.0).any()):
         return {}
     ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)

@@ -27,6 +27,15 @@ class Variable:
     comment: str = ""
 
 
+#: Variables of which more is worse, so that of several runs the greatest value counts.
+GREATER_IS_WORSE = (
+    "peak_displacement",
+    "rms_displacement",
+    "amplitude_ratio",
+    "rms_ratio",
+    "chatter",
+)
+
 #: Why `damper.engine.trajectory.run` returned, in the order of its codes.
 STATUS_MEANINGS = ("finished", "max_events_reached", "search_gave_up")
 

@@ -70,9 +70,11 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
     choices = [settings[role] for role in ("each", "rows", "panels") if role in settings]
     if settings["kind"] == "map":
         x, y = settings["x"], settings["y"]
-        place, _, classes = classified(cube, settings["variable"], at, x, y, *choices)
-        place, overlaid = in_millimetres(place), []
-        shown = _map(place[settings["variable"]], classes, [*choices, y, x])
+        place, variable, _, classes = classified(cube, settings, x, y, *choices)
+        place = in_millimetres(place)
+        # Colours are of all these runs, a click shows one.
+        overlaid = [*settings.get("worst", ()), *settings.get("share", ())]
+        shown = _map(place[variable], classes, [*choices, y, x])
     else:
         x, y = settings["along"], None
         cube = with_relative(cube, settings["variables"])

@@ -10,8 +10,9 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from damper.observers import OBSERVERS, make_observers, writable
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
+from damper.parameters.variables import GREATER_IS_WORSE
 from damper.study.axes import coordinate_name
-from damper.study.fields import Coordinate, Entries, Text, as_numbers, one_of
+from damper.study.fields import Coordinate, Entries, Some, Text, as_numbers, one_of
 from damper.study.messages import Faults
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, given_settings
 from damper.study.study_file import Made, See
@@ -151,6 +152,27 @@ At = Annotated[
         "axis lists it; also direction: up or down, and draw: the number of a draw."
     ),
 ]
+Worst = Annotated[
+    Some[Text] | None,
+    Field(
+        description="Axes, or direction or draw, of whose runs the worst counts: at each point the "
+        f"greatest value, of {words(GREATER_IS_WORSE)}."
+    ),
+]
+Share = Annotated[
+    Some[Text] | None,
+    Field(
+        description="Axes, or direction or draw, of whose runs the part is shown in which the "
+        "variable is above a limit; with above. Where worst is given as well, it comes first."
+    ),
+]
+Above = Annotated[
+    float | None,
+    Field(
+        description="That limit, in the variable's units: 1 for a ratio to the response without "
+        "damper, 0 for chatter of any kind, 1 for complete chatter; with share."
+    ),
+]
 Caption = Annotated[
     Text | None,
     Field(description="Heading above the line of parameters; the study's title when not given."),
@@ -166,11 +188,19 @@ Interactive = Annotated[
 
 @dataclass(frozen=True)
 class Role:
-    """A setting that names an axis: how many values it may have, and whether a branch will do."""
+    """A setting that names an axis: how many values it may have, and whether a branch will do.
+
+    One that names `several` is a list.
+    """
 
     least: int = 1
     most: int | None = None
     branches: bool = False
+    several: bool = False
+
+
+#: What reduces the runs at each point to one number.
+REDUCTIONS = {name: Role(branches=True, several=True) for name in ("worst", "share")}
 
 
 class FigureSettings(Product):
@@ -214,13 +244,18 @@ class FigureSettings(Product):
     def _says_where(cls, settings: dict[str, Any]) -> bool:
         """Whether the settings that place axes are all there and well formed."""
         required = {key for key, info in cls.model_fields.items() if info.is_required()}
-        roles = [settings[key] for key in cls.roles if settings.get(key) is not None]
+        roles = [
+            settings[key] if role.several else [settings[key]]
+            for key, role in cls.roles.items()
+            if settings.get(key) is not None
+        ]
         try:
             _PLACE.validate_python(as_numbers(settings.get("at") or {}))
         except ValidationError:
             return False
         return required <= settings.keys() <= cls.model_fields.keys() and all(
-            isinstance(name, str) for name in roles
+            isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)
+            for names in roles
         )
 
     @classmethod
@@ -228,16 +263,7 @@ class FigureSettings(Product):
         """Return axis -> the role that takes it."""
         used: dict[str, str] = {}
         for key, role in cls.roles.items():
-            name = settings.get(key)
-            if not isinstance(name, str):
-                continue
-            names = offer.dimensions if role.branches else offer.axes
-            if name not in names:
-                faults.unknown((key,), "axis", name, names)
-            if name in used:
-                faults.add((key,), f"'{name}' is {used[name]} already", "an axis without a place")
-            used[name] = key
-            count_values((key,), name, names.get(name), role, faults)
+            take_role(key, role, settings.get(key), used, offer, faults)
         return used
 
     @classmethod
@@ -258,6 +284,35 @@ class FigureSettings(Product):
             example = "{direction: up}" if name == "direction" else "{draw: 0}"
             message = f"the study has several runs at each point ({name}), the figure shows one"
             faults.add((), message, f"{ways}: at: {example}")
+
+
+def take_role(
+    key: str, role: Role, given: Any, used: dict[str, str], offer: Offer, faults: Faults
+) -> None:
+    """Note what is wrong with the axes that a setting names, and that these are used by it."""
+    names = given if role.several and isinstance(given, list | tuple) else [given]
+    known = offer.dimensions if role.branches else offer.axes
+    for name in names:
+        if not isinstance(name, str):
+            continue
+        if name not in known:
+            faults.unknown((key,), "axis", name, known)
+        if name in used:
+            faults.add((key,), f"'{name}' is {used[name]} already", "an axis without a place")
+        used[name] = key
+        count_values((key,), name, known.get(name), role, faults)
+
+
+def check_reduction(variables: Any, settings: Mapping[str, Any], faults: Faults) -> None:
+    """Note variables that have no worst, and a share without its limit."""
+    for name in variables if settings.get("worst") is not None else ():
+        if isinstance(name, str) and name not in GREATER_IS_WORSE:
+            message = f"more of '{name}' is not worse"
+            faults.add(("worst",), message, words(GREATER_IS_WORSE))
+    given, missing = ("share", "above") if settings.get("above") is None else ("above", "share")
+    if settings.get(given) is not None and settings.get(missing) is None:
+        allowed = "a number" if missing == "above" else "[draw]"
+        faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
 def _take_values(at: Any, used: Mapping[str, str], offer: Offer, faults: Faults) -> dict[str, str]:

@@ -7,24 +7,18 @@ gap) is the one whose largest amplitude over the whole frequency range is smalle
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import in_millimetres
+from damper.analysis.reduction import runs_over
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Faults
-from damper.study.products import (
-    Offer,
-    Product,
-    Role,
-    fit_axis,
-    need,
-    need_one_run,
-)
+from damper.study.products import REDUCTIONS, Offer, Product, Role, Worst, need, take_role
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -40,6 +34,7 @@ class Performance(Product):
         Text,
         Field(description="Axis, such as the clearance, of which the best value is looked for."),
     ]
+    worst: Worst = None
     good: Annotated[
         float, Field(gt=0, lt=1, description="Rms ratio below which damping is good.")
     ] = GOOD
@@ -50,47 +45,59 @@ class Performance(Product):
     @classmethod
     def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
         need(offer, faults, "response", "impacts", "bursts")
-        need_one_run(offer, faults)
-        name = settings.get("over")
-        if isinstance(name, str) and name in offer.axes and name == settings.get("along"):
-            faults.add(("over",), f"'{name}' is along already", "two distinct axes")
-        for key in ("along", "over"):
-            fit_axis(key, Role(least=2), settings, offer, faults)
+        used: dict[str, str] = {}
+        roles = {"along": Role(least=2), "over": Role(least=2), "worst": REDUCTIONS["worst"]}
+        for key, role in roles.items():
+            take_role(key, role, settings.get(key), used, offer, faults)
+        for name in offer.branches:
+            if name not in used:
+                message = f"the study has several runs at each point ({name})"
+                faults.add((), message, f"worst: [{name}]")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     """Show the best clearances and what good damping goes with; see `damper.tables.make`."""
     along, over = settings["along"], settings["over"]
-    data = best_clearance(cube, along, over, settings["damped"])
+    worst = settings.get("worst") or ()
+    data = best_clearance(cube, along, over, settings["damped"], worst)
     shares = damping_shares(cube, along, settings["good"])
     frequency, clearance = (name.replace("_", " ") for name in (along, over))
     body = [
         f"The best {clearance} is the one whose largest amplitude over the whole range of the "
-        f"{frequency} is smallest. The band is the part of that range, by its width, in which the "
-        f"amplitude at the best {clearance} is below {settings['damped']:g} times the one without "
-        "a damper. The last three columns belong to the point of the lowest amplitude ratio.",
+        f"{frequency}{_of_all(cube, worst)} is smallest. The band is the part of that range, by "
+        f"its width, in which the amplitude at the best {clearance} is below "
+        f"{settings['damped']:g} times the one without a damper. Amplified is the part in which it "
+        "is larger than that one, and up to how many times. The last three columns belong to the "
+        "point of the lowest amplitude ratio.",
         f"Beside it: the largest amplitudes at the neighbouring values of the {clearance}. Where "
         "motion is chaotic, amplitudes depend on the length of the record and on rounding, and "
         "what looks best may be chance: then these differ widely.",
-        _best(in_millimetres(cube), along, over, settings["damped"]),
+        _best(in_millimetres(cube), along, over, settings["damped"], worst),
         "## What good damping goes with",
-        f"Good damping: an rms ratio below {settings['good']:g}. Only points with impacts count.",
+        f"Good damping: an rms ratio below {settings['good']:g}. Only runs with impacts count.",
         _shares(shares, frequency),
     ]
     return Table("damper performance", data, body)
 
 
-def _best(cube: xr.Dataset, along: str, over: str, damped: float) -> pd.DataFrame:
+def _of_all(cube: xr.Dataset, worst: Sequence[str]) -> str:
+    return f" and over {runs_over(cube, worst)}" if worst else ""
+
+
+def _best(
+    cube: xr.Dataset, along: str, over: str, damped: float, worst: Sequence[str]
+) -> pd.DataFrame:
     import pandas as pd
 
-    data = best_clearance(cube, along, over, damped)
+    data = best_clearance(cube, along, over, damped, worst)
     length = _units(cube.peak_displacement)
     others = list(data.columns[: data.columns.get_loc(f"best_{over}")])
     rows = [
         {
             **{name.replace("_", " "): f"{row[name]:g}" for name in others},
             f"best {over.replace('_', ' ')}{_units(cube[over])}": f"{row[f'best_{over}']:g}"
-            + ("" if row["interior"] else " (end of the axis)"),
+            + ("" if row["interior"] else " (end of the axis)")
+            + (f" ({row['equally_good']} more as good)" if row["equally_good"] else ""),
             f"largest amplitude{length}": f"{row['worst_amplitude']:.3g} of "
             f"{row['undamped_amplitude']:.3g}",
             f"beside it{length}": ", ".join(
@@ -99,6 +106,10 @@ def _best(cube: xr.Dataset, along: str, over: str, damped: float) -> pd.DataFram
                 if not math.isnan(worst)
             ),
             f"band{_units(cube[along])}": f"{row['band']:.3g}",
+            f"amplified{_units(cube[along])}": f"{row['amplified']:.3g}, up to "
+            f"{row['highest_amplitude_ratio']:.2f} times"
+            if row["amplified"]
+            else "0",
             "lowest amplitude ratio": f"{row['lowest_amplitude_ratio']:.3f} at "
             f"{row[f'lowest_at_{along}']:g}",
             "impacts per period": f"{row['impacts_per_period']:.2f}",
@@ -121,23 +132,23 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
 
     ends = f"{shares['lowest']:g} to {shares['highest']:g}"
     rows = [
-        ("points with impacts", f"{shares['with_impacts']}"),
+        ("runs with impacts", f"{shares['with_impacts']}"),
         ("part of them that chatters or sticks", share("lasting")),
         ("median rms ratio of these", median("median_rms_lasting")),
         (
             "median rms ratio with two impacts per period, neither chatter nor sticking",
             median("median_rms_two_impacts"),
         ),
-        ("well damped points", f"{shares['well_damped']}"),
+        ("well damped runs", f"{shares['well_damped']}"),
         ("part of them that chatters or sticks", share("lasting_well_damped")),
         (
-            "well damped points with two impacts per period, neither chatter nor sticking",
+            "well damped runs with two impacts per period, neither chatter nor sticking",
             f"{shares['well_damped_two_impacts']}",
         ),
         (f"part of these within {NEAR:.0%} of the resonance", share("near_resonance")),
         (f"{frequency} of these", "none" if math.isnan(shares["lowest"]) else ends),
         (
-            f"part of the points with impacts more than {NEAR:.0%} below the resonance whose rms "
+            f"part of the runs with impacts more than {NEAR:.0%} below the resonance whose rms "
             "is larger than without damper",
             share("amplified_below"),
         ),
