@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.parameters import Parameters
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, PARAMETER_NAMES
 from damper.parameters.units import LENGTH, SPEED, attributes_of
 from damper.sweep.orbits.branch import Branch, continue_orbit
 from damper.sweep.orbits.passes import pass_over
@@ -146,7 +146,8 @@ def follow_orbits(
             f"{prefix}displacement": ((dim, "turn"), section[:, :, 0]),
             f"{prefix}velocity": ((dim, "turn"), section[:, :, 1]),
         }
-    dataset = xr.Dataset(variables, coords={name: fixed[name] for name in ALL if name in fixed})
+    coords = {name: fixed[name] for name in PARAMETER_NAMES if name in fixed}
+    dataset = xr.Dataset(variables, coords=coords)
     for name in map(str, dataset.variables):
         dataset[name].attrs = _described(name)
     return dataset
@@ -165,7 +166,9 @@ def _branch(
 ) -> Branch:
     """One branch; without orbits, and with the reason, where no motion is found."""
     name, ends = entry["along"], (min(along), max(along))
-    p = Parameters(**{**values, name: entry["start"]})
+    # Where a study's runs start is none of a motion's parameters.
+    own = {key: value for key, value in values.items() if key in PARAMETER_NAMES}
+    p = Parameters(**{**own, name: entry["start"]})
     try:
         orbit = periodic_orbit(p, entry["period"], settle=entry["settle"])
     except ValueError as error:
