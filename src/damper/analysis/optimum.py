@@ -142,7 +142,7 @@ def best_clearance(
 def damping_shares(
     cube: xr.Dataset, along: str = "frequency_ratio", good: float = GOOD
 ) -> dict[str, float]:
-    """What the well damped points of a cube have in common: shares and medians.
+    """What the well damped runs of a cube have in common: shares and medians.
 
     Parameters
     ----------
@@ -152,20 +152,20 @@ def damping_shares(
     along : str, default "frequency_ratio"
         Axis of the frequency.
     good : float, default 0.5
-        Rms ratio, to the response without damper, below which a point is well damped.
+        Rms ratio, to the response without damper, below which a run is well damped.
 
     Returns
     -------
     dict of str to float
-        Numbers of points ``with_impacts``, of these ``well_damped``, and of these
+        Numbers of runs ``with_impacts``, of these ``well_damped``, and of these
         ``well_damped_two_impacts``: with two impacts per period and neither chatter nor sticking.
-        ``lasting`` and ``lasting_well_damped``: part of the points with impacts, and of the well
+        ``lasting`` and ``lasting_well_damped``: part of the runs with impacts, and of the well
         damped ones, that chatter or stick. ``median_rms_lasting``, ``median_rms_two_impacts``:
         median rms ratios of both groups. ``near_resonance``: part of the well damped points with
         two impacts within 10 % of the resonance; ``lowest`` and ``highest`` are the ends of all,
-        in the unit of `along`. ``amplified_below`` and ``amplified_above``: part of the points with
+        in the unit of `along`. ``amplified_below`` and ``amplified_above``: part of the runs with
         impacts further than that below, and above, the resonance whose rms is larger than without
-        damper. NaN where there are no such points.
+        damper. NaN where there are no such runs.
     """
     need_axes(cube, along)
     in_range("good", good, minimum=0, above=True)

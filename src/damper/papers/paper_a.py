@@ -48,6 +48,7 @@ _MANY = 0.2
 
 def _judge_a1(cubes: Cubes) -> Verdict:
     """The range of chatter, and how regular motions are above it."""
+    from damper.analysis.places import within
     from damper.analysis.sections import section_points
     from damper.papers.ranges import range_of
 
@@ -69,10 +70,11 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         chatter = line.chatter.values > 0
         d = line.clearance.values
         found = range_of(d, chatter)
-        share = float(chatter[d <= CHATTER_UP_TO].mean())
-        several = section_points(line).values[d > CHATTER_UP_TO]
+        below = within(d, high=CHATTER_UP_TO)
+        share = float(chatter[below].mean())
+        several = section_points(line).values[~below]
         regular = float((several <= max(1.0, _MANY * line.sizes["sample"])).mean())
-        contact = line.impacts_per_period.values[d > CHATTER_UP_TO] > 0.0
+        contact = line.impacts_per_period.values[~below] > 0.0
         span = f"{found.low:.3g} to {found.high:.3g}"
         parts = (f"{part:.0%}" for part in (share, contact.mean(), regular))
         rows.append((label or "everywhere", span, *parts))
@@ -88,14 +90,17 @@ def _judge_a1(cubes: Cubes) -> Verdict:
 
 
 def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
+    from damper.analysis.places import within
+
     chatters = cube.chatter >= 1
+    in_range = within(cube.clearance, high=CHATTER_UP_TO)
     # Without clearance the masses are one.
-    below = chatters.sel(clearance=(cube.clearance > 0.0) & (cube.clearance <= CHATTER_UP_TO))
+    below = chatters.sel(clearance=in_range & (cube.clearance > 0.0))
     quiet = ~chatters
     if contact:
         quiet &= cube.impacts_per_period > 0.0
     share = below.mean("clearance")
-    rest = quiet.sel(clearance=cube.clearance > CHATTER_UP_TO).mean("clearance")
+    rest = quiet.sel(clearance=~in_range).mean("clearance")
     kind = "with impacts only" if contact else "without chatter"
     return Scored(share * rest, {"part that chatters below": share, f"part {kind} above": rest})
 
@@ -331,20 +336,20 @@ def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 
 
 def _judge_a8(cubes: Cubes) -> Verdict:
-    """How many of the points with impacts chatter or stick, and how many of the well damped."""
+    """How many of the runs with impacts chatter or stick, and how many of the well damped."""
     from damper.analysis.optimum import GOOD, damping_shares
 
     shares = damping_shares(cubes["performance"])
     among_all, among_good = shares["lasting"], shares["lasting_well_damped"]
     if not (shares["well_damped"] and among_all > 0.0):
-        return Verdict("", UNTESTED, "no such points in this study")
+        return Verdict("", UNTESTED, "no such runs in this study")
     medians = [_median(shares[f"median_rms_{name}"]) for name in ("lasting", "two_impacts")]
     measured = (
-        f"of the points with impacts {among_all:.0%} chatter or stick, of the well damped ones "
+        f"of the runs with impacts {among_all:.0%} chatter or stick, of the well damped ones "
         f"(rms ratio < {GOOD:g}) {among_good:.0%}; median rms ratio {medians[0]} with "
         f"chatter or sticking, {medians[1]} with two impacts per period and neither"
     )
-    among = "among well damped points than among all"
+    among = "among well damped runs than among all"
     if among_good > among_all:
         return Verdict(measured, HOLDS, f"chatter and sticking are more frequent {among}")
     return Verdict(measured, FAILS, f"chatter and sticking are rarer {among}")
@@ -364,7 +369,7 @@ def _judge_a9(cubes: Cubes) -> Verdict:
     bursts = cube.bursts_per_period.where(plastic, 0.0)
     sticks = float((bursts * cube.complete_fraction.fillna(0.0)).sum() / bursts.sum())
     measured = (
-        f"{int(plastic.sum())} points with impacts, {chatter} of them chatter; "
+        f"{int(plastic.sum())} runs with impacts, {chatter} of them chatter; "
         f"{sticks:.0%} of the bursts end in sticking, after the others the wall draws away at once"
     )
     if chatter:
@@ -379,17 +384,18 @@ def _judge_a10(cubes: Cubes) -> Verdict:
     from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
 
     cube = cubes["performance"]
-    best = best_clearance(cube)
+    several = [name for name in ("direction", "draw") if name in cube.dims]
+    best = best_clearance(cube, worst=several)
     shares = damping_shares(cube)
     r = best.get("restitution")
     if r is None or r.nunique() < 2 or not shares["well_damped_two_impacts"]:
-        return Verdict("", UNTESTED, "needs an axis of restitution and such points")
+        return Verdict("", UNTESTED, "needs an axis of restitution and such runs")
     middle = 0.5 * (r.min() + r.max())
     low, high = (best.loc[half, "band"].mean() for half in (r <= middle, r > middle))
     share = shares["near_resonance"]
     measured = (
         f"mean band at the best clearance {low:.3g} for restitution up to {middle:g}, {high:.3g} "
-        f"above; {share:.0%} of the well damped points (rms ratio < {GOOD:g}) with two impacts "
+        f"above; {share:.0%} of the well damped runs (rms ratio < {GOOD:g}) with two impacts "
         f"per period lie within {NEAR:.0%} of the resonance, all from "
         f"{shares['lowest']:g} to {shares['highest']:g}"
     )
