@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from damper.analysis.places import fixed_values, need_axes, need_known, need_variables, places
+from damper.analysis.places import (
+    fixed_values,
+    need_axes,
+    need_known,
+    need_variables,
+    places,
+    within,
+)
 from damper.analysis.runs import runs
 from damper.parameters.quantity import in_range, real
 from damper.sweep.record import recorded
@@ -158,7 +165,7 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
         raise ValueError(f"low = {low!r}, high = {high!r}: low must be at most high")
     grid = cube[along].values
     chatter = cube.chatter.max([dim for dim in cube.chatter.dims if dim != along]).values > 0
-    inside = (grid >= low) & (grid <= high)
+    inside = within(grid, low, high)
     ends = (grid[chatter].min(), grid[chatter].max()) if chatter.any() else (np.nan, np.nan)
     return {
         "lowest": float(ends[0]),

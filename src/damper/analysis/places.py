@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Values of an axis, as they come.
-Values = TypeVar("Values", "np.ndarray", "pd.Series", "xr.DataArray")
+Values = TypeVar("Values", float, "np.ndarray", "xr.DataArray")
 #: Difference to an end of a band, as a part of it, that is rounding.
 _ROUNDING = 1e-9
 

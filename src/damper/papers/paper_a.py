@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from damper.analysis.places import within
 from damper.papers.base import (
     FAILS,
     HOLDS,
@@ -48,7 +49,6 @@ _MANY = 0.2
 
 def _judge_a1(cubes: Cubes) -> Verdict:
     """The range of chatter, and how regular motions are above it."""
-    from damper.analysis.places import within
     from damper.analysis.sections import section_points
     from damper.papers.ranges import range_of
 
@@ -90,8 +90,6 @@ def _judge_a1(cubes: Cubes) -> Verdict:
 
 
 def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
-    from damper.analysis.places import within
-
     chatters = cube.chatter >= 1
     in_range = within(cube.clearance, high=CHATTER_UP_TO)
     # Without clearance the masses are one.

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from damper.analysis.places import within
 from damper.papers.base import (
     FAILS,
     HOLDS,
@@ -86,13 +87,13 @@ def _judge_b1(cubes: Cubes) -> Verdict:
         chatters = {omega for (_, omega), one in ranges.items() if not math.isnan(one.low)}
         none = ", ".join(f"{omega:g}" for omega in omegas if omega not in chatters)
         rows.append((f"{threshold:.0%}", f"{low:.3g}", f"{visible:.3f}", f"{high:.3g}", none))
-        if low >= CHATTER_FROM and high <= CHATTER_UP_TO:
+        if within(low, low=CHATTER_FROM) and within(high, high=CHATTER_UP_TO):
             but = f" (none at frequency ratio {none} then)" if none else ""
             fitting.append(f"{threshold:.0%}{but}")
     low, high = ends(chatter_ranges(cube, 2))
     _, reach = ends(chatter_ranges(cube, 1))
     found = f"complete chatter above resonance in the table; any chatter up to {reach:.3g}"
-    if low >= CHATTER_FROM and max(high, reach) <= CHATTER_UP_TO:
+    if within(low, low=CHATTER_FROM) and within(max(high, reach), high=CHATTER_UP_TO):
         return Verdict(found, HOLDS, "all chatter lies there", rows)
     if not fitting:
         why = "chatter reaches beyond, whatever counts as visible"
@@ -133,7 +134,7 @@ def _judge_b4(cubes: Cubes) -> Verdict:
     held = []
     for reading in _readings(cubes):
         chatter = reading.cube.chatter >= reading.least
-        large = chatter.sel(restitution=chatter.restitution >= _LARGE)
+        large = chatter.sel(restitution=within(chatter.restitution, low=_LARGE))
         share = large.mean(("frequency_ratio", "restitution")).sortby("mass_ratio")
         shares = share.values.tolist()
         rows.append((reading.words, *(f"{value:.0%}" for value in shares)))
@@ -211,9 +212,9 @@ def _judge_b6(cubes: Cubes) -> Verdict:
     for name, side in ((ABOVE, "above"), (BELOW, "below")):
         several = section_points(cubes[name]) > 1
         r = several.restitution
-        beneath = float(several.sel(restitution=r <= CHATTER_FROM).mean())
+        beneath = float(several.sel(restitution=within(r, high=CHATTER_FROM)).mean())
         shares = [
-            float(several.sel(restitution=(r > low + 1e-9) & (r <= high + 1e-9)).mean())
+            float(several.sel(restitution=within(r, high=high) & ~within(r, high=low)).mean())
             for low, high in pairwise(edges)
         ]
         first = several.any([dim for dim in several.dims if dim != "restitution"])
@@ -234,7 +235,8 @@ def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
 
     both = xr.concat([cube.chatter == 2, cube.chatter >= 1], "counted")
     both = both.assign_coords(counted=["complete", "any"]).astype(float)
-    sides = {"below": cube.frequency_ratio < 1.0, "above": cube.frequency_ratio > 1.0}
+    omega = cube.frequency_ratio
+    sides = {"below": ~within(omega, low=1.0), "above": ~within(omega, high=1.0)}
     kept = [both.where(side) for side in sides.values() if side.sum() > 1]
     names = [name for name, side in sides.items() if side.sum() > 1]
     if not kept:
@@ -245,7 +247,7 @@ def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
 def _score_b1(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
     somewhere = _chatter_in_r(cube).max(("mass_ratio", "frequency_ratio")) > 0.0
     r = cube.restitution
-    stated = (r >= CHATTER_FROM) & (r <= CHATTER_UP_TO)
+    stated = within(r, CHATTER_FROM, CHATTER_UP_TO)
     common = (somewhere & stated).sum("restitution")
     value = common / (somewhere | stated).sum("restitution")
     ends = {
