@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 STUDIES = sorted((ROOT / "config/studies").glob("paper_a_*.yaml"))
 
 
-@pytest.mark.parametrize(("name", "least"), [("papers", 10), ("theory", 4)])
+@pytest.mark.parametrize(("name", "least"), [("papers", 10), ("theory", 4), ("concepts", 2)])
 def test_numbers_in_the_documents_are_found(name: str, least: int):
     failed, tried = doctest.testfile(
         str(ROOT / f"docs/{name}.md"), module_relative=False, encoding="utf-8"

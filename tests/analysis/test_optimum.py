@@ -1,6 +1,7 @@
 """The best clearance and what good damping goes with, against plain loops over the same cube."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,53 @@ def test_band_is_the_width_of_the_damped_frequencies(cube: xr.Dataset) -> None:
         assert best["lowest_at_frequency_ratio"] == grid[ratio.argmin()]
 
 
+def test_worst_of_several_runs_counts() -> None:
+    """Starts and clearances between which the best clearance is another than that of each draw."""
+    several = damper.simulate(
+        mass_ratio=0.1,
+        damping_ratio=0.02,
+        frequency_ratio=[0.9, 1.0, 1.1],
+        clearance=[6.0, 9.0, 12.0, 15.0],
+        restitution=[0.3, 0.8],
+        transient=30,
+        periods=10,
+        initial={"draws": 3, "seed": 1, "initial_relative_velocity": [-1, 1]},
+        observers=["response", "impacts", "bursts"],
+    )
+    found = best_clearance(several, worst=["draw"])
+    assert found["restitution"].tolist() == [0.3, 0.8]
+    for best in found.to_dict("records"):
+        here = several.sel(restitution=best["restitution"])
+        largest = {
+            d: max(here.peak_displacement.sel(clearance=d).values.ravel().tolist())
+            for d in here.clearance.values.tolist()
+        }
+        assert best["worst_amplitude"] == min(largest.values())
+        assert largest[best["best_clearance"]] == best["worst_amplitude"]
+        line = here.sel(clearance=best["best_clearance"])
+        ratios = [max(line.amplitude_ratio.sel(frequency_ratio=w).values) for w in (0.9, 1.0, 1.1)]
+        assert best["highest_amplitude_ratio"] == max(ratios)
+        assert best["amplified"] == pytest.approx(np.dot([0.05, 0.1, 0.05], np.array(ratios) > 1))
+        assert best["lowest_amplitude_ratio"] == min(ratios)
+        place = int(np.argmin(ratios))
+        run = int(line.amplitude_ratio.isel(frequency_ratio=place).values.argmax())
+        assert best["impacts_per_period"] == line.impacts_per_period[place, run]
+    each = [best_clearance(several.isel(draw=k))["worst_amplitude"] for k in range(3)]
+    assert (found["worst_amplitude"] > np.max(each, axis=0)).any()
+    assert (found["worst_amplitude"] >= np.max(each, axis=0)).all()
+    # Each run counts where shares are taken.
+    counted = [damping_shares(several.isel(draw=k))["with_impacts"] for k in range(3)]
+    assert damping_shares(several)["with_impacts"] == sum(counted)
+
+
+def test_ends_of_bands_are_in_them() -> None:
+    """0.9 and 1.1, of a grid that rounds, are within a tenth of the resonance."""
+    grid = np.arange(8, 13) * 0.1
+    assert abs(grid[3] - 1.0) > 0.1
+    cube = made_up(np.array([1.0, 2.0, 9.0, 2.0, 1.0]).reshape(1, 5, 1), grid)
+    assert damping_shares(cube)["near_resonance"] == 0.6
+
+
 def test_shares_are_what_a_loop_counts(cube: xr.Dataset) -> None:
     contact = lasting = good = both = 0
     two, below, above = [], [], []
@@ -88,11 +136,11 @@ def test_shares_are_what_a_loop_counts(cube: xr.Dataset) -> None:
     assert shares["amplified_above"] == sum(above) / len(above)
 
 
-def made_up(peak: Any) -> xr.Dataset:
+def made_up(peak: Any, frequencies: Sequence[float] = (0.5, 1.0, 1.5)) -> xr.Dataset:
     """Return a cube of two restitutions, two clearances and three frequencies."""
     coords = {
         "restitution": [0.0, 0.8],
-        "frequency_ratio": [0.5, 1.0, 1.5],
+        "frequency_ratio": list(frequencies),
         "clearance": [1.0, 2.0],
     }
     values = {
@@ -103,7 +151,8 @@ def made_up(peak: Any) -> xr.Dataset:
         "sticking_fraction": 0.0,
         "chatter": 0,
     }
-    arrays = {n: (tuple(coords), np.broadcast_to(v, (2, 3, 2))) for n, v in values.items()}
+    shape = (2, len(frequencies), 2)
+    arrays = {n: (tuple(coords), np.broadcast_to(v, shape)) for n, v in values.items()}
     return xr.Dataset(arrays, coords, {"title": "Made up"})
 
 
@@ -142,4 +191,8 @@ def test_table_of_one_place_and_of_none(cube: xr.Dataset) -> None:
     assert "| best clearance, F0/K | largest amplitude, F0/K | beside it, F" in alone.markdown()
     end = make("performance", made_up(np.array([1.0, 2.0]).reshape(1, 1, 2)), SETTINGS)
     assert "| 1 (end of the axis) | 1 of 2.5 | 2 |" in end.markdown()
+    assert (
+        "| 1 (end of the axis) (1 more as good) |"
+        in make("performance", made_up(1.0), SETTINGS).markdown()
+    )
     assert len(make("performance", made_up(np.nan), SETTINGS).csv().splitlines()) == 1

@@ -157,9 +157,17 @@ def test_at_one_value_of_the_followed_axis_runs_are_those_of_their_branch() -> N
 def test_si_runs_are_scaled() -> None:
     study = load_study(ROOT / "config/studies/machine_frame.yaml")
     axes = {"forcing_frequency": [190.0, 200.0], "gap": [2e-4, 4e-4]}
-    cube = damper.simulate(**study.fixed, **axes, observers=["response", "impacts"], **RUN)
-    plan = {"fixed": study.fixed, "axes": axes, "initial": {}, "follow": {}, "run": RUN}
+    initial = study.initial.settings()
+    observers = ["response", "impacts"]
+    cube = damper.simulate(**study.fixed, **axes, initial=initial, observers=observers, **RUN)
+    plan = {"fixed": study.fixed, "axes": axes, "initial": initial, "follow": {}, "run": RUN}
     data = interactive(cube, study.interactive["amplitude"], plan)
+    # Colours are those of the worst draw; a drop-down chooses one, whose run is shown.
+    assert data["overlaid"] == ["draw"]
+    assert len(data["runs"]) == 3 * 4
+    peaks = 1e3 * cube.peak_displacement.max("draw").transpose("gap", ...)
+    np.testing.assert_array_equal(unpacked(data["values"]), peaks.values.ravel().astype("f4"))
+    assert data["label"].endswith("worst of 3 draws")
     assert data["run_units"] == ["mm", "s", "mm/s"]
     for place, run in zip(points(data), data["runs"], strict=True):
         assert 2.0 * run["clearance"] * run["length"] == pytest.approx(place["gap"])

@@ -215,6 +215,31 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {"kind": "schematic", "drawing": "impact_damper", "at": POINT},
         ("figures.one.at\n    unknown key 'at'", "allowed: kind, drawing, caption"),
     ),
+    "worst of what is not bad": (
+        MAP | {"panels": "mass_ratio", "variable": "sticking_fraction", "worst": ["restitution"]},
+        ("figures.one.worst\n    more of 'sticking_fraction' is not worse", "allowed: peak_displ"),
+    ),
+    "worst over an axis with a place": (
+        CURVES
+        | {"lines": "mass_ratio", "each": "clearance", "worst": ["restitution", "clearance"]},
+        ("figures.one.worst\n    'clearance' is each already",),
+    ),
+    "worst over no axis": (
+        CURVES | {"lines": "clearance", "each": "mass_ratio", "worst": ["drw"]},
+        ("figures.one.worst\n    unknown axis 'drw'",),
+    ),
+    "one axis in place of a list": (
+        MAP | {"panels": "mass_ratio", "worst": "restitution"},
+        ("figures.one.worst\n    not a list (value: 'restitution')",),
+    ),
+    "share without limit": (
+        MAP | {"panels": "mass_ratio", "share": ["restitution"]},
+        ("figures.one.above\n    'share' is given, but 'above' is missing", "a number"),
+    ),
+    "limit without share": (
+        MAP | {"panels": "mass_ratio", "above": 1},
+        ("figures.one.share\n    'above' is given, but 'share' is missing", "[draw]"),
+    ),
     "stop before start": (
         TRAJECTORY | {"start": 2, "stop": 1},
         ("figures.one.stop\n    start (2", "must be less than stop (1"),
@@ -291,7 +316,10 @@ def test_directions_need_a_place(tmp_path: Path) -> None:
     figure = MAP | {"each": "mass_ratio"}
     message = blame(tmp_path, figure, **followed("both"))
     assert "the study has several runs at each point (direction)" in message
-    assert "allowed: name it as panels, or give its value: at: {direction: up}" in message
+    assert (
+        "allowed: name it as panels or worst or share, or give its value: at: {direction: up}"
+        in message
+    )
     load(tmp_path, figure | {"at": {"direction": "down"}}, **followed("both"))
     load(tmp_path, figure | {"panels": "direction"}, **followed("both"))
     at = {"mass_ratio": 0.1, "clearance": 1}
@@ -309,6 +337,29 @@ def test_basins_need_starts(tmp_path: Path) -> None:
         assert "allowed: draws, or axes of initial quantities" in message
     load(tmp_path, figure, axes=GOOD["axes"] | starts, **given)
     load(tmp_path, figure, initial={"draws": 3, "seed": 1, "initial_position": [-1, 1]}, **given)
+
+
+def test_draws_may_be_reduced(tmp_path: Path) -> None:
+    given: dict[str, Any] = {"initial": {"draws": 3, "seed": 1, "initial_position": [-1, 1]}}
+    given |= followed("both")
+    branches = ["draw", "direction"]
+    load(tmp_path, MAP | {"each": "mass_ratio", "worst": branches}, **given)
+    share = {"variable": "sticking_fraction", "share": branches, "above": 0.5}
+    load(tmp_path, MAP | {"each": "mass_ratio"} | share, **given)
+    figure = CURVES | {"lines": "clearance", "each": "mass_ratio", "worst": branches}
+    load(tmp_path, figure, **given)
+    observers = GOOD["observers"] | {"impacts": None}
+    table = {"kind": "performance", "along": "frequency_ratio", "over": "clearance"}
+    tables = {"one": table | {"worst": branches}}
+    load(tmp_path, figure, **given, tables=tables, observers=observers)
+    tables = {"one": table | {"worst": ["draw"]}}
+    message = blame(tmp_path, figure, **given, tables=tables, observers=observers)
+    assert "tables.one\n    the study has several runs at each point (direction)" in message
+    assert "allowed: worst: [direction]" in message
+    motions = MAP | {"each": "mass_ratio", "variable": "attractor", "share": ["draw"], "above": 0}
+    motions |= {"at": {"direction": "up"}}
+    message = blame(tmp_path, motions, **given, observers=observers | {"motion": None})
+    assert "figures.one.share\n    motions are above no limit" in message
 
 
 def test_draws_need_a_place_but_in_bifurcations(tmp_path: Path) -> None:

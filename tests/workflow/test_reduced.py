@@ -158,8 +158,9 @@ def test_followed_study_has_both_branches(everything):
         direct = damper.simulate(
             mass_ratio=0.1,
             damping_ratio=0.02,
-            clearance=5.0,
+            clearance=12.0,
             restitution=0.6,
+            initial_relative_velocity=0.1,
             frequency_ratio=cube.frequency_ratio.values,
             follow={"frequency_ratio": "both"},
             transient=60,
@@ -180,7 +181,7 @@ def test_study_in_si_units_answers_in_them(everything):
         assert cube.energy_input.attrs["units"] == "J"
         assert cube.gap.attrs["units"] == "m"
         # Without a gap the free mass rides along: 200 N on 110 kg, 800 N s/m and 4e6 N/m.
-        rigid = cube.sel(gap=0.0, forcing_frequency=190.0)
+        rigid = cube.sel(gap=0.0, forcing_frequency=190.0).isel(draw=0)
         exact = 200.0 / abs(4e6 - 110.0 * 190.0**2 + 800.0j * 190.0)
         # Transients have not died out altogether.
         assert float(rigid.peak_displacement) == pytest.approx(exact, rel=1e-3)
@@ -188,7 +189,7 @@ def test_study_in_si_units_answers_in_them(everything):
 
 def test_performance_table_has_its_numbers(reduced):
     folder = reduced / "results/ci/performance/tables"
-    assert "\n| well damped points | " in (folder / "performance.md").read_text()
+    assert "\n| well damped runs | " in (folder / "performance.md").read_text()
     assert len((folder / "performance.csv").read_text().splitlines()) == 3
 
 

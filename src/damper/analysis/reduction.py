@@ -73,14 +73,15 @@ def share(array: xr.DataArray, over: str | Sequence[str], above: float) -> xr.Da
 
     Raises
     ------
-    ValueError
-        When the variable lacks a dimension, or the limit is no finite number.
+    ValueError, TypeError
+        When the variable lacks a dimension, or the limit is no number.
     """
     names = _dimensions(array, over)
     limit = real("above", above)
     part = (array > limit).where(array.notnull()).mean(names, skipna=False)
     meaning = f"part of {runs_over(array, names)} above {limit:g}: {_meaning(array)}"
-    return part.rename(f"{array.name}_share").assign_attrs(long_name=meaning, units="1")
+    part.attrs = {"long_name": meaning, "units": "1"}
+    return part.rename(f"{array.name}_share")
 
 
 def reduced(

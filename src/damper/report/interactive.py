@@ -86,14 +86,16 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
         overlaid = [dim for dim in _BRANCHES if dim in keep]
         shown = _diagram(place, variables, [*choices, *overlaid, x])
     order = [*choices, *overlaid, *([y] if y else []), x]
-    few = MOST_RUNS / math.prod(place.sizes[name] for name in (*choices, *overlaid))
+    few = MOST_RUNS / math.prod(cube.sizes[name] for name in (*choices, *overlaid))
     most = max(2, round(few ** (0.5 if y else 1.0)))
     kept = {name: _spread(place.sizes[name], most) for name in (y, x) if name}
     # As the cube has them: the place may be in millimetres.
     values = {name: cube[name].values.tolist() for name in order}
     values |= {name: [sorted(values[name])[k] for k in kept[name]] for name in kept}
     return shown | {
-        "axes": [_axis(place, name, kept.get(name)) for name in order],
+        "axes": [
+            _axis(place if name in place.dims else cube, name, kept.get(name)) for name in order
+        ],
         "overlaid": overlaid,
         "measured": _measured(cube, values, at),
         **_runs(cube, values, at, study),

@@ -274,7 +274,8 @@ class FigureSettings(Product):
         free = [
             key
             for key, role in cls.roles.items()
-            if settings.get(key) is None and (role.branches or not branch)
+            if (role.several or settings.get(key) is None)
+            and (role.branches if branch else not role.several)
         ]
         ways = f"name it as {' or '.join(free)}, or give its value" if free else "give its value"
         if not branch and values is not None and len(values) > 1:
