@@ -165,6 +165,26 @@ def test_panel_without_any_value_says_so(log: bool) -> None:
     assert [text.get_text() for text in ax.texts] == ["no run finished here"]
 
 
+# --- several runs at a point
+
+DRAWN = np.stack([VALUES, VALUES[:, ::-1]], axis=-1)
+
+
+def test_the_worst_and_the_share_of_several_runs() -> None:
+    axes = {"mass_ratio": MASSES, "frequency_ratio": X}
+    cube = made_up(axes, {"draw": [0, 1]}, peak_displacement=DRAWN)
+    figure = curves(cube, lines="mass_ratio", worst=["draw"])
+    for line, values in zip(lines(figure.axes[0]), DRAWN, strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), values.max(axis=-1))
+    assert figure.get_suptitle().endswith("worst of 2 draws")
+    figure = curves(cube, lines="mass_ratio", share=["draw"], above=3)
+    for line, values in zip(lines(figure.axes[0]), DRAWN, strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), (values > 3).mean(axis=-1))
+    label = " ".join(figure.axes[0].get_ylabel().split())
+    assert label == "part of 2 draws above 3: largest primary displacement, either way"
+    assert_nothing_overlaps(figure)
+
+
 # --- best
 
 

@@ -248,6 +248,63 @@ def test_steady_amplitude_over_the_map() -> None:
     assert legend_texts(chatter(theory="steady_amplitude"))[-1].startswith("$d = A$")
 
 
+# --- several runs at a point
+
+DRAWN = np.stack([RATIO.T, RATIO.T[::-1], 0.5 * RATIO.T], axis=-1)
+
+
+def several(**arrays: Any) -> xr.Dataset:
+    return made_up(AXES, {"draw": [0, 1, 2]}, **arrays)
+
+
+def test_the_worst_of_several_runs() -> None:
+    cube = several(rms_ratio=DRAWN)
+    figure = the_map(cube, "rms_ratio", worst=["draw"], best="min")
+    alone = the_map(made_up(AXES, rms_ratio=DRAWN.max(axis=-1)), "rms_ratio", best="min")
+    np.testing.assert_array_equal(colours(figure.axes[0]), colours(alone.axes[0]))
+    assert marks(figure.axes[0]) == marks(alone.axes[0])
+    assert figure.get_suptitle().endswith("worst of 3 draws")
+
+
+def test_the_worst_class_and_contact_in_any_run() -> None:
+    """White where no run touches the walls, else the class with the most chatter."""
+    chatters = np.stack([np.abs(CHATTER.T), np.zeros((4, 3))], axis=-1)
+    impacts = np.zeros((4, 3, 2))
+    impacts[..., 0] = np.abs(CHATTER.T) > 0
+    impacts[0, 0, 1] = 1.0
+    cube = made_up(AXES, {"draw": [0, 1]}, chatter=chatters)
+    cube = cube.assign(impacts_per_period=(cube.chatter.dims, impacts))
+    found = colours(the_map(cube, "chatter", worst=["draw"]).axes[0])
+    names = {0: "white", 1: ORANGE, 2: BLUE}
+    expected = np.array([[to_rgba(names[abs(value)]) for value in row] for row in CHATTER])
+    expected[0, 0] = to_rgba("#D9D9D9")
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_the_share_of_several_runs() -> None:
+    figure = the_map(several(rms_ratio=DRAWN), "rms_ratio", share=["draw"], above=1)
+    cells = mesh(figure.axes[0]).get_array()
+    expected = np.where(np.isnan(DRAWN).any(axis=-1), np.nan, (DRAWN > 1).mean(axis=-1)).T
+    np.testing.assert_array_equal(np.ma.filled(cells, np.nan), expected)
+    label = " ".join(figure.axes[1].get_ylabel().split())
+    assert label.startswith("part of 3 draws above 1: rms displacement")
+
+
+def test_what_no_contact_means_from_exact_rest() -> None:
+    """The same runs at a relative velocity reach a wall, or may yet."""
+    common: dict[str, Any] = {
+        **{"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": [1.3, 1.4]},
+        **{"clearance": [1.0, 9.0], "restitution": 0.6, "transient": 20, "periods": 2},
+        **{"observers": ["response", "impacts", "bursts"]},
+    }
+    rest, moving = (simulate(**common, initial_relative_velocity=v) for v in (0.0, 1e-3))
+    held = simulate(**common, support_stiffness_ratio=0.1)
+    words = " from exact rest (neutrally stable without friction)"
+    for cube, text in ((rest, words), (moving, ""), (held, "")):
+        assert f"walls never touched{text}" in legend_texts(the_map(cube, "rms_ratio"))
+        assert legend_texts(the_map(cube, "chatter"))[0] == f"no contact{text}"
+
+
 # --- panels and labels
 
 
