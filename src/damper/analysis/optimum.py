@@ -89,7 +89,10 @@ def best_clearance(
     import pandas as pd
 
     worst = [worst] if isinstance(worst, str) else list(worst)
-    need_axes(cube, along, over, *worst)
+    need_axes(cube, along, over)
+    for name in worst:
+        if name in (along, over):
+            raise ValueError(f"worst: {name!r} has another part already: must be another dimension")
     in_range("damped", damped, minimum=0, above=True)
     _need_observers(cube, "peak_displacement", "amplitude_ratio")
     amplitudes = cube.peak_displacement, cube.amplitude_ratio

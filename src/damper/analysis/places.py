@@ -1,12 +1,13 @@
-"""Places of a cube along its axes, for what is computed at each of them."""
+"""Places of a cube along its axes, for what is computed at each of them.
+
+Kept light: studies are checked against what the papers state without NumPy.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
-
-import numpy as np
 
 from damper.parameters.quantities import ALL, unknown_name
 from damper.sweep.grid import product
@@ -119,6 +120,8 @@ def need_variables(cube: xr.Dataset, observer: str, *names: str, along: Sequence
 
 def need_known(array: xr.DataArray) -> None:
     """Raise ValueError where a variable is missing, because a run stopped early."""
+    import numpy as np
+
     for place in np.argwhere(np.isnan(array.values))[:1]:
         where = {dim: array[dim].values[k].item() for dim, k in zip(array.dims, place, strict=True)}
         raise ValueError(f"{array.name} is not known: the run at {where} stopped early")
@@ -126,6 +129,8 @@ def need_known(array: xr.DataArray) -> None:
 
 def need_numbers(values: Any, message: str) -> np.ndarray:
     """Return a sequence of numbers as an array; ValueError with the message for anything else."""
+    import numpy as np
+
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
