@@ -1,0 +1,507 @@
+"""The motion of a damper in many digits: oscillators, walls and a force.
+
+It shares no formula with the engine. On short panels the displacement of the primary and each gap
+are Taylor series, of which the equations of motion give one coefficient after the other: one code
+for every damping and every model. Events are roots of these polynomials, found by steps that
+provably pass none. The gap to the wall that was touched last is a quantity of its own, so a bounce
+of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from its
+impacts: after n of them, time, place and common velocity differ from their limits by a power series
+in r^n, of which Richardson's scheme removes one term after the other.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise, zip_longest
+from typing import Any, NamedTuple
+
+from mpmath import mp, mpf
+
+GUARD_DIGITS = 15
+#: Length of a panel times the fastest rate, and the least distance of a pole in units of it.
+PANEL, POLE = 3, 8
+#: A chatter sequence is not closed before its rebound speeds are below `RESOLVED` and the time to
+#: its completion, times the fastest rate, below `REACH`; nor before it has converged to
+#: `TAIL_DIGITS` digits more than are asked for, in `ORDERS` orders at most.
+RESOLVED, REACH, TAIL_DIGITS, ORDERS = 1e-9, 1e-6, 5, 12
+#: Steps of a search for a root after which it need not be a simple one.
+QUICK = 60
+
+FLIGHT, CONTACT, STICKING = "flight", "contact", "sticking"
+
+
+class Event(NamedTuple):
+    """One event, and the state just after it.
+
+    ``kind`` is ``"impact"``, ``"stick"`` or ``"release"``. A compliant contact begins with an
+    ``"impact"`` and ends with a ``"separation"``; where its force is positive again before the gap
+    has reopened, that is a ``"contact"``.
+    """
+
+    time: mpf
+    kind: str
+    side: int
+    """+1 right wall, -1 left wall."""
+    approach_speed: mpf
+    """0 unless it is an impact."""
+    x: mpf
+    v: mpf
+    gap: mpf
+    """To this wall: y = x + side (clearance - gap)."""
+    rate: mpf
+
+
+class Run(NamedTuple):
+    """Events in order of time, and ``(x, v, y, u)`` at the end."""
+
+    events: list[Event]
+    final: tuple[mpf, ...]
+
+
+class Harmonic(NamedTuple):
+    """sin(rate t + phase). Another force needs its fastest rate and its coefficients, too."""
+
+    rate: mpf
+    phase: mpf
+
+    def coefficients(self, t: mpf, count: int) -> list[mpf]:
+        """Taylor coefficients about a time."""
+        cos, sin = mp.cos_sin(self.rate * t + self.phase)
+        cycle, scale, found = (sin, cos, -sin, -cos), mpf(1), []
+        for n in range(count):
+            found.append(scale * cycle[n % 4])
+            scale *= self.rate / (n + 1)
+        return found
+
+
+class Contact(NamedTuple):
+    """Contact with a wall: Newton's restitution, or spring and dashpot."""
+
+    restitution: Callable[[mpf], mpf]
+    """At an approach speed; constant for small ones."""
+    stiffness: mpf
+    """Infinite for a rigid wall."""
+    damping: mpf
+    tension: bool
+    """Whether the contact force may be tensile: then it acts until the gap reopens."""
+
+    def force(self, gap: Sequence[mpf]) -> list[mpf]:
+        """Taylor coefficients of the contact force of spring and dashpot."""
+        return [
+            -self.stiffness * a - self.damping * n * b for n, (a, b) in enumerate(pairwise(gap), 1)
+        ]
+
+
+class FreeMass(NamedTuple):
+    """A free mass ``mean (1 + depth wave)`` over that of the primary, its box and its support."""
+
+    mean: mpf
+    depth: mpf
+    wave: Harmonic
+    clearance: mpf
+    contact: Contact
+    stiffness: mpf
+    damping: mpf
+
+    def ratio(self, t: mpf, count: int = 1) -> list[mpf]:
+        """Taylor coefficients of the mass ratio; the first alone where it is constant."""
+        if self.depth == 0:
+            return [self.mean]
+        found = [self.mean * self.depth * c for c in self.wave.coefficients(t, count)]
+        return [self.mean + found[0], *found[1:]]
+
+    def pull(self, side: int, x: Sequence[mpf], gap: Sequence[mpf], n: int) -> mpf:
+        """Taylor coefficient `n` of the support's force; an empty `gap` is none."""
+        y, u = x[n], (n + 1) * x[n + 1]
+        if gap:
+            y, u = y - side * gap[n], u - side * (n + 1) * gap[n + 1]
+        if n == 0:
+            y += side * self.clearance
+        return -2 * self.damping * u - self.stiffness * y
+
+
+class System(NamedTuple):
+    """A primary of mass and stiffness 1, what drives it, and its free masses."""
+
+    damping: mpf
+    force: Harmonic
+    masses: tuple[FreeMass, ...]
+
+
+class Place(NamedTuple):
+    """How a free mass moves, and the gap to the wall that it touched last."""
+
+    mode: str
+    side: int
+    gap: mpf
+    rate: mpf
+    zeros: int = 0
+    """Derivatives of the gap, itself among them, that are zero by the event that began this."""
+
+
+def system_of(
+    mass_ratio: Any,
+    damping_ratio: Any,
+    frequency_ratio: Any,
+    clearance: Any,
+    restitution: Any,
+    phase: Any = 0,
+    *,
+    yield_speed: Any = math.inf,
+    support_stiffness_ratio: Any = 0,
+    support_damping_ratio: Any = 0,
+    support_damping_factor: Any = 0,
+    contact_stiffness_ratio: Any = math.inf,
+    contact_tension: Any = 0,
+    modulation_depth: Any = 0,
+    modulation_order: Any = 1,
+    modulation_phase: Any = 0,
+) -> System:
+    """Return the system that `damper.Parameters` of these values mean, exact as they are."""
+    mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
+    k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
+    c = mpf(0)
+    if k < math.inf:
+        c = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
+    mass = FreeMass(
+        mu,
+        mpf(modulation_depth),
+        Harmonic(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
+        mpf(clearance),
+        Contact(lambda w: r * mp.root(yields / w, 4) if w > yields else r, k, c, tension),
+        mpf(support_stiffness_ratio),
+        mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
+    )
+    return System(zeta, Harmonic(omega, mpf(phase)), (mass,))
+
+
+def contact_damping(restitution: mpf, tension: bool) -> mpf:
+    """Damping ratio of a compliant contact that gives free bodies this restitution."""
+    loss = -mp.log(restitution)
+    if tension:  # half a period, until the gap reopens
+        return loss / mp.hypot(mp.pi, loss)
+
+    def excess(z: mpf) -> mpf:  # until the force vanishes
+        return mp.re(2 * z * mp.acos(z) / mp.sqrt(mp.mpc(1 - z * z))) - loss
+
+    return mp.findroot(excess, (loss / 4, 1 / restitution), solver="anderson", verify=False)
+
+
+def run(
+    values: Mapping[str, Any],
+    state: Sequence[Any] = (0, 0, 0, 0),
+    *,
+    until: Any,
+    digits: int = 50,
+    start_time: Any = 0,
+) -> Run:
+    """Return every event up to a time, and the state then; ValueError for a start beyond a wall.
+
+    `values` are parameters as `system_of` takes them, the state is ``(x, v, y, u)``. The last
+    impacts of a complete chatter sequence are left out. A start at rest on a wall that presses
+    gives a ``"stick"`` at once, but no impact; with no clearance between rigid walls there are no
+    events.
+    """
+    with mp.workdps(digits + GUARD_DIGITS):
+        system = system_of(**values)
+        x, v, y, u = map(mpf, state)
+        side, d = 1 if y >= x else -1, system.masses[0].clearance
+        place = Place(FLIGHT, side, d - side * (y - x), side * (v - u))
+        if place.gap < 0:
+            raise ValueError("the free mass starts outside its box")
+        motion = _Motion(system, [mpf(start_time), x, v], [place], mpf(until), digits)
+        if d == 0 and system.masses[0].contact.stiffness == math.inf:
+            motion.join(0)
+        while happened := motion.advance():
+            motion.change(*happened)
+        final = [motion.x, motion.v]
+        for mass, place in zip(system.masses, motion.places, strict=True):
+            final.append(motion.x + place.side * (mass.clearance - place.gap))
+            final.append(motion.v - place.side * place.rate)
+        return Run(motion.events, tuple(final))
+
+
+class _Motion:
+    """Where a run is, at the precision that is set."""
+
+    def __init__(
+        self, system: System, start: Sequence[mpf], places: list[Place], until: mpf, digits: int
+    ) -> None:
+        self.system, self.places, self.until = system, places, until
+        self.t, self.x, self.v = start
+        self.digits = digits
+        self.events: list[Event] = []
+        # Of each mass the wall of its last impacts, and their extrapolations by order.
+        self.rows: list[tuple[int, list[tuple[mpf, ...]]]] = [(0, [])] * len(places)
+
+    def advance(self) -> tuple[int, str, int] | None:
+        """Go to the next event: the number of a free mass, what happens to it, at which wall."""
+        fastest, pole = self._rates()
+        while self.t < self.until:
+            step = min(PANEL / fastest, pole / POLE, self.until - self.t)
+            if any(place.gap == 0 < place.rate for place in self.places):
+                for number, gap in enumerate(self._series(4)[1]):
+                    place = self.places[number]
+                    if place.gap == 0 < place.rate and gap[2] < 0:
+                        if self._completes(number, gap, fastest):
+                            return number, "stick", place.side
+                        # About twice the time of the bounce.
+                        step = min(step, -2 * place.rate / gap[2])
+            x, gaps = self._series(term_count(fastest * step, step / pole))
+            span, happened = step, None
+            for number, gap in enumerate(gaps):
+                for kind, side, q in self._watched(number, gap):
+                    tau = first_root(q, span)
+                    if tau is not None:
+                        span, happened = tau, (number, kind, side)
+            self._move(x, gaps, span)
+            if happened:
+                return happened
+        return None
+
+    # --- events
+
+    def change(self, number: int, kind: str, side: int) -> None:
+        """Do what an event does, and list it."""
+        mass, (_, own, gap, rate, _) = self.system.masses[number], self.places[number]
+        rigid, speed = mass.contact.stiffness == math.inf, mpf(0)
+        if kind == "impact" and rigid and gap == rate == 0:
+            kind = "stick"  # at rest on a wall that presses
+        if kind == "stick":
+            place = self.join(number)
+        elif kind == "impact":
+            speed = max(-rate if side == own else rate, mpf(0))
+            place = Place(CONTACT, side, mpf(0), -speed)
+            if rigid:
+                place = Place(FLIGHT, side, mpf(0), mass.contact.restitution(speed) * speed)
+                mu = mass.ratio(self.t)[0]
+                self.v += mu / (1 + mu) * side * (speed + place.rate)
+        elif kind == "release":  # where the gap's second derivative vanishes
+            place = Place(FLIGHT, side, mpf(0), mpf(0), zeros=3)
+        elif kind == "contact":
+            place = Place(CONTACT, side, gap, rate)
+        else:
+            opens = kind == "opening" or mass.contact.tension
+            place = Place(FLIGHT, side, mpf(0) if opens else gap, rate)
+        self.places[number] = place
+        if kind != "opening":
+            at = self.t, kind, side, speed
+            self.events.append(Event(*at, self.x, self.v, place.gap, place.rate))
+
+    def join(self, number: int) -> Place:
+        """Let a mass stick to its wall, with the common velocity."""
+        side, mu = self.places[number].side, self.system.masses[number].ratio(self.t)[0]
+        self.v -= mu / (1 + mu) * side * self.places[number].rate
+        self.rows[number] = 0, []
+        self.places[number] = Place(STICKING, side, mpf(0), mpf(0))
+        return self.places[number]
+
+    def _completes(self, number: int, gap: Sequence[mpf], fastest: mpf) -> bool:
+        """Whether a chatter sequence is at its end; goes there if so. `gap` is that ahead.
+
+        Right at `until` it is not, as long as there is anything left of it.
+        """
+        mass, (_, side, _, w, _) = self.system.masses[number], self.places[number]
+        law, mu = mass.contact.restitution, mass.ratio(self.t)[0]
+        r = law(mpf(0))
+        if mass.contact.stiffness < math.inf or r == 1 or law(2 * w) != r:
+            return False
+        wall, before = self.rows[number]
+        row = [(self.t, self.x, self.v - mu / (1 + mu) * side * w)]
+        for order, old in enumerate(before[: ORDERS * (wall == side)], 1):
+            q = r**order
+            row.append(tuple((b - q * a) / (1 - q) for a, b in zip(old, row[-1], strict=True)))
+        self.rows[number] = side, row
+        left, rate = -w / (gap[2] * (1 - r)), max(fastest, abs(3 * gap[3] / gap[2]))
+        if w > RESOLVED or left * rate > REACH:
+            return False
+        for rough, fine in pairwise(row):
+            errors = [abs(a - b) / max(1, abs(a)) for a, b in zip(rough, fine, strict=True)]
+            if max(errors) < mpf(10) ** -(self.digits + TAIL_DIGITS):
+                break
+        else:
+            return False
+        if fine[0] > self.until and w > mpf(10) ** -self.digits:
+            return False
+        self.t, self.x, self.v = min(fine[0], self.until), *fine[1:]
+        self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
+        return True
+
+    # --- between events
+
+    def _rates(self) -> tuple[mpf, mpf]:
+        """Fastest rate of the motion, and a distance within which it has no pole."""
+        inertia, damping, stiffness = mpf(1), self.system.damping, mpf(1)
+        swing, turn, contacts, fastest = mpf(0), mpf(0), mpf(0), self.system.force.rate
+        for mass, place in zip(self.system.masses, self.places, strict=True):
+            if place.mode == STICKING:
+                inertia += mass.mean
+                damping += mass.damping
+                stiffness += mass.stiffness
+                swing += mass.mean * mass.depth
+                turn = max(turn, mass.wave.rate)
+            else:
+                fastest = max(fastest, largest_rate(mass.mean, mass.damping, mass.stiffness))
+            if place.mode == CONTACT:
+                both = 1 + 1 / mass.mean
+                k, c = mass.contact.stiffness * both, mass.contact.damping * both
+                contacts += largest_rate(mpf(1), c / 2, k)
+        fastest = contacts + max(fastest, largest_rate(inertia - swing, damping, stiffness))
+        # Poles are where the inertia vanishes, off the real axis.
+        return fastest, mp.acosh(inertia / swing) / turn if swing else mp.inf
+
+    def _series(self, count: int) -> tuple[list[mpf], list[list[mpf]]]:
+        """`count` Taylor coefficients of the primary's displacement, and those of each gap.
+
+        Of a mass that sticks those of the contact force, over the mass.
+        """
+        x, zeta, force = [self.x, self.v], self.system.damping, self.system.force
+        gaps = [[] if p.mode == STICKING else [p.gap, p.rate] for p in self.places]
+        masses = list(zip(self.system.masses, self.places, gaps, strict=True))
+        inertia = [mpf(1)]
+        second: list[mpf] = []
+        for mass, place, _ in masses:
+            if place.mode == STICKING:
+                ratio = mass.ratio(self.t, count)
+                inertia = [a + b for a, b in zip_longest(inertia, ratio, fillvalue=0)]
+        for n, push in enumerate(force.coefficients(self.t, count - 2)):
+            push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
+            pulls = []
+            for mass, place, gap in masses:
+                beside = () if place.mode == STICKING else gap
+                supported = mass.stiffness or mass.damping
+                pulls.append(mass.pull(place.side, x, beside, n) if supported else 0)
+                if place.mode == STICKING:
+                    push += pulls[-1]
+                elif place.mode == CONTACT:
+                    [contact] = mass.contact.force([gap[n], (n + 1) * gap[n + 1]])
+                    push += place.side * contact
+                    pulls[-1] -= place.side * contact
+            if len(inertia) > 1:
+                push -= mp.fdot(inertia[1 : n + 1], second[::-1])
+            second.append(push / inertia[0])
+            x.append(second[n] / ((n + 1) * (n + 2)))
+            for (mass, place, gap), pull in zip(masses, pulls, strict=True):
+                opens = place.side * (second[n] - pull / mass.mean if pull else second[n])
+                gap.append(-opens if place.mode == STICKING else opens / ((n + 1) * (n + 2)))
+        for place, gap in zip(self.places, gaps, strict=True):
+            gap[: place.zeros] = [mpf(0)] * place.zeros
+        return x, gaps
+
+    def _watched(self, number: int, gap: list[mpf]) -> Iterator[tuple[str, int, Sequence[mpf]]]:
+        """What may happen to a mass, at which wall, and the polynomial whose root says when."""
+        mass, place = self.system.masses[number], self.places[number]
+        contact, side, minus = mass.contact, place.side, [-c for c in gap]
+        if place.mode == STICKING:
+            if mass.clearance:
+                yield "release", side, gap
+        elif place.mode == CONTACT:
+            yield "separation", side, minus if contact.tension else contact.force(gap)
+        elif place.gap < 0:
+            yield "opening", side, minus
+            yield "contact", side, [-c for c in contact.force(gap)]
+        else:
+            yield "impact", side, gap
+            yield "impact", -side, [2 * mass.clearance - gap[0], *minus[1:]]
+
+    def _move(self, x: list[mpf], gaps: list[list[mpf]], span: mpf) -> None:
+        """Go on by a time, with the Taylor coefficients of a panel."""
+        if span == 0:
+            return
+        self.t = self.until if span == self.until - self.t else self.t + span
+        self.x, self.v = horner(x, span)
+        for number, place in enumerate(self.places):
+            if place.mode != STICKING:
+                self.places[number] = Place(place.mode, place.side, *horner(gaps[number], span))
+
+
+def largest_rate(inertia: mpf, damping: mpf, stiffness: mpf) -> mpf:
+    """Largest modulus of a rate of inertia z'' + 2 damping z' + stiffness z = 0."""
+    square = damping**2 - inertia * stiffness
+    return (damping + mp.sqrt(square)) / inertia if square > 0 else mp.sqrt(stiffness / inertia)
+
+
+# --- Taylor polynomials and their first roots
+
+
+def term_count(rate_times_step: mpf, step_over_pole: mpf) -> int:
+    """How many Taylor terms bring the remainder below the working precision."""
+    fast, near, bits, n = float(rate_times_step), float(step_over_pole), float(mp.prec), 0
+    while bits > 0:
+        n += 1
+        bits += math.log2(max(fast / n, near))
+    return n + 6
+
+
+def horner(c: Sequence[mpf], tau: mpf) -> tuple[mpf, mpf]:
+    """Return value and first derivative of the polynomial with coefficients ``c``."""
+    value, slope = mpf(0), mpf(0)
+    for coefficient in reversed(c):
+        slope = slope * tau + value
+        value = value * tau + coefficient
+    return value, slope
+
+
+def first_root(c: Sequence[mpf], end: mpf) -> mpf | None:
+    """Return where a polynomial first ceases to be positive in [0, end], or None.
+
+    One that is zero at 0 starts with its first coefficient that is not. With ``|q''| <= B`` on the
+    panel, ``q(tau + s) >= q + q' s - B s**2 / 2``; the step to the zero of that parabola cannot
+    pass a root and converges quadratically to a simple one. Towards a multiple root it would take
+    ever smaller parts of what is left; after `QUICK` steps B is that of the next stretch alone. The
+    error may be small against ``end``, not only against the root, unless it is zero at 0.
+    """
+    order = next((n for n, value in enumerate(c) if value != 0), len(c))
+    q = c[order:]
+    if order and q and q[0] < 0:
+        return mpf(0)
+    everywhere = _bend(q, end)
+    tolerance = 1000 * mp.eps
+    tau = mpf(0)
+    reach = end
+    quick = QUICK
+    while True:
+        quick -= 1
+        if quick >= 0:
+            value, slope = horner(q, tau)
+            bound = everywhere
+        else:
+            local = expand(q, tau)
+            value, slope = local[0], local[1]
+            bound = _bend(local, reach)
+        if value <= 0 and slope <= 0:
+            return tau
+        value = max(value, mpf(0))
+        root = mp.sqrt(slope**2 + 2 * bound * value)
+        if slope > 0:
+            if bound == 0:
+                return None
+            step = (root + slope) / bound
+        elif root == slope:  # a positive constant
+            return None
+        else:
+            step = 2 * value / (root - slope)
+        if quick < 0:
+            step = min(step, reach)
+            reach = 2 * step
+        if tau + step > end:
+            return None
+        tau += step
+        if step <= tolerance * (tau if order else end):
+            return tau
+
+
+def expand(q: Sequence[mpf], tau: mpf) -> list[mpf]:
+    """Return the coefficients of a polynomial about another point, by repeated division."""
+    local = list(q)
+    for lowest in range(len(local) - 1):
+        for n in range(len(local) - 2, lowest - 1, -1):
+            local[n] += tau * local[n + 1]
+    return local
+
+
+def _bend(q: Sequence[mpf], end: mpf) -> mpf:
+    """Return a bound on |q''| on [0, end]."""
+    bound = mpf(0)
+    for n in range(len(q) - 1, 1, -1):
+        bound = bound * end + n * (n - 1) * abs(q[n])
+    return bound
