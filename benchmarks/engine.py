@@ -3,7 +3,7 @@
     python benchmarks/engine.py [--runs 1000] [--periods 200]
 
 Everything runs in one process, on one core, and the ratios printed come from this one run. Errors
-are against 40 digits (`damper.verification.comparison.reference_rigid`), over the first impacts of
+are against 40 digits (`damper.verification.reference`), over the first impacts of
 the scene (later ones differ by chaos, not by error). Nothing here is a test: machines differ and
 are shared.
 """
@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -23,7 +23,7 @@ from damper.engine.compiled import COMPILED, compile_at_once
 from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
-from damper.verification.comparison import reference_rigid
+from damper.verification import reference
 from damper.verification.timing import machine, machine_text
 
 SCENES = {
@@ -117,15 +117,7 @@ def plain_times() -> dict[str, float]:
 
 def reference_impacts(p: damper.Parameters) -> list[float]:
     """First impact times to 40 digits, as many as were resolved one by one."""
-    found = reference_rigid.events(
-        p.mass_ratio,
-        p.damping_ratio,
-        p.frequency_ratio,
-        p.clearance,
-        p.restitution,
-        until=4 * p.period,
-        dps=40,
-    )
+    found = reference.run(asdict(p), until=4 * p.period, digits=40).events
     return [event.time for event in found if event.kind == "impact"][:COMPARED]
 
 

@@ -1,9 +1,15 @@
-"""The closed rest of a chatter sequence, asked of a model directly; for the tests."""
+"""The closed rest of a chatter sequence, asked of a model directly, and in many digits."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from mpmath import mp, mpf
 
 from damper.engine.compiled import compiled
 from damper.engine.model import begin
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
 from damper.models.walls import complete, time_to_completion
+from damper.verification.reference import GUARD_DIGITS, Event, run
 
 
 @compiled
@@ -29,3 +35,28 @@ def largest_rate(model, time, side, x, v, target):
         error = tail(model, time, side, x, v, middle)[1]
         low, high = (low, middle) if error > target else (middle, high)
     return low if 0.5 * target < tail(model, time, side, x, v, low)[1] <= target else 0.0
+
+
+def completed(
+    values: Mapping[str, Any],
+    time: float,
+    side: float,
+    x: float,
+    v: float,
+    rate: float,
+    *,
+    within: float,
+    digits: int = 25,
+) -> Event:
+    """Return the completion point in many digits, with the time since the impact.
+
+    The arguments are those of `tail`; `within` is a time in which nothing else happens.
+    """
+    with mp.workdps(digits + GUARD_DIGITS):
+        start, x, v = mpf(time), mpf(x), mpf(v)
+        state = x, v, x + int(side) * mpf(values["clearance"]), v - int(side) * mpf(rate)
+        found = run(values, state, start_time=start, until=start + within, digits=digits).events
+        stick = found[-1]
+        assert stick.kind == "stick"
+        assert {event.side for event in found} == {side}
+        return stick._replace(time=stick.time - start)

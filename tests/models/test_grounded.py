@@ -6,11 +6,10 @@ import random
 import numpy as np
 import pytest
 from cases import thinned
-from mpmath import mp, mpf
-from reference import grounded as reference
+from event_pairs import KINDS, NAMES, assert_same, exact_events
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from tails import largest_rate, tail
+from tails import completed, largest_rate, tail
 
 from damper import Parameters, State, events
 from damper.engine.model import motion
@@ -33,8 +32,6 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of, start_run
 
-KINDS = ("impact", "stick", "release")
-
 
 def parameters(values: tuple) -> Parameters:
     """Return the parameters of a scene of the reference."""
@@ -46,6 +43,7 @@ def log_of(run: Trajectory, periods: float) -> np.ndarray:
     return np.concatenate([piece.copy() for piece in run.segments(periods)])
 
 
+REST = (0, 0, 0, 0)
 # Mass ratio, damping ratio, frequency ratio, clearance, restitution, phase; support's stiffness
 # and damping ratio; state; end; least number of impacts, of complete sequences, of releases.
 SCENES: dict[str, tuple[tuple, tuple | None, float, tuple]] = {
@@ -85,29 +83,12 @@ SCENES: dict[str, tuple[tuple, tuple | None, float, tuple]] = {
 }
 
 
-def worst_difference(found: np.ndarray, reference_events: list) -> float:
-    """Compare event by event; impacts inside closed tails stand in the reference only."""
-    worst = 0.0
-    rest = iter(reference_events)
-    for row in found:
-        kind = KINDS[row["kind"]]
-        event = next(rest)
-        while event.kind == "impact" != kind:
-            event = next(rest)
-        assert (event.kind, event.side) == (kind, row["side"])
-        for name in ("time", "approach_speed", "x", "v"):
-            exact = getattr(event, name)
-            worst = max(worst, abs(float(row[name] - exact)) / max(1.0, abs(exact)))
-    assert not [event for event in rest if event.kind != "impact"]
-    return worst
-
-
 @pytest.mark.parametrize("scene", thinned(SCENES, ["chatter"].__contains__))
 def test_events_are_those_of_forty_digits(scene: str) -> None:
     values, state, until, least = SCENES[scene]
     found = events(parameters(values), State(*state) if state else None, until=until)
-    exact = reference.events(values, state or (0, 0, 0, 0), until=until)
-    assert worst_difference(found, exact) < 2e-13
+    exact = exact_events(values, state or REST, until=until, digits=40)
+    assert_same(found, exact, 2e-13, relative=True)
     for kind, number in enumerate(least):
         assert (found["kind"] == kind).sum() >= number
 
@@ -239,19 +220,6 @@ def test_no_swing_into_a_wall_is_missed() -> None:
 SEQUENCE = (0.5, 0.2, 0.3, 0.5, 0.6, 0.6, 0.05, 0.1)
 
 
-def resolved(
-    values: tuple, x: float, v: float, rebound: float, side: float, until: float, dps: int
-):
-    """Return the sticking event of the same sequence, bounce by bounce."""
-    floor = 1e-22 if dps > 30 else 1e-14
-    with mp.workdps(dps + 15):
-        y = mpf(x) + side * mpf(values[3])
-        u = mpf(v) - side * mpf(rebound)
-    state = (x, v, y, u)
-    found = reference.events(values, state, until=until, dps=dps, burst_floor=floor)
-    return next(event for event in found if event.kind == "stick")
-
-
 @pytest.mark.parametrize("values", [SEQUENCE, (0.1, 0.0, *SEQUENCE[2:6], 0.0, 0.03)])
 def test_tail_is_of_second_order(values: tuple) -> None:
     """Time, place and velocity: halving the rebound speed divides the errors by eight."""
@@ -259,7 +227,8 @@ def test_tail_is_of_second_order(values: tuple) -> None:
     errors = []
     for rebound in (0.0004, 0.0002):
         duration, _, x, v = tail(model, 0.0, 1.0, 2.0, 0.1, rebound)
-        exact = resolved(values, 2.0, 0.1, rebound, 1.0, 1.1 * duration, 40)
+        given = dict(zip(NAMES, values, strict=True))
+        exact = completed(given, 0.0, 1.0, 2.0, 0.1, rebound, within=1.1 * duration)
         pairs = ((duration, exact.time), (x, exact.x), (v, exact.v))
         errors.append([float(abs(value - ev)) for value, ev in pairs])
     for larger, smaller in zip(*errors, strict=True):
@@ -287,7 +256,9 @@ def test_tail_error_estimate_bounds_the_true_error() -> None:
         if rate == 0.0:
             continue  # the wall does not press, or the bound on the lag comes first
         duration, error, _, _ = tail(model, 0.0, side, x, v, rate)
-        exact = resolved(scene, x, v, rate, side, 1.2 * duration + 1.5 * error, 25)
+        given = dict(zip(NAMES, scene, strict=True))
+        within = 1.2 * duration + 1.5 * error
+        exact = completed(given, 0.0, side, x, v, rate, within=within)
         ratios.append(float(abs(exact.time - duration)) / error)
     assert max(ratios) <= 1.0
     assert max(ratios) > 1e-3
@@ -325,7 +296,7 @@ def test_a_release_is_where_the_contact_force_vanishes_however_heavy_the_support
         support_damping_ratio=0.99,
     )
     found = events(p, State(-2.97, 0.0, -2.97, 2.27), until=60.0)
-    releases = found[found["kind"] == KINDS.index("release")]
+    releases = found[found["kind"] == KINDS["release"]]
     assert len(releases) >= 5
     for row in releases:
         x, v, side = float(row["x"]), float(row["v"]), int(row["side"])

@@ -18,7 +18,7 @@ from damper.observers import make_observers
 from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
-from damper.verification.comparison import reference_rigid as mp_reference
+from damper.verification.reference import run as exact_run
 
 PREDICTED = (
     "first_order_time",
@@ -135,8 +135,8 @@ def test_known_burst_to_forty_digits() -> None:
     scene = Scene(SLOW, 0, 2)
     found = observed(scene)
     with mp.workdps(40):
-        decimals = [mpf(str(value)) for value in SLOW.values()]
-    run = mp_reference.events(*decimals, until=45, dps=40)
+        decimals = {name: mpf(str(value)) for name, value in SLOW.items()}
+    run = exact_run(decimals, until=45, digits=40).events
     stick = run[[event.kind for event in run].index("stick")]
     assert abs(stick.time - 44.249718778208865) < 1e-14
     burst = [event for event in run if event.kind == "impact" and event.side == stick.side]

@@ -12,7 +12,7 @@ from scenes import PAPER_A, SLOW, STUDY
 
 from damper import State
 from damper.sweep.runs import run_points
-from damper.verification.comparison import reference_rigid as mp_reference
+from damper.verification.reference import run as exact_run
 
 SUMMARY = (
     "visible_impacts",
@@ -249,9 +249,7 @@ def test_impacts_inside_the_closed_tail_count(accuracy: float) -> None:
 
 def test_count_does_not_depend_on_where_the_tail_closes() -> None:
     """Against every single bounce of the burst in 30-digit arithmetic."""
-    found = list(
-        mp_reference.events(0.1, 0.05, 0.2, 0.25, 0.3, until=19, dps=30, burst_floor=1e-12)
-    )
+    found = exact_run({**SLOW, "restitution": 0.3}, until=19, digits=30).events
     stick = next(k for k, event in enumerate(found) if event.kind == "stick")
     burst = found[:stick]
     while {event.side for event in burst} != {burst[-1].side}:

@@ -19,10 +19,14 @@ from mpmath import mp, mpf
 GUARD_DIGITS = 15
 #: Length of a panel times the fastest rate, and the least distance of a pole in units of it.
 PANEL, POLE = 3, 8
-#: A chatter sequence is not closed before its rebound speeds are below `RESOLVED` and the time to
-#: its completion, times the fastest rate, below `REACH`; nor before it has converged to
-#: `TAIL_DIGITS` digits more than are asked for, in `ORDERS` orders at most.
-RESOLVED, REACH, TAIL_DIGITS, ORDERS = 1e-9, 1e-6, 5, 12
+#: Impacts that are not slower than this are all listed. A bounce of speed w rises w^2 / (2 a) above
+#: its wall, which is lost in the roundoff of doubles of size 1 at w of some 1e-8. Nothing that works
+#: with absolute positions can distinguish slower ones from contact; this leaves them a decade.
+RESOLVED = 1e-9
+#: A chatter sequence is not closed before the time to its completion, times the fastest rate, is
+#: below `REACH`, nor before it has converged to `TAIL_DIGITS` digits more than are asked for, in
+#: `ORDERS` orders at most.
+REACH, TAIL_DIGITS, ORDERS = 1e-6, 5, 12
 #: Steps of a search for a root after which it need not be a simple one.
 QUICK = 60
 

@@ -1,14 +1,15 @@
 """The answer to a scene in 50 digits, kept as a file of decimal strings.
 
-`make_reference` computes it with `reference_rigid`; nothing of the engine is used. Parameters and
-start count as the exact binary values they are, but for a start so near a wall that only roundoff
-keeps it off: that is a start on the wall.
+`make_reference` computes it with `damper.verification.reference`; nothing of the engine is used.
+Parameters and start count as the exact binary values they are, but for a start so near a wall that
+only roundoff keeps it off: that is a start on the wall.
 """
 
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,14 +18,9 @@ from mpmath import mp, mpf
 
 from damper.models.walls import slack
 from damper.parameters import Parameters
-from damper.verification.comparison import reference_rigid
+from damper.verification import reference
 from damper.verification.comparison.scene import Scene
-
-#: Impacts slower than this are not listed (they are computed all the same). A bounce of speed w
-#: rises w^2 / (2 a) above its wall, which is lost in the roundoff of doubles of size 1 at w of some
-#: 1e-8. Nothing that works with absolute positions can distinguish slower ones from contact; this
-#: leaves them a decade.
-RESOLVED = 1e-9
+from damper.verification.reference import RESOLVED
 
 #: Digits of the run that the perturbed ones are compared with, over those of the reference.
 _PERTURBED_DIGITS = 0.7
@@ -57,34 +53,29 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     ``sensitivity`` is the larger of the changes in the final state (largest component) over that;
     none if that changes which events there are.
 
-    Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, the
-    fields of `Reference`, and ``events``, the number of all impacts that were computed, also those
-    below `RESOLVED`, and of sticks and releases.
+    Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, and the
+    fields of `Reference`.
     """
-    with mp.workdps(digits + reference_rigid.GUARD_DIGITS):
-        start = _start(scene)
+    start = _start(scene, digits)
     exact = _run(scene, start, digits)
-    impacts = [event for event in exact.events if _resolved(event)]
+    impacts, sticks, releases = (
+        [event for event in _listed(exact) if event.kind == kind]
+        for kind in ("impact", "stick", "release")
+    )
     numbers = {
         "impact_times": [event.time for event in impacts],
         "approach_speeds": [event.approach_speed for event in impacts],
-        "stick_times": [event.time for event in exact.events if event.kind == "stick"],
-        "release_times": [event.time for event in exact.events if event.kind == "release"],
+        "stick_times": [event.time for event in sticks],
+        "release_times": [event.time for event in releases],
         "final_state": exact.final,
     }
     sensitivity = _sensitivity(scene, start, exact, digits)
-    parameters = {
-        field.name: value
-        for field in fields(Parameters)
-        if (value := getattr(scene.parameters, field.name)) != field.default
-    }
     return {
-        "parameters": parameters,
+        "parameters": _values(scene),
         "start": asdict(scene.state),
         "until": scene.until,
         "digits": digits,
         "resolved": RESOLVED,
-        "events": len(exact.events),
         "impact_sides": [event.side for event in impacts],
         "sensitivity": sensitivity if math.isfinite(sensitivity) else None,
     } | {
@@ -113,51 +104,46 @@ def as_floats(content: Mapping[str, Any]) -> Reference:
     return Reference(**arrays, sensitivity=math.inf if growth is None else growth)
 
 
-def _start(scene: Scene) -> tuple[mpf, ...]:
+def _values(scene: Scene) -> dict[str, float]:
+    """The parameters that are not their defaults."""
+    given = ((field, getattr(scene.parameters, field.name)) for field in fields(Parameters))
+    return {field.name: value for field, value in given if value != field.default}
+
+
+def _start(scene: Scene, digits: int) -> list[mpf]:
     """x, v, y, u; a free mass within roundoff of a wall is on it, as it is for the engine."""
     s, d = scene.state, scene.parameters.clearance
     x, v, y, u = (mpf(value) for value in (s.x, s.v, s.y, s.u))
     side = 1 if y >= x else -1
     if abs(d - side * (y - x)) <= slack(d, s.x, s.y):
-        y = x + side * mpf(d)
-    return x, v, y, u
+        with mp.workdps(digits + reference.GUARD_DIGITS):
+            y = x + side * mpf(d)
+    return [x, v, y, u]
 
 
-def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference_rigid.ReferenceRun:
-    p, begin = scene.parameters, scene.state.time
-    numbers = (
-        *(p.mass_ratio, p.damping_ratio, p.frequency_ratio),
-        *(p.clearance, p.restitution, p.phase),
-    )
-    return reference_rigid.run(numbers, start, until=scene.until, start_time=begin, dps=digits)
+def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference.Run:
+    begin = scene.state.time
+    return reference.run(_values(scene), start, until=scene.until, digits=digits, start_time=begin)
 
 
-def _resolved(event: reference_rigid.Event) -> bool:
-    return event.kind == "impact" and event.approach_speed >= RESOLVED
+def _listed(run: reference.Run) -> list[reference.Event]:
+    """All events but impacts that are too slow."""
+    events = run.events
+    return [e for e in events if e.kind != "impact" or e.approach_speed >= RESOLVED]
 
 
-def _pattern(run: reference_rigid.ReferenceRun) -> list[tuple[str, int]]:
-    """Which events there are, in order."""
-    return [
-        (event.kind, event.side)
-        for event in run.events
-        if event.kind != "impact" or _resolved(event)
-    ]
-
-
-def _sensitivity(
-    scene: Scene, start: Sequence[mpf], exact: reference_rigid.ReferenceRun, digits: int
-) -> float:
+def _sensitivity(scene: Scene, start: Sequence[mpf], exact: reference.Run, digits: int) -> float:
     """Growth of a perturbation of either velocity; see `make_reference`."""
     growth = 0.0
-    for component in (1, 3):
-        with mp.workdps(digits + reference_rigid.GUARD_DIGITS):
-            step = mpf(10) ** -round(_PERTURBATION * digits)
-            moved = [mpf(value) for value in start]
+    with mp.workdps(digits + reference.GUARD_DIGITS):
+        step = mpf(10) ** -round(_PERTURBATION * digits)
+        for component in (1, 3):
+            moved = list(start)
             moved[component] += step
             other = _run(scene, moved, round(_PERTURBED_DIGITS * digits))
-            if _pattern(other) != _pattern(exact):
-                return math.inf
+            for one, near in zip_longest(_listed(exact), _listed(other)):
+                if not (one and near) or one[1:3] != near[1:3]:
+                    return math.inf
             change = max(abs(a - b) for a, b in zip(other.final, exact.final, strict=True))
             growth = max(growth, float(mp.nstr(change / step, 6)))
     return growth
