@@ -51,7 +51,7 @@ def test_events_are_those_of_many_digits(
     scene = {**SCENE, **change}
     values = {**scene, "yield_speed": yield_speed}
     found = events(Parameters(**values), until=until)
-    assert_same(found, run(values, until=until, digits=20).events, 1e-11)
+    assert_same(found, run(values, until=until, digits=25).events, 1e-11)
     assert (found["approach_speed"] > yield_speed).sum() >= 4
     if scene["restitution"] < 1.0:
         assert set(found["kind"]) == {0, 1, 2}

@@ -19,9 +19,9 @@ from mpmath import mp, mpf
 GUARD_DIGITS = 15
 #: Length of a panel times the fastest rate, and the least distance of a pole in units of it.
 PANEL, POLE = 3, 8
-#: Impacts that are not slower than this are all listed. A bounce of speed w rises w^2 / (2 a) above
-#: its wall, which is lost in the roundoff of doubles of size 1 at w of some 1e-8. Nothing that works
-#: with absolute positions can distinguish slower ones from contact; this leaves them a decade.
+#: Impacts that are not slower are all listed. A bounce of speed w rises w^2 / (2 a) above its wall,
+#: which is lost in the roundoff of doubles of size 1 at w of some 1e-8. Nothing that works with
+#: absolute positions can distinguish slower ones from contact; this leaves them a decade.
 RESOLVED = 1e-9
 #: A chatter sequence is not closed before the time to its completion, times the fastest rate, is
 #: below `REACH`, nor before it has converged to `TAIL_DIGITS` digits more than are asked for, in

@@ -1,16 +1,15 @@
 """Backward error of a run: does each segment obey the equations, from where it starts?
 
 A chaotic run cannot be compared with another one for long. But its log holds the start of each
-segment as exact doubles, so each can be computed again by itself, in more digits and by formulas of
-its own: flight and sticking as divided differences of the exponential. What is left over, relative
-to the sizes of the terms that were added, is a change of the problem that would make the run exact;
-some units of roundoff mean that the method is sound.
+segment as exact doubles, so each can be computed again by itself, in more digits and in a way of
+its own: short Taylor series, doubled. What is left over, relative to the sizes of the terms that
+were added, is a change of the problem that would make the run exact; some units of roundoff mean
+that the method is sound.
 
 Rigid damper only, and only where `numpy.longdouble` has digits to spare.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,9 +35,8 @@ from damper.verification.stress.verdicts import EPS
 
 #: Whether `numpy.longdouble` has digits to spare.
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
-#: Terms of the series where they go furthest, and what they leave over then.
-_TERMS = 26
-_REMAINDER = 1.0 / math.factorial(_TERMS - 1)
+#: A short time in units of the fastest rate, and the terms of a series over it.
+_SHORT, _TERMS = 0.25, 14
 
 
 class Oscillators(NamedTuple):
@@ -150,118 +148,45 @@ def _part(left: Any, size: np.ndarray) -> np.ndarray:
 
 
 def _motion(osc: Oscillators, x0: Any, v0: Any, theta: Any, tau: Any) -> tuple[Any, Any, Any]:
-    """x - x0 - v0 tau, v - v0 and x'' a time tau after each start."""
-    sin, cos = np.sin(theta), np.cos(theta)
-    a0 = osc.force * sin - 2 * osc.beta * v0 - osc.kappa * x0
-    j0 = osc.force * osc.omega * cos - 2 * osc.beta * a0 - osc.kappa * v0
-    reach = np.maximum(osc.omega, 2 * osc.beta + np.sqrt(osc.kappa)) * tau
-    soon = reach <= 1.0
-    bend, dv = np.empty_like(tau), np.empty_like(tau)
-    forms: tuple[tuple[np.ndarray, Callable], ...] = ((soon, _series), (~soon, _divided))
-    for mask, form in forms:
-        if mask.any():
-            beta, kappa, force = (value[mask] for value in osc[:3])
-            given = (value[mask] for value in (x0, v0, a0, j0, sin, cos, tau))
-            some = Oscillators(beta, kappa, force, osc.omega)
-            bend[mask], dv[mask] = form(some, *given, float(reach[mask].max()))
-    turned = theta + osc.omega * tau
-    x1 = x0 + (v0 * tau + bend)
-    return bend, dv, osc.force * np.sin(turned) - 2 * osc.beta * (v0 + dv) - osc.kappa * x1
+    """x - x0 - v0 tau, v - v0 and x'' a time tau after each start.
 
-
-def _terms(reach):
-    """Terms of a series in powers of at most `reach` <= 1, as good as `_TERMS` are at 1."""
-    left, terms = 1.0, 1
-    while terms < _TERMS and left > _REMAINDER:
-        left *= reach / terms
-        terms += 1
-    # Third derivatives may be all that there is.
-    return max(terms, 4)
-
-
-def _series(osc, x0, v0, a0, j0, sin, cos, tau, reach):
-    """Taylor series of x - x0 - v0 tau and v - v0, for times short against all rates."""
-    lower, upper = a0, j0
-    drive = (-osc.force * osc.omega**2 * sin, -osc.force * osc.omega**3 * cos)
-    power = tau
-    dv = a0 * tau
-    bend = a0 * tau * tau / 2
-    for n in range(2, _terms(reach)):
-        power = power * tau / n
-        dv = dv + upper * power
-        bend = bend + upper * power * tau / (n + 1)
-        lower, upper = upper, drive[0] - 2 * osc.beta * upper - osc.kappa * lower
-        drive = drive[1], -drive[0] * osc.omega**2
-    return bend, dv
-
-
-def _divided(osc, x0, v0, a0, j0, sin, cos, tau, reach):
-    """Closed form by divided differences of exp at the two roots and i omega, all times tau.
-
-    S = tau exp[z1, z2] and Q = tau^2 exp[z1, z2, z3] solve the equation from (0, 1), and forced by
-    exp(i omega tau) from rest. No case is special: equal roots and resonance are close points.
+    The motions from displacement 1, from velocity 1 and under exp(i omega t) from rest are Taylor
+    series over a short part of tau, and doubled until it is whole: no damping is special, and no
+    resonance. What follows from a start of its own is not formed as a difference.
     """
-    root = np.sqrt(osc.kappa)
-    square = (osc.beta - root) * (osc.beta + root)
-    split = np.sqrt(np.abs(square))
-    fast = np.where(square >= 0.0, -(osc.beta + split) + 0j, -osc.beta - 1j * split)
-    slow = np.where(square >= 0.0, osc.kappa / fast, -osc.beta + 1j * split)
-    z1, z2, z3 = slow * tau, fast * tau, 1j * osc.omega * tau
-    s = tau * _exp2(z1, z2)
-    q = tau * tau * _exp3(z1, z2, z3)
-    q_dot = slow * q + tau * _exp2(z2, z3)
-    turn = cos + 1j * sin
-    c_less_1 = (np.expm1(z1) - slow * s).real
-    s_dot_less_1 = (np.expm1(z2) + slow * s).real
-    s = s.real
-    bend = x0 * c_less_1 + v0 * (s - tau) + osc.force * (turn * q).imag
-    dv = v0 * s_dot_less_1 - osc.kappa * s * x0 + osc.force * (turn * q_dot).imag
+    reach = np.maximum(osc.omega, 2 * osc.beta + np.sqrt(osc.kappa)) * tau
+    doublings = np.ceil(np.log2(np.maximum(reach / _SHORT, 1)))
+    h = tau / 2**doublings
+    (c, s, q), (_, s1, q1) = _series(osc, h)
+    c, s, s1 = c.real, s.real, s1.real
+    turn = np.exp(1j * osc.omega * h)
+    for done in range(int(doublings.max(initial=0))):
+        whole = h + s  # and -kappa of it is the velocity from displacement 1
+        square, both = osc.kappa * whole * whole, 1 + turn
+        twice = (
+            *(2 * c + c * c - square, 2 * s + whole * (c + s1), 2 * s1 + s1 * s1 - square),
+            *(q * (both + c) + whole * q1, q1 * (both + s1) - osc.kappa * whole * q),
+            *(turn * turn, 2 * h),
+        )
+        old = c, s, s1, q, q1, turn, h
+        pairs = zip(twice, old, strict=True)
+        c, s, s1, q, q1, turn, h = (np.where(doublings > done, *pair) for pair in pairs)
+    start = np.cos(theta) + 1j * np.sin(theta)
+    bend = x0 * c + v0 * s + (start * q).imag
+    dv = v0 * s1 - osc.kappa * (h + s) * x0 + (start * q1).imag
+    x1 = x0 + (v0 * tau + bend)
+    push = osc.force * np.sin(theta + osc.omega * tau)
+    return bend, dv, push - 2 * osc.beta * (v0 + dv) - osc.kappa * x1
+
+
+def _series(osc: Oscillators, h: Any) -> tuple[Any, Any]:
+    """Displacements less 1, h, 0 and velocities less 0, 1, 0 of the three motions after h."""
+    lower, upper, drive = np.eye(3, dtype=np.clongdouble)[:, :, None] * np.ones_like(h)
+    drive, bend, dv, power = osc.force * drive, 0, 0, 1
+    for n in range(_TERMS):
+        pull = 2 * osc.beta * (n + 1) * upper + osc.kappa * lower
+        lower, upper, power = upper, (drive - pull) / ((n + 1) * (n + 2)), power * h
+        dv = dv + (n + 2) * upper * power
+        bend = bend + upper * power * h
+        drive = drive * (1j * osc.omega / (n + 1))
     return bend, dv
-
-
-def _exp2(a, b):
-    """First divided difference of the exponential."""
-    swap = b.real > a.real
-    a, b = np.where(swap, b, a), np.where(swap, a, b)
-    width = b - a
-    same = width == 0.0
-    width = np.where(same, 1.0, width)
-    return np.exp(a) * np.where(same, 1.0, np.expm1(width) / width)
-
-
-def _exp3(a, b, c):
-    """Second divided difference of the exponential."""
-    a, b, c = np.broadcast_arrays(a, b, c)
-    widths = np.abs(np.stack((a - b, b - c, c - a)))
-    close = widths.max(axis=0) <= 1.0
-    found = np.empty_like(a)
-    # The widest pair goes outside, so the division multiplies no error.
-    widest = widths.argmax(axis=0)
-    for mask, form in ((close, _exp3_close), (~close, _exp3_wide)):
-        if mask.any():
-            found[mask] = form(a[mask], b[mask], c[mask], widest[mask])
-    return found
-
-
-def _exp3_close(a, b, c, widest):
-    """Series: complete homogeneous symmetric polynomials of the distances from the mean."""
-    mean = (a + b + c) / 3
-    u, v, w = a - mean, b - mean, c - mean
-    one = np.ones_like(mean)
-    h1, h2, h3 = one, one, one
-    total = one / 2
-    factor = np.longdouble(2.0)
-    for n in range(3, _TERMS):
-        h1 = h1 * u
-        h2 = h1 + v * h2
-        h3 = h2 + w * h3
-        factor = factor * n
-        total = total + h3 / factor
-    return np.exp(mean) * total
-
-
-def _exp3_wide(a, b, c, widest):
-    first = np.choose(widest, (a, b, c))
-    last = np.choose(widest, (b, c, a))
-    between = np.choose(widest, (c, a, b))
-    return (_exp2(between, last) - _exp2(first, between)) / (last - first)
