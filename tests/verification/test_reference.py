@@ -92,7 +92,7 @@ class Regime:
         primary, free = [-1, -2 * zeta, 0, 0, 1, 0, 0], [0, 0, -k, -2 * c, 0, 0, 0]
         force = [mpf(0)] * 7
         if mode == "contact":  # -k gap - c gap', and gap = d - side (y - x)
-            k, c = mass.contact.stiffness, mass.contact.damping
+            k, c = mass.contact_stiffness, mass.contact_damping
             force = [-side * k, -side * c, side * k, side * c, 0, 0, -k * self.d]
         if mode == "sticking":  # both have the same acceleration
             forces = zip(primary, free, strict=True)
@@ -251,7 +251,7 @@ def test_no_clearance_moves_as_one():
 
 
 @pytest.mark.parametrize("tension", [False, True])
-@pytest.mark.parametrize("restitution", ["0.03", "0.6", "0.98"])
+@pytest.mark.parametrize("restitution", ["0.03", "0.6", "1"])
 def test_a_compliant_contact_of_free_bodies_has_the_restitution(restitution, tension):
     with mp.workdps(40):
         r = mpf(restitution)

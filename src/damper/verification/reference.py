@@ -11,6 +11,7 @@ in r^n, of which Richardson's scheme removes one term after the other.
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple
 
@@ -54,14 +55,14 @@ class Event(NamedTuple):
     rate: mpf
 
 
-class Run(NamedTuple):
+class ExactRun(NamedTuple):
     """Events in order of time, and ``(x, v, y, u)`` at the end."""
 
     events: list[Event]
     final: tuple[mpf, ...]
 
 
-class Harmonic(NamedTuple):
+class Sine(NamedTuple):
     """sin(rate t + phase). Another force needs its fastest rate and its coefficients, too."""
 
     rate: mpf
@@ -77,34 +78,27 @@ class Harmonic(NamedTuple):
         return found
 
 
-class Contact(NamedTuple):
-    """Contact with a wall: Newton's restitution, or spring and dashpot."""
-
-    restitution: Callable[[mpf], mpf]
-    """At an approach speed; constant for small ones."""
-    stiffness: mpf
-    """Infinite for a rigid wall."""
-    damping: mpf
-    tension: bool
-    """Whether the contact force may be tensile: then it acts until the gap reopens."""
-
-    def force(self, gap: Sequence[mpf]) -> list[mpf]:
-        """Taylor coefficients of the contact force of spring and dashpot."""
-        return [
-            -self.stiffness * a - self.damping * n * b for n, (a, b) in enumerate(pairwise(gap), 1)
-        ]
-
-
-class FreeMass(NamedTuple):
+class Body(NamedTuple):
     """A free mass ``mean (1 + depth wave)`` over that of the primary, its box and its support."""
 
     mean: mpf
     depth: mpf
-    wave: Harmonic
+    wave: Sine
     clearance: mpf
-    contact: Contact
+    restitution: Callable[[mpf], mpf]
+    """Of rigid walls, at an approach speed; constant for small ones."""
+    contact_stiffness: mpf
+    """Of compliant walls, else infinite."""
+    contact_damping: mpf
+    tension: bool
+    """Whether a compliant wall may pull: then its force acts until the gap reopens."""
     stiffness: mpf
     damping: mpf
+
+    @property
+    def rigid(self) -> bool:
+        """Whether impacts take no time."""
+        return self.contact_stiffness == math.inf
 
     def ratio(self, t: mpf, count: int = 1) -> list[mpf]:
         """Taylor coefficients of the mass ratio; the first alone where it is constant."""
@@ -112,6 +106,11 @@ class FreeMass(NamedTuple):
             return [self.mean]
         found = [self.mean * self.depth * c for c in self.wave.coefficients(t, count)]
         return [self.mean + found[0], *found[1:]]
+
+    def push(self, gap: Sequence[mpf]) -> list[mpf]:
+        """Taylor coefficients of a compliant wall's force."""
+        k, c = self.contact_stiffness, self.contact_damping
+        return [-k * a - c * n * b for n, (a, b) in enumerate(pairwise(gap), 1)]
 
     def pull(self, side: int, x: Sequence[mpf], gap: Sequence[mpf], n: int) -> mpf:
         """Taylor coefficient `n` of the support's force; an empty `gap` is none."""
@@ -127,8 +126,8 @@ class System(NamedTuple):
     """A primary of mass and stiffness 1, what drives it, and its free masses."""
 
     damping: mpf
-    force: Harmonic
-    masses: tuple[FreeMass, ...]
+    force: Sine
+    masses: tuple[Body, ...]
 
 
 class Place(NamedTuple):
@@ -166,23 +165,24 @@ def system_of(
     c = mpf(0)
     if k < math.inf:
         c = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
-    mass = FreeMass(
+    mass = Body(
         mu,
         mpf(modulation_depth),
-        Harmonic(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
+        Sine(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
         mpf(clearance),
-        Contact(lambda w: r * mp.root(yields / w, 4) if w > yields else r, k, c, tension),
+        lambda w: r * mp.root(yields / w, 4) if w > yields else r,
+        *(k, c, tension),
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
     )
-    return System(zeta, Harmonic(omega, mpf(phase)), (mass,))
+    return System(zeta, Sine(omega, mpf(phase)), (mass,))
 
 
 def contact_damping(restitution: mpf, tension: bool) -> mpf:
     """Damping ratio of a compliant contact that gives free bodies this restitution."""
     loss = -mp.log(restitution)
     if tension:  # half a period, until the gap reopens
-        return loss / mp.hypot(mp.pi, loss)
+        return mp.cos(mp.atan2(mp.pi, loss))
 
     def excess(z: mpf) -> mpf:  # until the force vanishes
         return mp.re(2 * z * mp.acos(z) / mp.sqrt(mp.mpc(1 - z * z))) - loss
@@ -197,7 +197,7 @@ def run(
     until: Any,
     digits: int = 50,
     start_time: Any = 0,
-) -> Run:
+) -> ExactRun:
     """Return every event up to a time, and the state then; ValueError for a start beyond a wall.
 
     `values` are parameters as `system_of` takes them, the state is ``(x, v, y, u)``. The last
@@ -212,8 +212,8 @@ def run(
         place = Place(FLIGHT, side, d - side * (y - x), side * (v - u))
         if place.gap < 0:
             raise ValueError("the free mass starts outside its box")
-        motion = _Motion(system, [mpf(start_time), x, v], [place], mpf(until), digits)
-        if d == 0 and system.masses[0].contact.stiffness == math.inf:
+        motion = _Motion(system, mpf(start_time), x, v, [place], mpf(until), digits)
+        if d == 0 and system.masses[0].rigid:
             motion.join(0)
         while happened := motion.advance():
             motion.change(*happened)
@@ -221,21 +221,23 @@ def run(
         for mass, place in zip(system.masses, motion.places, strict=True):
             final.append(motion.x + place.side * (mass.clearance - place.gap))
             final.append(motion.v - place.side * place.rate)
-        return Run(motion.events, tuple(final))
+        return ExactRun(motion.events, tuple(final))
 
 
+@dataclass
 class _Motion:
     """Where a run is, at the precision that is set."""
 
-    def __init__(
-        self, system: System, start: Sequence[mpf], places: list[Place], until: mpf, digits: int
-    ) -> None:
-        self.system, self.places, self.until = system, places, until
-        self.t, self.x, self.v = start
-        self.digits = digits
-        self.events: list[Event] = []
-        # Of each mass the wall of its last impacts, and their extrapolations by order.
-        self.rows: list[tuple[int, list[tuple[mpf, ...]]]] = [(0, [])] * len(places)
+    system: System
+    t: mpf
+    x: mpf
+    v: mpf
+    places: list[Place]
+    until: mpf
+    digits: int
+    events: list[Event] = field(default_factory=list)
+    rows: dict[int, tuple[int, list[tuple[mpf, ...]]]] = field(default_factory=dict)
+    """Of a mass the wall of its last impacts, and their extrapolations by order."""
 
     def advance(self) -> tuple[int, str, int] | None:
         """Go to the next event: the number of a free mass, what happens to it, at which wall."""
@@ -267,16 +269,16 @@ class _Motion:
     def change(self, number: int, kind: str, side: int) -> None:
         """Do what an event does, and list it."""
         mass, (_, own, gap, rate, _) = self.system.masses[number], self.places[number]
-        rigid, speed = mass.contact.stiffness == math.inf, mpf(0)
-        if kind == "impact" and rigid and gap == rate == 0:
+        speed = mpf(0)
+        if kind == "impact" and mass.rigid and gap == rate == 0:
             kind = "stick"  # at rest on a wall that presses
         if kind == "stick":
             place = self.join(number)
         elif kind == "impact":
             speed = max(-rate if side == own else rate, mpf(0))
             place = Place(CONTACT, side, mpf(0), -speed)
-            if rigid:
-                place = Place(FLIGHT, side, mpf(0), mass.contact.restitution(speed) * speed)
+            if mass.rigid:
+                place = Place(FLIGHT, side, mpf(0), mass.restitution(speed) * speed)
                 mu = mass.ratio(self.t)[0]
                 self.v += mu / (1 + mu) * side * (speed + place.rate)
         elif kind == "release":  # where the gap's second derivative vanishes
@@ -284,7 +286,7 @@ class _Motion:
         elif kind == "contact":
             place = Place(CONTACT, side, gap, rate)
         else:
-            opens = kind == "opening" or mass.contact.tension
+            opens = kind == "opening" or mass.tension
             place = Place(FLIGHT, side, mpf(0) if opens else gap, rate)
         self.places[number] = place
         if kind != "opening":
@@ -295,7 +297,7 @@ class _Motion:
         """Let a mass stick to its wall, with the common velocity."""
         side, mu = self.places[number].side, self.system.masses[number].ratio(self.t)[0]
         self.v -= mu / (1 + mu) * side * self.places[number].rate
-        self.rows[number] = 0, []
+        self.rows.pop(number, None)
         self.places[number] = Place(STICKING, side, mpf(0), mpf(0))
         return self.places[number]
 
@@ -305,11 +307,10 @@ class _Motion:
         Right at `until` it is not, as long as there is anything left of it.
         """
         mass, (_, side, _, w, _) = self.system.masses[number], self.places[number]
-        law, mu = mass.contact.restitution, mass.ratio(self.t)[0]
-        r = law(mpf(0))
-        if mass.contact.stiffness < math.inf or r == 1 or law(2 * w) != r:
+        r, mu = mass.restitution(mpf(0)), mass.ratio(self.t)[0]
+        if not mass.rigid or r == 1 or mass.restitution(2 * w) != r:
             return False
-        wall, before = self.rows[number]
+        wall, before = self.rows.get(number, (0, []))
         row = [(self.t, self.x, self.v - mu / (1 + mu) * side * w)]
         for order, old in enumerate(before[: ORDERS * (wall == side)], 1):
             q = r**order
@@ -347,7 +348,7 @@ class _Motion:
                 fastest = max(fastest, largest_rate(mass.mean, mass.damping, mass.stiffness))
             if place.mode == CONTACT:
                 both = 1 + 1 / mass.mean
-                k, c = mass.contact.stiffness * both, mass.contact.damping * both
+                k, c = mass.contact_stiffness * both, mass.contact_damping * both
                 contacts += largest_rate(mpf(1), c / 2, k)
         fastest = contacts + max(fastest, largest_rate(inertia - swing, damping, stiffness))
         # Poles are where the inertia vanishes, off the real axis.
@@ -377,7 +378,7 @@ class _Motion:
                 if place.mode == STICKING:
                     push += pulls[-1]
                 elif place.mode == CONTACT:
-                    [contact] = mass.contact.force([gap[n], (n + 1) * gap[n + 1]])
+                    [contact] = mass.push([gap[n], (n + 1) * gap[n + 1]])
                     push += place.side * contact
                     pulls[-1] -= place.side * contact
             if len(inertia) > 1:
@@ -394,15 +395,15 @@ class _Motion:
     def _watched(self, number: int, gap: list[mpf]) -> Iterator[tuple[str, int, Sequence[mpf]]]:
         """What may happen to a mass, at which wall, and the polynomial whose root says when."""
         mass, place = self.system.masses[number], self.places[number]
-        contact, side, minus = mass.contact, place.side, [-c for c in gap]
+        side, minus = place.side, [-c for c in gap]
         if place.mode == STICKING:
             if mass.clearance:
                 yield "release", side, gap
         elif place.mode == CONTACT:
-            yield "separation", side, minus if contact.tension else contact.force(gap)
+            yield "separation", side, minus if mass.tension else mass.push(gap)
         elif place.gap < 0:
             yield "opening", side, minus
-            yield "contact", side, [-c for c in contact.force(gap)]
+            yield "contact", side, [-c for c in mass.push(gap)]
         else:
             yield "impact", side, gap
             yield "impact", -side, [2 * mass.clearance - gap[0], *minus[1:]]

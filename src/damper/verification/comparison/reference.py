@@ -121,18 +121,20 @@ def _start(scene: Scene, digits: int) -> list[mpf]:
     return [x, v, y, u]
 
 
-def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference.Run:
+def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference.ExactRun:
     begin = scene.state.time
     return reference.run(_values(scene), start, until=scene.until, digits=digits, start_time=begin)
 
 
-def _listed(run: reference.Run) -> list[reference.Event]:
+def _listed(run: reference.ExactRun) -> list[reference.Event]:
     """All events but impacts that are too slow."""
     events = run.events
     return [e for e in events if e.kind != "impact" or e.approach_speed >= RESOLVED]
 
 
-def _sensitivity(scene: Scene, start: Sequence[mpf], exact: reference.Run, digits: int) -> float:
+def _sensitivity(
+    scene: Scene, start: Sequence[mpf], exact: reference.ExactRun, digits: int
+) -> float:
     """Growth of a perturbation of either velocity; see `make_reference`."""
     growth = 0.0
     with mp.workdps(digits + reference.GUARD_DIGITS):
