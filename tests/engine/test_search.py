@@ -169,7 +169,7 @@ def test_no_root_is_skipped(
     assert lowest >= -2.0 * roundoff
     assert highest <= width + 2.0 * roundoff
     if side == 0.0:
-        assert tau >= HORIZON
+        assert tau == HORIZON
     else:
         assert abs(value - (0.0 if side > 0.0 else width)) <= 2.0 * roundoff
 

@@ -23,10 +23,10 @@ MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
 NEAR_MARGIN = 1e-3
 #: Largest correction by its second or third term for which the series of the root is used.
 NEAR_BEND = 0.2
-#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time. The sine
-#: and cosine of this one are doubles to 5e-21, so many such segments of an undamped flight do not
-#: add up one roundoff.
-HORIZON = 25.293586195180865
+#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time. Many of
+#: them do not add up one roundoff: the sine and cosine of this length are doubles to 4e-21, and it
+#: is a multiple of 2**-40, the last bit of the longest forcing period, so the clock adds it exactly.
+HORIZON = 25.294542550239385
 #: Steps in one search before it gives up and says so.
 MAX_STEPS = 100_000
 #: Wall of a search that ran out of steps.
@@ -134,6 +134,9 @@ def first_root(
             # The root is nearer than time can resolve. Without a width it is both.
             lower = p.value < 0.5 * width or (width == 0.0 and p.slope < 0.0)
             return Root(p, 0.0, 1.0 if lower else -1.0, steps)
+        if p.tau < limit < end:
+            end = limit
+            step = limit - p.tau
         q = point_at(moving, end)
         # On leaving zero the quantity surely grows throughout the step.
         sure = (leaving and q.value < width) or stays_inside(p, q, width)

@@ -103,10 +103,13 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
 @compiled
 def clock_after(period: float, periods: float, time: float, duration: float) -> tuple[float, float]:
     """Whole periods and local time after a duration."""
-    left = period - time
-    if duration < left:
-        return periods, time + duration
-    # In an order that loses no digit: a flight cut many times would lose the same one.
-    rest = duration - left
-    time = rest % period
-    return periods + (1.0 + math.floor((rest - time) / period + 0.5)), time
+    turns, rest = 0.0, duration
+    if duration >= period:
+        rest = duration % period
+        turns = math.floor((duration - rest) / period + 0.5)
+    after = time + rest
+    if after < period:
+        return periods + turns, after
+    # Exact, as the larger one is at least half a period.
+    after = min(time, rest) - (period - max(time, rest))
+    return periods + (turns + 1.0), max(after, 0.0)
