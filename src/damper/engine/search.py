@@ -25,7 +25,7 @@ NEAR_MARGIN = 1e-3
 NEAR_BEND = 0.2
 #: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time. Many of
 #: them do not add up one roundoff: the sine and cosine of this length are doubles to 4e-21, and it
-#: is a multiple of 2**-40, the last bit of the longest forcing period, so the clock adds it exactly.
+#: is a multiple of 2**-40, the last bit of the longest period, so the clock adds it exactly.
 HORIZON = 25.294542550239385
 #: Steps in one search before it gives up and says so.
 MAX_STEPS = 100_000
@@ -107,7 +107,7 @@ def first_root(
     leaving : bool
         The value, its slope and second derivative are zero at the start, and it is about to rise.
     limit : float
-        Time from which on the search need not go on.
+        Time up to which the search goes; a root that is already in reach there is found.
     hint : float
         First step, where the caller knows that the value falls through 0 a little later; else 0.
 
@@ -161,7 +161,7 @@ def first_root(
             if step < math.inf:
                 if _reaches(p, distance, slope, turn, width, step, coupling):
                     return Root(p, step, facing, steps)
-                if step > 0.0:
+                if step > 0.0 and p.tau < limit:
                     step -= NEAR_MARGIN * step
                     continue
         if p.tau >= limit:
