@@ -180,6 +180,63 @@ def test_nothing_is_compiled_twice() -> None:
     assert (different, threads) == (1, 5)
 
 
+#: Models that differ in one inner type, or in the length of an inner tuple.
+STRUCTURES = """
+from typing import Any, NamedTuple
+import numpy as np
+from damper.engine.compiled import compile_at_once, compiled, plain
+from damper.engine.dispatch import by_model
+
+class Near(NamedTuple):
+    value: float
+    more: Any = (0.5,)
+    forcing: float = 0.0
+
+class Far(NamedTuple):
+    value: float
+    more: Any = (0.5,)
+    forcing: float = 0.0
+
+class Model(NamedTuple):
+    law: Any
+    free: Any
+    size: float = 1.0
+
+@by_model
+def value_of(part):
+    raise AssertionError
+
+@value_of.of(Near)
+def near(part):
+    return part.value + 10.0 * len(part.more) + 1.0 / part.more[-1]
+
+@value_of.of(Far)
+def far(part):
+    return -1000.0 * part.value
+
+@compiled
+def value(model):
+    return 3.0 * value_of(model.law) + value_of(model.free) + model.size
+
+compile_at_once()
+inner = [(0.5,), (0.5, 0.5), (3,), (0.5, 3), np.array([0.5]), np.array([3, 4]),
+         np.array([0.5, 2.5, 0.5])[::2]]
+parts = [Far(1.0), Near(1), *[Near(1.5, more) for more in inner]]
+models = [Model(Near(1.0), part) for part in parts] + [Model(part, Near(1.0)) for part in parts]
+models += [Model(Near(1.0), Near(1.0), 2), Model(Near(1.0), Near(1.0), 2.5)]
+for model in [*models, *models[::-1]]:
+    assert value(model) == plain(value)(model), model
+"""
+
+
+@needs_numba
+def test_machine_code_serves_only_tuples_of_the_same_types(tmp_path: Path) -> None:
+    """Compiled for one, code would read the parts of another as if they were its own."""
+    (tmp_path / "structures.py").write_text(STRUCTURES)
+    code = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nimport structures"
+    run(code, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1")
+
+
 GIVEN_BACK = """
 import gc, json
 from numba.core import types

@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, update_wrapper, wraps
 from pathlib import Path
@@ -143,6 +143,9 @@ _lock = threading.RLock()
 _NUMBERS = frozenset((float, int))
 #: Flags of an array: in the order of C, of Fortran, writeable.
 _LAYOUT = 0x403
+#: Class of a NamedTuple -> for each structure that it came with: what lists the types that may
+#: differ, these types, and the text of all.
+_structures: dict[type, list[tuple[Callable[[tuple], list], list, str]]] = {}
 _plain = threading.local()
 _at_once = False
 _spent = 0.0
@@ -231,12 +234,13 @@ class Compiled:
             return self._run_plain(kinds, arguments)
         return self._first_call(kinds, arguments)
 
-    def waits(self, *arguments: Any) -> bool:
-        """Whether a call with these arguments runs plain, for it may not last."""
-        if _at_once:
-            return False
+    def ready(self, *arguments: Any) -> Callable | None:
+        """What to call with these arguments; None if it runs plain first, for it may not last."""
+        if getattr(_plain, "running", False):
+            return self.py_func
         kinds = _kinds(arguments)
-        return kinds not in self._entries and self._waits(kinds)
+        entry = self._entries.get(kinds)
+        return None if entry is None and self._waits(kinds) else entry or self
 
     def is_kept(self, *arguments: Any) -> bool:
         """Whether the cache holds it for these arguments."""
@@ -300,22 +304,59 @@ class Compiled:
 
 
 def _kinds(arguments: tuple) -> tuple:
+    """What decides which machine code serves these arguments: all types, also inner ones."""
     return tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
 
 
 def _kind(argument: Any) -> Any:
-    """What decides which machine code serves an argument that is not a number."""
-    if type(argument) is np.ndarray:
-        layout = argument.flags.num & _LAYOUT
-        return argument.dtype.num, argument.dtype.itemsize, argument.ndim, layout
+    kind = type(argument)
+    if kind is np.ndarray:
+        return argument.dtype, argument.ndim, argument.flags.num & _LAYOUT
+    for list_types, types, text in _structures.get(kind, ()):
+        try:
+            if list_types(argument) == types:
+                return text
+        except (LookupError, TypeError):
+            continue  # another structure, without all of these parts
     if not isinstance(argument, tuple):
-        return type(argument)
-    law = getattr(argument, "law", None)
-    if law is not None:
-        # A model: only these two of its parts are not always of one class.
-        return type(argument), type(law), type(argument.free.forcing)  # type: ignore[attr-defined]
-    within = [_kind(part) for part in argument if isinstance(part, tuple)]
-    return type(argument), *map(type, argument), *within
+        return kind
+    return (kind, *_kinds(argument)) if kind is tuple else _new_structure(argument)
+
+
+def _new_structure(argument: tuple) -> str:
+    """All types in a NamedTuple, as a text.
+
+    To walk through a model takes a tenth of the time of a short run. So each structure that a class
+    comes with gets a function of its own, which lists what may differ from one instance to another.
+    """
+    list_types = eval(f"lambda a: [{', '.join(_listing(argument, 'a'))}]", {"kind": _kind})
+    text = repr(_all_types(argument))
+    _structures.setdefault(type(argument), []).append((list_types, list_types(argument), text))
+    return text
+
+
+def _listing(argument: tuple, path: str) -> Iterator[str]:
+    """Code of what may differ in a tuple that is found at a path.
+
+    Not fields of type float: compiled code takes any number for one.
+    """
+    fields = getattr(argument, "_fields", ())
+    declared = [type(argument).__annotations__.get(name) for name in fields]
+    if not declared:
+        yield f"len({path})"
+    for k, part in enumerate(argument):
+        if not (declared and declared[k] is float is type(part)):
+            yield f"type({path}[{k}])"
+        if isinstance(part, tuple):
+            yield from _listing(part, f"{path}[{k}]")
+        elif isinstance(part, np.ndarray):
+            yield f"kind({path}[{k}])"
+
+
+def _all_types(argument: Any) -> Any:
+    if isinstance(argument, tuple):
+        return type(argument), *map(_all_types, argument)
+    return _kind(argument)
 
 
 def compile_at_once() -> None:

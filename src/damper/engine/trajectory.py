@@ -145,10 +145,11 @@ class Trajectory:
             return False, 0
         end = float(periods), float(time)  # an int would be compiled for itself
         given = self.model, self._state, *end, self._max_events
-        if isinstance(run, Compiled) and run.waits(*given, log, self._counts):
+        call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
+        if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.
             log = (log if len(log) else np.empty((_PIECE, COLUMNS)))[:_PIECE]
-        code, rows = run(*given, log, self._counts)
+        code, rows = (call or run)(*given, log, self._counts)
         if code == LOG_FULL:
             return True, rows
         self.status = code

@@ -3,6 +3,7 @@
 To add one, write its folder and enter it in `MODELS`. Only the model in use is imported.
 """
 
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -31,8 +32,12 @@ def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:
         Largest error of a completion time, in units of sqrt(M/K) (of 1/omega where that is
         shorter). Everything else is exact to roundoff.
     """
-    room = import_module(f"damper.models.{parameters.model}")
-    return room.prepare(parameters, law_of(parameters), float(accuracy))
+    return _room_of(parameters.model).prepare(parameters, law_of(parameters), float(accuracy))
+
+
+@cache
+def _room_of(model: str) -> Any:
+    return import_module(f"damper.models.{model}")
 
 
 def start_run(
@@ -84,4 +89,4 @@ def check_settings(accuracy: float, max_events: int) -> None:
 def law_of(parameters: Parameters) -> Any:
     """Contact law of a run."""
     law = LAWS[parameters.law]
-    return law(*(getattr(parameters, name) for name in law._fields))
+    return law(*[getattr(parameters, name) for name in law._fields])
