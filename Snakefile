@@ -63,6 +63,10 @@ rule tidy:
         remove_left_over(log[0])
 
 
+onstart:
+    report_cache()
+
+
 onsuccess:
     report_cost()
     report_stopped()

@@ -335,6 +335,59 @@ def test_an_unwritable_cache_is_no_obstacle(tmp_path: Path) -> None:
     assert f"{tmp_path / 'damper' / found[0]} cannot be written; compiling without it" in warning
 
 
+#: Folders of the cache from the top, and one where numba puts its files.
+CHAIN = (".", "damper", "damper/{}", "damper/{}/engine_0")
+needs_owners = pytest.mark.skipif(
+    not hasattr(os, "geteuid"), reason="the system does not say who may write to a folder"
+)
+
+
+@needs_owners
+@pytest.mark.parametrize("how", ["0o775", "0o757", "another owner"])
+@pytest.mark.parametrize("shared", range(4))
+def test_a_cache_that_others_may_write_is_not_used(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, shared: int, how: str
+) -> None:
+    """They could have any code run as this user."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(compiled, "_warned", False)
+    folders = [tmp_path / each.format(compiled.cache_folder().name) for each in CHAIN]
+    for folder in folders:
+        folder.mkdir(exist_ok=True)
+        folder.chmod(0o755)
+    assert compiled._make_cache_folder() == folders[2]
+    stat = Path.stat
+
+    def stat_of_another(path: Path) -> os.stat_result:
+        found = stat(path)
+        uid = found.st_uid + (path == folders[shared])
+        return os.stat_result((*found[:4], uid, *found[5:]))
+
+    if how == "another owner":
+        monkeypatch.setattr(Path, "stat", stat_of_another)
+    else:
+        folders[shared].chmod(int(how, 8))
+    with pytest.warns(RuntimeWarning, match=f"{folders[shared]} .*; compiling without it"):
+        assert compiled._make_cache_folder() is None
+
+
+@needs_owners
+def test_nobody_else_gets_into_a_new_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new"))
+    before = os.umask(0)
+    try:
+        folder = compiled._make_cache_folder()
+    finally:
+        os.umask(before)
+    assert folder is not None
+    for each in (folder, folder.parent, folder.parents[1]):
+        assert each.stat().st_mode & 0o777 == 0o700
+    # What numba makes there follows the umask.
+    (folder / "engine_0").mkdir()
+    (folder / "engine_0").chmod(0o777)
+    assert compiled._make_cache_folder() == folder
+
+
 @needs_numba
 @pytest.mark.parametrize("kind", ["nbi", pytest.param("nbc", marks=pytest.mark.exhaustive)])
 def test_a_damaged_cache_is_made_anew(tmp_path: Path, kind: str) -> None:

@@ -410,6 +410,17 @@ def test_targets_are_made_when_asked_for(small):
     assert jobs(asked) == {"compile": 1, "simulate": 4, "gather": 2, "1-more": 1}
 
 
+def test_a_cache_that_is_not_used_is_said_once(small: Path, tmp_path: Path) -> None:
+    """On the screen, not in the log of each job alone."""
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o777)
+    asked = ["--until", "simulate"]
+    output = snakemake(small, *asked, NUMBA_CACHE_DIR=str(shared), DAMPER_COMPILE="1")
+    assert jobs(output) == {"simulate": 2}
+    assert output.count(f"others may write to {shared} (mode 777); each job compiles") == 1
+
+
 def test_target_with_the_name_of_a_rule(small):
     (small / "config/config.yaml").write_text("studies: [small]\ntargets: {table: [small]}\n")
     output = snakemake(small, code=1)

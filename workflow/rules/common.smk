@@ -242,6 +242,17 @@ def report_failed(own_logs):
     print("The same command makes what is missing, and again what was cut short.", file=sys.stderr)
 
 
+def report_cache():
+    """Say why jobs cannot keep what they compile; each of them says it in its own log only."""
+    from damper.engine.compiled import COMPILED, cache_trouble
+
+    trouble = COMPILED and cache_trouble()
+    if trouble:
+        print(
+            f"the cache of compiled code: {trouble}; each job compiles for itself", file=sys.stderr
+        )
+
+
 def report_cost():
     """Print what the run cost, and keep it beside the page: it is in no other output."""
     text = cost_by_stage()

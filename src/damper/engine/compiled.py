@@ -83,24 +83,54 @@ def _warn(trouble: str) -> None:
         warnings.warn(text, RuntimeWarning, stacklevel=2)
 
 
-def _make_cache_folder() -> Path | None:
-    """Make the folder and drop the oldest of earlier versions; None where it cannot be written.
+def cache_trouble() -> str:
+    """Make the folder of compiled code ready; return why it cannot be used, or nothing.
 
-    Its time of modification becomes that of its last use: another process may be using any version
-    that is younger than a day.
+    Whoever can write there can run code as this user. So it is used only where each folder belongs
+    to the user and nobody else may write, from the one that holds ``damper`` down. The oldest
+    caches of other versions are dropped.
     """
     folder = cache_folder()
+    is_new = not folder.is_dir()
     try:
-        is_new = not folder.is_dir()
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            return None
-        os.utime(folder)
-        if is_new:
-            _drop_unused(folder)
-        return folder
+        for each in (folder.parents[1], folder.parent, folder):
+            each.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if trouble := _distrust(each):
+                return trouble
+        # numba leaves the modes of what it makes to the umask. If this is closed, nobody gets there.
+        if folder.stat().st_mode & 0o077:
+            for each in filter(Path.is_dir, folder.iterdir()):
+                if trouble := _distrust(each):
+                    return trouble
+        if os.access(folder, os.W_OK):
+            # When it was last used: another process may be using any version younger than a day.
+            os.utime(folder)
+            if is_new:
+                _drop_unused(folder)
+            return ""
     except OSError:
+        pass
+    return f"{folder} cannot be written"
+
+
+def _distrust(folder: Path) -> str:
+    """Who else may write to a folder, or nothing; Windows does not say."""
+    if not hasattr(os, "geteuid"):
+        return ""
+    about = folder.stat()
+    if about.st_uid != os.geteuid():
+        return f"{folder} belongs to another user (uid {about.st_uid})"
+    if about.st_mode & 0o022:
+        return f"others may write to {folder} (mode {about.st_mode & 0o777:o})"
+    return ""
+
+
+def _make_cache_folder() -> Path | None:
+    """Folder of compiled code, made and young; None, with a warning, where it cannot be used."""
+    if trouble := cache_trouble():
+        _warn(trouble)
         return None
+    return cache_folder()
 
 
 def _drop_unused(folder: Path) -> None:
@@ -175,8 +205,6 @@ def _load_numba() -> Any:
             # To compiled code a `Compiled` is the function that it holds.
             typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
             _folder = _make_cache_folder()
-            if _folder is None:
-                _warn(f"{cache_folder()} cannot be written")
             _numba = numba
             for action in _waiting:
                 action()
