@@ -129,12 +129,9 @@ class Branch:
         if point.kind not in ("period doubling", "symmetry breaking", "branch point"):
             raise ValueError(f"no branch crosses at a point of the kind {point.kind!r}")
         doubled = point.kind == "period doubling"
-        crossed = _through(point.orbit, self.parameter, self.values.min(), self.values.max())
         orbit = replace(point.orbit, period=2 * point.orbit.period) if doubled else point.orbit
         there = _through(orbit, self.parameter, self.values.min(), self.values.max())
-        values, vectors = np.linalg.eig(crossed.found.map)
-        vector = vectors[:, abs(values + (1.0 if doubled else -1.0)).argmin()].real
-        found = there.crossing(vector)
+        found = there.crossing()
         if found is None:
             raise ValueError(f"no branch found that crosses at the {point.kind} {point.value!r}")
         return found.orbit()

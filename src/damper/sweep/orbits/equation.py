@@ -335,15 +335,11 @@ class OrbitPoint:
         runs = there.over(ends[0])
         return OrbitPoint(there, ends[0], runs, ends[1] - ends[0]) if runs else None
 
-    def crossing(self, vector: np.ndarray) -> "OrbitPoint | None":
-        """A point of the branch that crosses here, along a deviation at the first moment."""
-        deviation = np.zeros(len(self.found.passes[0].start))
-        moves, deviations = self.equation.moving, []
-        deviation[moves] = vector
-        for each in self.found.passes:
-            deviations.append(deviation)
-            deviation = each.derivative @ deviation
-        across = self.equation.at(np.array(deviations), 0.0)
+    def crossing(self) -> "OrbitPoint | None":
+        """A point of the branch that crosses here, where symmetry breaks or the period doubles."""
+        # Two directions solve Newton's equation; of both, the one along which no parameter changes.
+        first, second = np.linalg.svd(self.found.jacobian)[2][-2:]
+        across = first * second[-1] - second * first[-1]
         across /= np.linalg.norm(across)
         for step in (3e-3, 1e-3, 1e-2, 3e-4):
             guess = self.at + step * across

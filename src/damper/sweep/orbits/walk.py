@@ -116,6 +116,12 @@ class Walk:
                 # A touch begins at a moment: put it elsewhere.
                 self.points[-1] = a.recentred(0.3)
             return False
+        meets = self._meets(a, b, size < _CLOSE)
+        if meets is None:
+            return False
+        if meets:
+            self.end = _meets(a)
+            return True
         if a.found.signature == b.found.signature:
             found = self._smooth(a, b) if a.tangent @ b.tangent > STRAIGHT else None
         else:
@@ -148,6 +154,19 @@ class Walk:
         self.points.append(b)
         return True
 
+    def _meets(self, a: OrbitPoint, b: OrbitPoint, close: bool) -> bool | None:
+        """Whether a step ends on or beyond motions of more symmetry; None if it has to be smaller."""
+        if np.linalg.norm(self.points[0].defect) < _SYMMETRIC:
+            # A step that leaves these was not along the branch.
+            return None if np.linalg.norm(b.defect) > _NEARLY else False
+        sizes = np.linalg.norm(a.defect), np.linalg.norm(b.defect)
+        # Beyond, the branch would go on as the same motions half a period later.
+        beyond = a.defect @ b.defect < -STRAIGHT * sizes[0] * sizes[1]
+        if not (beyond or sizes[1] < _SYMMETRIC):
+            return False
+        # Without a meeting the defect jumps, where half a period later is an impact.
+        return min(sizes) < CORNER if close else None
+
     def _smooth(self, a: OrbitPoint, b: OrbitPoint) -> list[tuple[str, OrbitPoint]] | None:
         """Special points between two orbits of one kind; None where one is not located."""
         points = []
@@ -161,15 +180,6 @@ class Walk:
                 elif far:
                     return None
         points = [(kind, point) for kind, point in points if kind != "torus" or point.turns]
-        both = min(np.linalg.norm(a.defect), np.linalg.norm(b.defect)) > _SYMMETRIC
-        if both and a.defect @ b.defect < 0.0:
-            # The branch goes on as the same motions half a period later.
-            point = root(a, b, lambda point: float(point.defect @ a.defect))
-            if point is None and far:
-                return None
-            if point and np.linalg.norm(point.defect) < _SYMMETRIC:
-                self.end = _meets(point)
-                points = [(kind, each) for kind, each in points if kind == "torus"]
         points.sort(key=lambda each: float(a.tangent @ (each[1].at - a.at)))
         symmetric = np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
