@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import damper
 from damper.analysis.closed_forms import reduced_gap
 from damper.engine.compiled import plain
-from damper.parameters import Parameters, State
+from damper.parameters import Parameters, SIParameters, State
 from damper.sweep.orbits.branch import Branch, SpecialPoint
 from damper.sweep.orbits.point_curve import PointCurve
 from damper.theory.small_mass import critical_restitution
@@ -353,6 +353,25 @@ def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, floa
     known = periodic_orbit(Parameters(**{**values, name: stop}), guess=end.state)
     assert end.state.x == pytest.approx(known.state.x, abs=1e-10)
     assert any(f"{name} = {stop!r} is the end of the range" in text for text in branch.ends)
+
+
+def test_a_branch_in_si_units() -> None:
+    """Along the stiffness, on which all depends: the fold is where the closed form has it."""
+    p = SIParameters(2.0, 4.0, 200.0, 10.0, 10.0, 0.2, gap=0.93, restitution=0.5)
+    orbit = periodic_orbit(p, guess=orbits(p.dimensionless)[0].start.times(p.units))
+    branch = continue_orbit(orbit, "stiffness", 180.0, 205.0, step=0.1)
+    (fold,) = points(branch, "fold")
+    there = fold.orbit.parameters.dimensionless
+    assert there.clearance == pytest.approx(largest_clearance(there), rel=1e-10)
+    data = branch.to_dataset()
+    assert [data[name].units for name in ("stiffness", "x", "v")] == ["N/m", "m", "m/s"]
+    np.testing.assert_array_equal(data.x, [orbit.state.x for orbit in branch.orbits])
+    ranges = {"stiffness": (180.0, 205.0), "gap": (0.85, 0.95)}
+    found = continue_point(fold, ranges, step=0.2, max_points=2)
+    assert np.ptp(found.values("gap")) > 0.01
+    for orbit in found.orbits:
+        there = orbit.parameters.dimensionless
+        assert there.clearance == pytest.approx(largest_clearance(there), rel=1e-10)
 
 
 def test_dataset(oscillator: Branch) -> None:

@@ -8,7 +8,7 @@ from fixed_stop import OSCILLATOR, one_impact
 from scipy.optimize import brentq
 
 import damper
-from damper import Parameters, PeriodicOrbit, State
+from damper import Parameters, PeriodicOrbit, SIParameters, State
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.sweep.orbits.passes import vector
@@ -58,3 +58,15 @@ def test_what_has_no_threshold() -> None:
     idle = periodic_orbit(replace(p, clearance=6.0))
     with pytest.raises(ValueError, match="only a stable motion"):
         smallest_shock(idle)
+
+
+def test_a_shock_in_si_units() -> None:
+    """The same one, its size in m/s; it need but be back soon."""
+    p = SIParameters(2.0, 4.0, 200.0, 10.0, 10.0, 0.2, gap=0.5, restitution=0.5)
+    settings = {"moments": 1, "settle": 5, "tolerance": 0.01}
+    scaled = smallest_shock(periodic_orbit(p.dimensionless), **settings, largest=1.0)
+    orbit = periodic_orbit(p)
+    shock = smallest_shock(orbit, **settings, largest=0.5)
+    assert (shock.direction, shock.motion) == (scaled.direction, scaled.motion)
+    assert (shock.size, shock.returns) == pytest.approx((0.5 * scaled.size, 0.5 * scaled.returns))
+    assert shock.state.v - orbit.state.v == pytest.approx(shock.direction * shock.size)

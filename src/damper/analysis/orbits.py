@@ -178,8 +178,9 @@ def _branch(
 
 def _on_section(orbit: PeriodicOrbit, at: float) -> np.ndarray:
     """Displacement and velocity of the primary at a part of each forcing period; (period, 2)."""
-    passed = pass_over(orbit.parameters, orbit.start, 0.0, float(orbit.period))
-    times = (np.arange(orbit.period) + at) * orbit.parameters.period
+    p = orbit.parameters.dimensionless
+    passed = pass_over(p, orbit.start, 0.0, float(orbit.period))
+    times = (np.arange(orbit.period) + at) * p.period
     return np.array([passed.state_after(time)[:2] for time in times])
 
 

@@ -56,7 +56,10 @@ def beside(parameters: Parameters, rates: Mapping[str, float]) -> Beside:
         Where there are none on either side.
     """
     own = {name: getattr(parameters, name) for name in rates}
-    step = min(max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates)
+    step = min(
+        (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),
+        default=1.0,
+    )
     for steps in _STENCILS:
         try:
             models = [

@@ -91,15 +91,13 @@ class CubeAccessor:
             As `run` and `damper.periodic_orbit`, and where the run stopped early.
         """
         parameters, start, last, window = self._started(point)
-        if isinstance(parameters, SIParameters):
-            parameters = parameters.dimensionless
         if start is None:
             return periodic_orbit(parameters, period)
         end = window.periods + window.length, window.time
         last.skip(*end)
         if last.status != FINISHED:
             raise ValueError("orbit: the run of this point stopped early, max_events are used up")
-        return periodic_orbit(parameters, period, last.state_at(*end))
+        return periodic_orbit(parameters, period, last.state_at(*end).times(last.units))
 
     def _started(
         self, point: Mapping[str, Any]

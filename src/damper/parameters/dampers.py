@@ -11,7 +11,7 @@ from dataclasses import KW_ONLY
 from functools import cached_property
 
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
-from damper.parameters.units import LENGTH, SPEED, Units
+from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
@@ -220,9 +220,23 @@ class Parameters(Declared):
         """Forcing period 2 pi / frequency_ratio, in units of sqrt(M/K)."""
         return 2.0 * math.pi / self.frequency_ratio
 
+    @property
+    def dimensionless(self) -> "Parameters":
+        """These parameters: `SIParameters` have others."""
+        return self
+
+    @property
+    def units(self) -> Units:
+        """What the answers are in: sizes of 1."""
+        return NO_UNITS
+
+    def rates(self, name: str) -> dict[str, float]:
+        """Derivatives by a parameter; `SIParameters` have more."""
+        return {name: 1.0}
+
 
 class SIParameters(Declared, shares=Parameters):
-    """The same damper in SI units; `damper.events` and `damper.simulate` answer in SI units then.
+    """The same damper in SI units; all that is asked of it is then answered in SI units.
 
     Parameters
     ----------
@@ -316,7 +330,7 @@ class SIParameters(Declared, shares=Parameters):
             if own == q.default:  # 0, 1 and infinity are the same in both systems
                 continue
             given = [values[name] for name in names]
-            ratio = _ratio(q.from_si, given) if q.from_si else own / units.size(q.units)
+            ratio = _scaled(q, values, units)
             # A gap or a spring that underflows to zero would be another damper.
             if not q.holds(ratio) or _ordinary(ratio) != _ordinary(own):
                 origin = ", ".join(map("{} = {!r}".format, names, given))
@@ -330,11 +344,10 @@ class SIParameters(Declared, shares=Parameters):
     @cached_property
     def units(self) -> Units:
         """Sizes of the dimensionless units of this damper."""
-        values = self.__dict__
-        length = self.force_amplitude / self.stiffness
-        time = math.sqrt(self.primary_mass / self.stiffness)
-        units = Units(length, time, self.force_amplitude * length)
-        if not (_ordinary(time) and all(map(_ordinary, (length, units.speed, units.energy)))):
+        values, units = self.__dict__, _units(self.__dict__)
+        if not (
+            _ordinary(units.time) and all(map(_ordinary, (units.length, units.speed, units.energy)))
+        ):
             given = ("force_amplitude", "stiffness", "primary_mass")
             raise ValueError(
                 f"{', '.join(f'{name} = {values[name]!r}' for name in given)}: cannot be scaled: "
@@ -346,6 +359,19 @@ class SIParameters(Declared, shares=Parameters):
     def period(self) -> float:
         """Forcing period 2 pi / forcing_frequency in s."""
         return 2.0 * math.pi / self.forcing_frequency
+
+    def rates(self, name: str) -> dict[str, float]:
+        """Derivatives by a quantity: of the scaled parameters, of LENGTH and SPEED; not those of 0.
+
+        All are products of powers, whose exponents doubling it shows; from 0 they are linear.
+        """
+        own, found = self.__dict__[name], {}
+        here = _all_scaled(self.__dict__)
+        for key, value in _all_scaled(self.__dict__ | {name: 2.0 * own or 1.0}).items():
+            if value != here[key]:
+                linear = value - here[key]
+                found[key] = here[key] * math.log2(value / here[key]) / own if own else linear
+        return found
 
 
 #: Dimensionless parameter -> its counterpart in SI units, which may be of the same name.
@@ -434,6 +460,26 @@ def _support_damping(values: Mapping[str, float]) -> float:
     return (
         values["support_damping_ratio"] + values["damping_ratio"] * values["support_damping_factor"]
     )
+
+
+def _units(values: Mapping[str, float]) -> Units:
+    """Sizes of the dimensionless units of a damper in SI units."""
+    length = values["force_amplitude"] / values["stiffness"]
+    time = math.sqrt(values["primary_mass"] / values["stiffness"])
+    return Units(length, time, values["force_amplitude"] * length)
+
+
+def _scaled(q: Quantity, values: Mapping[str, float], units: Units) -> float:
+    """A dimensionless parameter of a damper in SI units."""
+    given = [values[name] for name in q.si_names]
+    return _ratio(q.from_si, given) if q.from_si else given[0] / units.size(q.units)
+
+
+def _all_scaled(values: Mapping[str, float]) -> dict[str, float]:
+    """The dimensionless parameters of a damper in SI units, and the sizes of its units."""
+    units = _units(values)
+    sizes = {unit: units.size(unit) for unit in (LENGTH, SPEED)}
+    return {q.name: _scaled(q, values, units) for q in Parameters.quantities} | sizes
 
 
 def _ratio(formula: Callable[..., float], given: Iterable[float]) -> float:

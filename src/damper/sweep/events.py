@@ -140,13 +140,10 @@ def events(
     if not isinstance(parameters, Parameters | SIParameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_state(state)
-    if isinstance(parameters, SIParameters):
-        units, parameters = parameters.units, parameters.dimensionless
-        if state is not None:
-            state = state.over(units)
-            check_state(parameters, state, units)
-    else:
-        units = NO_UNITS
+    units, parameters = parameters.units, parameters.dimensionless
+    if state is not None:
+        state = state.over(units)
+        check_state(parameters, state, units)
     trajectory = start_run(parameters, state, accuracy, max_events)
     start = 0.0 if state is None else state.time
     if not (math.isfinite(end) and end / units.time >= start):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from damper.engine.steady import steady_state
 from damper.models.walls import slack
-from damper.parameters import NO_UNITS, Parameters, SIParameters, State, Units
+from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.quantities import (
     ALL,
     INITIAL_NAMES,
@@ -82,10 +82,7 @@ def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, given = _language(tuple(values))
     scaled = kind(**{name: values[name] for name in names})
-    if isinstance(scaled, Parameters):
-        parameters, units = scaled, NO_UNITS
-    else:
-        parameters, units = scaled.dimensionless, scaled.units
+    parameters, units = scaled.dimensionless, scaled.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.parameters import Parameters
+from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantity import real, whole
+from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_parameter
 from damper.sweep.orbits.walk import Walk
@@ -31,7 +32,7 @@ def continue_orbit(
     orbit : PeriodicOrbit
         Its own value of the parameter lies between `start` and `stop`.
     parameter : str
-        Name of a parameter of `damper.Parameters`, such as "restitution".
+        Name of a parameter of the orbit, such as "restitution", or "gap" of `SIParameters`.
     start, stop : float
         Range of the parameter to stay in.
     step : float, default 0.02
@@ -141,8 +142,11 @@ class Branch:
         import xarray as xr
 
         orbits, points = self.orbits, self.special_points
-        quantity = next(q for q in Parameters.quantities if q.name == self.parameter)
-        about = {"long_name": quantity.long_name, "units": quantity.units}
+        kind = type(orbits[0].parameters)
+        quantity = next(q for q in kind.quantities if q.name == self.parameter)
+        about = {"long_name": quantity.long_name, **attributes_of(quantity.units)}
+        named = SI_UNITS if kind is SIParameters else {}
+        length, speed = (attributes_of(named.get(unit, unit)) for unit in (LENGTH, SPEED))
         multipliers = np.full((len(orbits), 4), np.nan, complex)
         for row, orbit in zip(multipliers, orbits, strict=True):
             row[: len(orbit.multipliers)] = orbit.multipliers
@@ -152,16 +156,20 @@ class Branch:
             "multiplier_imaginary": (("orbit", "multiplier"), multipliers.imag),
             "stable": ("orbit", np.array([orbit.stable for orbit in orbits], "i1")),
             "impacts": ("orbit", np.array([orbit.impacts for orbit in orbits])),
-            "slowest_impact": ("orbit", np.array([orbit.slowest_impact for orbit in orbits])),
+            "slowest_impact": (
+                "orbit",
+                np.array([orbit.slowest_impact for orbit in orbits]),
+                speed,
+            ),
             "word": ("orbit", np.array([orbit.word for orbit in orbits], dtype=object)),
             "kind": ("point", np.array([point.kind for point in points], dtype=object)),
             "value": ("point", np.array([point.value for point in points], float), about),
         }
-        for name in ("x", "v", "y", "u"):
+        for name, units in (("x", length), ("v", speed), ("y", length), ("u", speed)):
             states = np.array([getattr(orbit.state, name) for orbit in orbits])
-            variables[name] = ("orbit", states)
+            variables[name] = ("orbit", states, units)
             at = np.array([getattr(point.orbit.state, name) for point in points], float)
-            variables[f"point_{name}"] = ("point", at)
+            variables[f"point_{name}"] = ("point", at, units)
         attributes = {
             "parameter": self.parameter,
             "period": orbits[0].period,
@@ -173,14 +181,14 @@ class Branch:
 
 def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> OrbitPoint:
     """Return the orbit as a point of its branch."""
-    p = orbit.parameters
+    p, state = orbit.parameters, orbit.scaled.start
     check(p, orbit.period)
     low, high = need_range(p, name, start, stop)
     own = getattr(p, name)
     equation = OrbitEquation(
-        p, (name,), np.array([low]), np.array([high - low]), orbit.period, orbit.start, np.zeros(1)
+        p, (name,), np.array([low]), np.array([high - low]), orbit.period, state, np.zeros(1)
     )
-    at = equation.at(orbit.start[None, :], (own - low) / (high - low))
+    at = equation.at(state[None, :], (own - low) / (high - low))
     found = equation.over(at)
     if found is None:
         raise ValueError(f"the orbit cannot be run: {orbit.state} of {p}")
@@ -201,7 +209,9 @@ def need_step(step: float) -> float:
     return step
 
 
-def need_range(p: Parameters, name: str, start: float, stop: float) -> tuple[float, float]:
+def need_range(
+    p: Parameters | SIParameters, name: str, start: float, stop: float
+) -> tuple[float, float]:
     """Least and greatest value of a range of a parameter, its own value between them.
 
     Raises
@@ -211,8 +221,8 @@ def need_range(p: Parameters, name: str, start: float, stop: float) -> tuple[flo
     ValueError
         For a range without its own value, or out of the range of what the parameter may be.
     """
-    need_parameter(name)
-    quantity = next(q for q in Parameters.quantities if q.name == name)
+    need_parameter(name, p)
+    quantity = next(q for q in p.quantities if q.name == name)
     low, high = sorted((quantity.check(start), quantity.check(stop)))
     own = getattr(p, name)
     if not low <= own <= high or low == high:

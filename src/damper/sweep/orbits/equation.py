@@ -15,7 +15,8 @@ import numpy as np
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING, SIDE, SPEED
 from damper.models import model_of
 from damper.models.sensitivity import beside
-from damper.parameters import Parameters
+from damper.parameters import Parameters, SIParameters
+from damper.parameters.units import SI_UNITS
 from damper.sweep.orbits.passes import Pass, moving, pass_over
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
 from damper.sweep.orbits.word import WallImpacts, bursts_of
@@ -37,7 +38,7 @@ class OrbitEquation:
     the place on a line of parameters, from `low` to `low + span`.
     """
 
-    base: Parameters
+    base: Parameters | SIParameters
     names: tuple[str, ...]
     low: np.ndarray
     span: np.ndarray
@@ -49,7 +50,7 @@ class OrbitEquation:
 
     @cached_property
     def moving(self) -> np.ndarray:
-        return moving(self.base)
+        return moving(self.base.dimensionless)
 
     @cached_property
     def size(self) -> float:
@@ -68,15 +69,15 @@ class OrbitEquation:
         try:
             values: list[Any] = (self.low + self.span * at[-1]).tolist()
             p = replace(self.base, **dict(zip(self.names, values, strict=True)))
-            model = model_of(p)
+            model = model_of(p.dimensionless)
             passes = [
-                pass_over(p, start, moments[k], moments[k + 1], model)
+                pass_over(p.dimensionless, start, moments[k], moments[k + 1], model)
                 for k, start in enumerate(starts)
             ]
         except ValueError:
             # Outside the box or a parameter's range, or too many events.
             return None
-        return Round(self, passes)
+        return Round(self, p, passes)
 
     def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":
         """Newton's method at right angles to a direction; None where it does not converge."""
@@ -109,6 +110,7 @@ class Round:
     """Runs from each moment of a period to the next."""
 
     equation: OrbitEquation
+    parameters: Parameters | SIParameters
     passes: list[Pass]
 
     @cached_property
@@ -138,8 +140,12 @@ class Round:
     def slope(self) -> np.ndarray:
         """Derivative of what is lacking by the place on the line."""
         equation = self.equation
-        rates = dict(zip(equation.names, equation.span.tolist(), strict=True))
-        near = beside(self.passes[0].parameters, {name: r for name, r in rates.items() if r})
+        rates: dict[str, float] = {}
+        for along, span in zip(equation.names, equation.span.tolist(), strict=True):
+            for name, rate in self.parameters.rates(along).items():
+                rates[name] = rates.get(name, 0.0) + span * rate
+        scaled = {name: rate for name, rate in rates.items() if name not in SI_UNITS}
+        near = beside(self.parameters.dimensionless, scaled)
         changes = np.array([each.change_by(near, np.zeros(4)) for each in self.passes])
         return (changes[:, equation.moving] / equation.size).ravel()
 
@@ -216,8 +222,13 @@ class OrbitPoint:
     """A direction along the branch; without one, that of larger values."""
 
     @property
-    def parameters(self) -> Parameters:
-        return self.found.passes[0].parameters
+    def parameters(self) -> Parameters | SIParameters:
+        return self.found.parameters
+
+    @property
+    def period(self) -> float:
+        """The forcing period in dimensionless units, in which the log is."""
+        return self.parameters.dimensionless.period
 
     @property
     def name(self) -> str:
@@ -286,7 +297,7 @@ class OrbitPoint:
         # Also where a compliant contact ends, which is no event.
         began = rows[:, CAUSE] != NOTHING
         times = (np.cumsum(rows[:, DURATION]) - rows[:, DURATION])[began]
-        length = self.equation.period * self.parameters.period
+        length = self.equation.period * self.period
         ends = np.append(times[1:], times[:1] + length)
         return np.column_stack([times, ends])[rows[began, MODE] == FLIGHT]
 
@@ -296,7 +307,7 @@ class OrbitPoint:
         start, end = self.flights.T[:, :, None]
         if not start.size:
             return 0.5
-        period = self.parameters.period
+        period = self.period
         since = (self.equation.moments - self.equation.moments[0]) * period
         # A flight may end in the next period.
         since = since + np.where(since < start.min(), self.equation.period * period, 0.0)
@@ -317,7 +328,7 @@ class OrbitPoint:
         lengths = flights[:, 1] - flights[:, 0]
         long = np.argsort(-lengths, kind="stable")[:_MOMENTS]
         long = long[lengths[long] > least * lengths.max()]
-        middle = (flights[long, 0] + part * lengths[long]) / self.parameters.period
+        middle = (flights[long, 0] + part * lengths[long]) / self.period
         return np.sort((equation.moments[0] + middle) % equation.period)
 
     def moved(self, moments: np.ndarray, toward: np.ndarray) -> "OrbitPoint | None":
@@ -351,4 +362,5 @@ class OrbitPoint:
     def orbit(self) -> PeriodicOrbit:
         """The orbit, from time 0 on."""
         start = self.found.state(0.0)
-        return nearest_orbit(self.parameters, self.equation.period, start, 3)
+        scaled = self.parameters.dimensionless
+        return nearest_orbit(scaled, self.equation.period, start, 3).of(self.parameters)

@@ -1,18 +1,19 @@
 """`damper.periodic_orbit`: a periodic motion, stable or not, and its multipliers."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from damper.engine.loop import FINISHED
-from damper.models import start_run
+from damper.models import check_state, start_run
 from damper.models.sensitivity import beside
-from damper.parameters import Parameters, State
+from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
+from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.events import events
 from damper.sweep.orbits.passes import Pass, moving, pass_over, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of
@@ -23,12 +24,23 @@ TOLERANCE = 1e-11
 _STEPS, _HALVINGS = 60, 12
 #: Condition of the linear equations from which on a derivative by a parameter is roundoff.
 _SINGULAR = 1e12
-#: Parameters along which a motion can be followed.
-FOLLOWED = tuple(q.name for q in Parameters.quantities if not q.whole)
+
+
+def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
+    """Parameters along which a motion can be followed."""
+    return tuple(q.name for q in kind.quantities if not q.whole)
+
+
+#: Those of a study.
+FOLLOWED = followed(Parameters)
 
 
 def periodic_orbit(
-    parameters: Parameters, period: int = 1, guess: State | None = None, *, settle: int = 200
+    parameters: Parameters | SIParameters,
+    period: int = 1,
+    guess: State | None = None,
+    *,
+    settle: int = 200,
 ) -> "PeriodicOrbit":
     """Find a motion that repeats after some forcing periods, stable or not, by Newton's method.
 
@@ -38,7 +50,8 @@ def periodic_orbit(
 
     Parameters
     ----------
-    parameters : Parameters
+    parameters : Parameters or SIParameters
+        With SIParameters, the orbit and what is found from it are in m, s and m/s.
     period : int, default 1
         Forcing periods after which it repeats. A shorter motion repeats then, too.
     guess : State, optional
@@ -68,13 +81,14 @@ def periodic_orbit(
     """
     period, settle = whole("period", period, 1), whole("settle", settle, 0)
     check(parameters, period)
-    best = nearest_orbit(parameters, period, _settled(parameters, guess, settle))
+    units, scaled = parameters.units, parameters.dimensionless
+    best = nearest_orbit(scaled, period, _settled(scaled, guess, settle, units))
     if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):
         raise ValueError(
-            f"no motion of period {period} found: the search stopped at {best.state}, "
+            f"no motion of period {period} found: the search stopped at {best.state.times(units)}, "
             f"which the period changes by {best.change:.3g}; try another guess or period"
         )
-    return best
+    return best.of(parameters)
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,7 +99,7 @@ class PeriodicOrbit:
 
     Attributes
     ----------
-    parameters : Parameters
+    parameters : Parameters or SIParameters
     period : int
         Forcing periods after which it repeats.
     state : State
@@ -93,10 +107,10 @@ class PeriodicOrbit:
     derivative : ndarray (4, 4)
         Of (x, v, y, u) after the period by those at its start.
     change : float
-        Largest change of the state over the period: how closely it is met.
+        Largest change of the state over the period, in dimensionless units: how closely it is met.
     """
 
-    parameters: Parameters
+    parameters: Parameters | SIParameters
     period: int
     state: State
     derivative: np.ndarray
@@ -112,6 +126,27 @@ class PeriodicOrbit:
         """The state as an array (x, v, y, u)."""
         return vector(self.state)
 
+    def of(self, parameters: Parameters | SIParameters) -> "PeriodicOrbit":
+        """The orbit of dimensionless parameters in the units of others, of which these are."""
+        sizes = sizes_of(parameters.units)
+        return replace(
+            self,
+            parameters=parameters,
+            state=self.state.times(parameters.units),
+            derivative=self.derivative * sizes[:, None] / sizes,
+        )
+
+    @cached_property
+    def scaled(self) -> "PeriodicOrbit":
+        """The orbit in dimensionless units."""
+        sizes = sizes_of(self.parameters.units)
+        return replace(
+            self,
+            parameters=self.parameters.dimensionless,
+            state=self.state.over(self.parameters.units),
+            derivative=self.derivative * sizes / sizes[:, None],
+        )
+
     @cached_property
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, complex, the largest first; shape (4,).
@@ -119,8 +154,8 @@ class PeriodicOrbit:
         Where a chatter sequence completes, two of them are zero. Beside a fixed stop there are only
         those of the primary; shape (2,).
         """
-        moves = moving(self.parameters)
-        values = np.linalg.eigvals(self.derivative[np.ix_(moves, moves)]).astype(complex)
+        moves = moving(self.parameters.dimensionless)
+        values = np.linalg.eigvals(self.scaled.derivative[np.ix_(moves, moves)]).astype(complex)
         return values[np.lexsort((-values.imag, -abs(values)))]
 
     @property
@@ -134,7 +169,7 @@ class PeriodicOrbit:
         Parameters
         ----------
         parameter : str
-            Name of a parameter of `damper.Parameters`, such as "clearance".
+            Name of one of its parameters, such as "clearance".
 
         Returns
         -------
@@ -158,21 +193,25 @@ class PeriodicOrbit:
         >>> damper.periodic_orbit(p).sensitivity("clearance").round(3).tolist()
         [0.314, 0.206, 0.443, -0.269]
         """
-        p = self.parameters
-        near = beside(p, {need_parameter(parameter): 1.0})
-        passed = pass_over(p, self.start, 0.0, float(self.period))
+        rates = self.parameters.rates(need_parameter(parameter, self.parameters))
+        grows = np.array([rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)] * 2)
+        scaled = self.scaled
+        p = scaled.parameters.dimensionless
+        near = beside(p, rates)
+        passed = pass_over(p, scaled.start, 0.0, float(self.period))
         lost = passed.lost
         if np.linalg.cond(lost) > _SINGULAR:
             raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
         with_wall = np.array([0.0, 0.0, passed.start_side * near.clearance, 0.0])
         change = passed.change_by(near, with_wall) - with_wall
-        return passed.directions @ np.linalg.solve(lost, change[: len(lost)]) + with_wall
+        change = passed.directions @ np.linalg.solve(lost, change[: len(lost)]) + with_wall
+        return change * sizes_of(self.parameters.units) + scaled.start * grows
 
     @cached_property
     def events(self) -> np.ndarray:
         """Its events, as `damper.events` gives them, over the period."""
-        until = self.period * 2.0 * np.pi / self.parameters.frequency_ratio
+        until = self.period * self.parameters.period
         return events(self.parameters, self.state, until=until)
 
     @cached_property
@@ -225,20 +264,26 @@ def nearest_orbit(
     return PeriodicOrbit(parameters, period, state, best.derivative, best.change)
 
 
-def check(parameters: Parameters, period: int) -> None:
+def check(parameters: Parameters | SIParameters, period: int) -> None:
     """Refuse what is not followed."""
-    if not isinstance(parameters, Parameters):
-        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters")
-    order = parameters.modulation_order if parameters.model == "time_varying" else 1
+    if not isinstance(parameters, Parameters | SIParameters):
+        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
+    p = parameters.dimensionless
+    order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
 
 
-def need_parameter(name: str) -> str:
+def need_parameter(name: str, parameters: Parameters | SIParameters) -> str:
     """Raise TypeError unless motions can be followed along a parameter of this name."""
-    if name not in FOLLOWED:
-        raise unknown_name("parameter", name, FOLLOWED)
+    if name not in (names := followed(type(parameters))):
+        raise unknown_name("parameter", name, names)
     return name
+
+
+def sizes_of(units: Units) -> np.ndarray:
+    """Sizes of the units of (x, v, y, u)."""
+    return np.array([units.length, units.speed] * 2)
 
 
 def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
@@ -256,10 +301,13 @@ def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
     return None
 
 
-def _settled(parameters: Parameters, guess: State | None, settle: int) -> np.ndarray:
+def _settled(parameters: Parameters, guess: State | None, settle: int, units: Units) -> np.ndarray:
     """State at the start of a forcing period: the first one after the guess, or of a long run."""
     need_state(guess, "guess")
-    trajectory = start_run(parameters, guess)
+    start = guess.over(units) if guess else None
+    if start:
+        check_state(parameters, start, units)
+    trajectory = start_run(parameters, start)
     at = float(settle) if guess is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
     trajectory.skip(at)
     if trajectory.status != FINISHED:

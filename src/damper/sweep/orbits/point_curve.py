@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from damper.parameters import Parameters
+from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantity import whole
 from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
@@ -117,7 +117,7 @@ class _Plane:
     low: np.ndarray
     high: np.ndarray
 
-    def place(self, parameters: Parameters) -> np.ndarray:
+    def place(self, parameters: Parameters | SIParameters) -> np.ndarray:
         values = np.array([getattr(parameters, name) for name in self.names])
         return (values - self.low) / (self.high - self.low)
 

@@ -1,7 +1,7 @@
 """`damper.smallest_shock`: how large a shock on the primary throws a motion out."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -50,8 +50,8 @@ def smallest_shock(
     moments : int, default 16
         How many moments of each forcing period to try.
     largest : float, optional
-        Largest size to try, in units of F0/sqrt(K M), and 200 times the smallest. Ten times the
-        primary's largest speed when not given.
+        Largest size to try, in units of F0/sqrt(K M) (m/s with SIParameters), and 200 times the
+        smallest. Ten times the primary's largest speed when not given.
     settle : int, optional
         Forcing periods after which a run that is neither back nor on another periodic motion counts
         as thrown out. When not given, 1000 more than a small deviation takes to fall by 1e5 times.
@@ -90,19 +90,26 @@ def smallest_shock(
     moments, tolerance = whole("moments", moments, 1), real("tolerance", tolerance)
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: must be a number with 0 < tolerance < 1")
-    tried = _Shocks(orbit, moments, settle)
-    most = _LARGEST * tried.speed if largest is None else real("largest", largest)
+    units, tried = orbit.parameters.units, _Shocks(orbit.scaled, moments, settle)
+    most = _LARGEST * tried.speed if largest is None else real("largest", largest) / units.speed
     if not 0.0 < most < math.inf:
-        raise ValueError(f"largest = {most!r}: must be a positive number")
+        raise ValueError(f"largest = {largest!r}: must be a positive number")
     ways = [(k, direction) for k in range(moments * orbit.period) for direction in (1, -1)]
     smaller = 0.0
     for size in (most * _SIZES).tolist():
         thrown = [way for way in ways if tried.leaves(size, *way)]
         if thrown:
-            return tried.smallest(smaller, size, thrown, tolerance)
+            found = tried.smallest(smaller, size, thrown, tolerance)
+            return replace(
+                found,
+                size=found.size * units.speed,
+                returns=found.returns * units.speed,
+                state=found.state.times(units),
+            )
         smaller = size
     raise ValueError(
-        f"no shock up to {most:.6g} throws the motion out: try a larger one, or more moments"
+        f"no shock up to {most * units.speed:.6g} throws the motion out: try a larger one, or more "
+        "moments"
     )
 
 
@@ -111,7 +118,7 @@ class Shock:
     """A shock on the primary after which a motion does not come back; from `smallest_shock`."""
 
     size: float
-    """Change of the primary's velocity, in units of F0/sqrt(K M)."""
+    """Change of the primary's velocity, in units of F0/sqrt(K M), or in m/s."""
     returns: float
     """Largest size below it, at the same moment and in the same direction, that was seen to come
     back."""
@@ -130,7 +137,7 @@ class _Shocks:
 
     def __init__(self, orbit: PeriodicOrbit, moments: int, settle: int | None) -> None:
         self.orbit, self.moments = orbit, moments
-        self.model = model_of(orbit.parameters)
+        self.model = model_of(orbit.parameters.dimensionless)
         growth = abs(orbit.multipliers[0])
         if settle is None:
             lasts = math.log(_BACK) / math.log(growth) if growth > 0.0 else 0.0
