@@ -170,3 +170,9 @@ def test_a_run_that_does_not_settle_is_refused() -> None:
         damper.periodic_orbit(replace(TWO_IMPACTS, clearance=5.0), settle=1_000_000)
     with pytest.raises(TypeError, match=r"guess = \(0, 0, 0, 0\): must be a damper.State"):
         periodic_orbit(TWO_IMPACTS, guess=(0, 0, 0, 0))
+
+
+@pytest.mark.parametrize("period", [0, 1001, 10**9])
+def test_a_period_without_bounds_is_refused(period: int) -> None:
+    with pytest.raises(ValueError, match=f"period = {period}: must be a whole .* >= 1 and <= 1000"):
+        periodic_orbit(TWO_IMPACTS, period)

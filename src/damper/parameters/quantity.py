@@ -123,11 +123,14 @@ def real(name: str, value: float) -> float:
         raise TypeError(f"{name} = {value!r}: must be a real number") from None
 
 
-def whole(name: str, value: float, least: int, what: str = "whole number") -> int:
-    """Return a whole number from `least` on as int; ValueError or TypeError as for `real`."""
+def whole(
+    name: str, value: float, least: int, what: str = "whole number", most: float = math.inf
+) -> int:
+    """Return a whole number in a range as int; ValueError or TypeError as for `real`."""
     number = real(name, value)
-    if not (number >= least and number % 1.0 == 0.0):
-        raise ValueError(f"{name} = {value!r}: must be a {what} >= {least}")
+    if not (least <= number <= most and number % 1.0 == 0.0):
+        limit = f" and <= {most}" if most < math.inf else ""
+        raise ValueError(f"{name} = {value!r}: must be a {what} >= {least}{limit}")
     return int(number)
 
 

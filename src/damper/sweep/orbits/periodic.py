@@ -14,6 +14,7 @@ from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
 from damper.parameters.units import LENGTH, SPEED, Units
+from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.orbits.passes import Pass, moving, pass_over, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of
@@ -22,6 +23,8 @@ from damper.sweep.orbits.word import WallImpacts, bursts_of
 TOLERANCE = 1e-11
 #: Steps of Newton's method, and halvings of one of them.
 _STEPS, _HALVINGS = 60, 12
+#: Longest period, that of the slowest time-varying free mass: each step is a run of that length.
+_LONGEST = 1000
 #: Condition of the linear equations from which on a derivative by a parameter is roundoff.
 _SINGULAR = 1e12
 
@@ -53,7 +56,7 @@ def periodic_orbit(
     parameters : Parameters or SIParameters
         With SIParameters, the orbit and what is found from it are in m, s and m/s.
     period : int, default 1
-        Forcing periods after which it repeats. A shorter motion repeats then, too.
+        Forcing periods after which it repeats, at most 1000. A shorter motion repeats then, too.
     guess : State, optional
         Where to look. Its time may be any: the search begins at the next start of a period. When
         not given, a run from rest, after it has settled.
@@ -79,7 +82,8 @@ def periodic_orbit(
     >>> orbit.word, orbit.stable, orbit.events.size
     ('RS LS', True, 20)
     """
-    period, settle = whole("period", period, 1), whole("settle", settle, 0)
+    period = whole("period", period, 1, most=_LONGEST)
+    settle = whole("settle", settle, 0, most=MOST_PERIODS)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
     best = nearest_orbit(scaled, period, _settled(scaled, guess, settle, units))

@@ -11,6 +11,7 @@ from damper.models import model_of
 from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters import State
 from damper.parameters.quantity import real, whole
+from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.orbits.passes import vector
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.runs import run_points
@@ -19,8 +20,13 @@ from damper.sweep.runs import run_points
 _BACK = 1e-5
 #: Sizes that are tried, over the largest; each is a quarter larger than the one before.
 _SIZES = np.geomspace(5e-3, 1.0, 25)
-#: Largest size, over the primary's largest speed, where none is given.
-_LARGEST = 10.0
+#: Largest size, over the primary's largest speed, where none is given, and the most that it may
+#: be: the smallest size that is tried is then five times that speed, and misses all below.
+_LARGEST, _MOST = 10.0, 1000
+#: Most moments of a forcing period: at each there are up to 50 runs of 1000 periods.
+_MOMENTS = 1000
+#: Smallest part of a size to which it can be bisected: smaller ones are roundoff.
+_FINEST = 1e-12
 #: Forcing periods that a run may wander before it settles.
 _WANDER = 1000
 #: Longest period of a motion that a run may settle on.
@@ -48,15 +54,15 @@ def smallest_shock(
     orbit : PeriodicOrbit
         A stable motion.
     moments : int, default 16
-        How many moments of each forcing period to try.
+        How many moments of each forcing period to try, at most 1000.
     largest : float, optional
         Largest size to try, in units of F0/sqrt(K M) (m/s with SIParameters), and 200 times the
-        smallest. Ten times the primary's largest speed when not given.
+        smallest; at most 1000 times the primary's largest speed. Ten times that when not given.
     settle : int, optional
         Forcing periods after which a run that is neither back nor on another periodic motion counts
         as thrown out. When not given, 1000 more than a small deviation takes to fall by 1e5 times.
     tolerance : float, default 1e-3
-        How closely the size is bisected, as a part of it.
+        How closely the size is bisected, as a part of it; from 1e-12 on.
 
     Returns
     -------
@@ -87,13 +93,18 @@ def smallest_shock(
             f"orbit: its largest multiplier has the size {growth:.6g}, and only a stable motion, "
             "of less than 1, comes back after any shock"
         )
-    moments, tolerance = whole("moments", moments, 1), real("tolerance", tolerance)
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance = {tolerance!r}: must be a number with 0 < tolerance < 1")
+    moments, tolerance = whole("moments", moments, 1, most=_MOMENTS), real("tolerance", tolerance)
+    if not _FINEST <= tolerance < 1.0:
+        raise ValueError(
+            f"tolerance = {tolerance!r}: must be a number with {_FINEST:g} <= tolerance < 1"
+        )
     units, tried = orbit.parameters.units, _Shocks(orbit.scaled, moments, settle)
     most = _LARGEST * tried.speed if largest is None else real("largest", largest) / units.speed
-    if not 0.0 < most < math.inf:
-        raise ValueError(f"largest = {largest!r}: must be a positive number")
+    if not 0.0 < most <= _MOST * tried.speed:
+        raise ValueError(
+            f"largest = {largest!r}: must be a positive number <= "
+            f"{_MOST * tried.speed * units.speed:.6g}, {_MOST} times the primary's largest speed"
+        )
     ways = [(k, direction) for k in range(moments * orbit.period) for direction in (1, -1)]
     smaller = 0.0
     for size in (most * _SIZES).tolist():
@@ -142,7 +153,7 @@ class _Shocks:
         if settle is None:
             lasts = math.log(_BACK) / math.log(growth) if growth > 0.0 else 0.0
             settle = _WANDER + orbit.period * math.ceil(lasts)
-        self.settle = whole("settle", settle, 1)
+        self.settle = whole("settle", settle, 1, most=MOST_PERIODS)
         trajectory, states = Trajectory(self.model, orbit.state), []
         for k in range(moments * orbit.period):
             place = self._place(k)
