@@ -352,7 +352,7 @@ class OrbitPoint:
         first, second = np.linalg.svd(self.found.jacobian)[2][-2:]
         across = first * second[-1] - second * first[-1]
         across /= np.linalg.norm(across)
-        for step in (3e-3, 1e-3, 1e-2, 3e-4):
+        for step in (3e-3, 1e-3, 1e-2, 3e-4, 1e-4, 3e-5, 1e-5):
             guess = self.at + step * across
             found = self.equation.correct(guess, across)
             if found and np.linalg.norm(found.at - guess) < step:

@@ -138,7 +138,7 @@ class Walk:
         corner = graze.at if graze else vanishing(a)
         if corner is None or (graze and not adjacent(graze, a)):
             return False
-        if a.parameters.model == "compliant":
+        if a.parameters.dimensionless.model == "compliant":
             b = bent(a, corner, 1 if graze else -1)
         else:
             b = struck(a, graze) if graze else missed(a, corner)
@@ -155,7 +155,7 @@ class Walk:
         return True
 
     def _meets(self, a: OrbitPoint, b: OrbitPoint, close: bool) -> bool | None:
-        """Whether a step ends on or beyond motions of more symmetry; None if it has to be smaller."""
+        """Whether a step reaches motions of more symmetry; None where it has to be smaller."""
         if np.linalg.norm(self.points[0].defect) < _SYMMETRIC:
             # A step that leaves these was not along the branch.
             return None if np.linalg.norm(b.defect) > _NEARLY else False
@@ -165,7 +165,7 @@ class Walk:
         if not (beyond or sizes[1] < _SYMMETRIC):
             return False
         # Without a meeting the defect jumps, where half a period later is an impact.
-        return min(sizes) < CORNER if close else None
+        return bool(min(sizes) < CORNER) if close else None
 
     def _smooth(self, a: OrbitPoint, b: OrbitPoint) -> list[tuple[str, OrbitPoint]] | None:
         """Special points between two orbits of one kind; None where one is not located."""
@@ -207,6 +207,9 @@ def _change(
     if abs(a.found.touches - b.found.touches) > 2 and size > _CLOSE:
         return None, b
     graze = grazing(fewer, size)
+    if graze is None and fewer is not a:
+        # Beyond a corner the branch goes on in any direction.
+        graze = grazing(b, size)
     if graze is None:
         # Small steps go on without a special point, such as where speeds only change their order.
         return ([] if size < _CLOSE else None), b
