@@ -10,6 +10,8 @@ from damper.sweep.orbits.equation import OrbitPoint
 CORNER, AHEAD = 1e-2, 0.05
 #: Largest turn of a branch in a step, as a cosine.
 STRAIGHT = 0.95
+#: How far beyond a corner of compliant walls a run is taken.
+_AHEAD = (1e-4, 1e-3, 1e-5)
 
 
 def adjacent(corner: OrbitPoint, b: OrbitPoint) -> bool:
@@ -33,17 +35,23 @@ def vanishing(a: OrbitPoint) -> np.ndarray | None:
 
 def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
     """A point beyond a corner at which the slowest impact is lost."""
+    if _bends(a):
+        return _beyond(a, corner, -1, [ahead * a.tangent for ahead in _AHEAD])
     # The gap changes most in this direction: the derivative grows by the inverse of the speed.
     across = np.linalg.svd(a.found.jacobian)[2][0]
     return _beyond(a, corner, -1, [k * across for k in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2)])
 
 
-def bent(a: OrbitPoint, corner: np.ndarray, more: int) -> OrbitPoint | None:
-    """A point beyond a corner of compliant walls, where the derivatives on both sides have bounds.
+def touched(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
+    """A point beyond a grazing at which the touch has begun."""
+    if _bends(a):
+        return _beyond(a, graze.at, 1, [ahead * a.tangent for ahead in _AHEAD])
+    return _struck(a, graze)
 
-    With more touches, or with fewer where `more` is negative.
-    """
-    return _beyond(a, corner, more, [ahead * a.tangent for ahead in (1e-4, 1e-3, 1e-5)])
+
+def _bends(a: OrbitPoint) -> bool:
+    """Whether the derivatives on both sides of a corner have bounds."""
+    return a.parameters.dimensionless.model == "compliant"
 
 
 def _beyond(
@@ -64,7 +72,7 @@ def _beyond(
     return None
 
 
-def struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
+def _struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     """A point beyond a grazing at which the touch has begun.
 
     With the speed w of the touch the motion gains w E, and the gap's change along C is w^2 / c. So

@@ -273,6 +273,15 @@ class OrbitPoint:
         return (self.found.passes[0].start - way * half)[equation.moving] / equation.size
 
     @property
+    def repeats(self) -> bool:
+        """Whether that is a motion of the same damper."""
+        p, period = self.parameters.dimensionless, self.equation.period
+        if period % 2:
+            # Beside a fixed stop, or of a free mass of its own period, the mirror image is not.
+            return p.model != "time_varying" and len(self.equation.moving) == 4
+        return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
+
+    @property
     def turns(self) -> bool:
         """Whether a pair of multipliers on the unit circle is complex."""
         values = np.linalg.eigvals(self.found.map)
@@ -352,7 +361,7 @@ class OrbitPoint:
         first, second = np.linalg.svd(self.found.jacobian)[2][-2:]
         across = first * second[-1] - second * first[-1]
         across /= np.linalg.norm(across)
-        for step in (3e-3, 1e-3, 1e-2, 3e-4, 1e-4, 3e-5, 1e-5):
+        for step in (3e-3, 1e-3, 1e-2, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6):
             guess = self.at + step * across
             found = self.equation.correct(guess, across)
             if found and np.linalg.norm(found.at - guess) < step:

@@ -10,9 +10,8 @@ from damper.sweep.orbits.corners import (
     CORNER,
     STRAIGHT,
     adjacent,
-    bent,
     missed,
-    struck,
+    touched,
     vanishing,
 )
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
@@ -100,13 +99,15 @@ class Walk:
 
     def _returns(self) -> bool:
         """Whether the first point lies between the last two."""
-        first, a, b = (
-            np.append(point.found.state(0.0) / point.equation.size, point.at[-1])
-            for point in (self.points[0], *self.points[-2:])
-        )
-        # The state at time 0 jumps where an impact passes it; the parameter does not.
-        between = min(a[-1], b[-1]) <= first[-1] <= max(a[-1], b[-1])
-        return bool(between and np.linalg.norm(first - b) < np.linalg.norm(b - a))
+        first, a, b = self.points[0], *self.points[-2:]
+        ahead = [point.at[-1] - first.at[-1] for point in (a, b)]
+        if ahead[0] * ahead[1] > 0.0 or len({p.found.signature for p in (first, a, b)}) > 1:
+            return False
+        point = root(a, b, lambda point: float(point.at[-1] - first.at[-1]))
+        if point is None:
+            return False
+        off = point.found.state(0.0) - first.found.state(0.0)
+        return bool(abs(off).max() < _NEARLY * first.equation.size)
 
     def _take(self, a: OrbitPoint, size: float) -> bool:
         """Go a step; False where it has to be smaller."""
@@ -138,10 +139,7 @@ class Walk:
         corner = graze.at if graze else vanishing(a)
         if corner is None or (graze and not adjacent(graze, a)):
             return False
-        if a.parameters.dimensionless.model == "compliant":
-            b = bent(a, corner, 1 if graze else -1)
-        else:
-            b = struck(a, graze) if graze else missed(a, corner)
+        b = touched(a, graze) if graze else missed(a, corner)
         if b is None:
             return False
         if graze is None:
@@ -150,12 +148,18 @@ class Walk:
             off = float(np.linalg.norm(graze.at - corner)) if graze else np.inf
             if graze is None or off > max(0.2 * float(np.linalg.norm(corner - a.at)), _CLOSE):
                 return False
-        self.special.append(("grazing", graze))
-        self.points.append(b)
-        return True
+        meets = self._meets(a, b, True)
+        if meets:
+            self.end = f"{_meets(graze)}, where an impact grazes"
+        elif meets is not None:
+            self.special.append(("grazing", graze))
+            self.points.append(b)
+        return meets is not None
 
     def _meets(self, a: OrbitPoint, b: OrbitPoint, close: bool) -> bool | None:
         """Whether a step reaches motions of more symmetry; None where it has to be smaller."""
+        if not (a.repeats and b.repeats):
+            return False
         if np.linalg.norm(self.points[0].defect) < _SYMMETRIC:
             # A step that leaves these was not along the branch.
             return None if np.linalg.norm(b.defect) > _NEARLY else False
@@ -192,6 +196,13 @@ def _meets(point: OrbitPoint) -> str:
     return f"meets {which} near {point.name} = {point.value:.6g}"
 
 
+def _parts(graze: OrbitPoint, fewer: OrbitPoint, a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether the touch that begins at a grazing is the one by which two points differ."""
+    begun = touched(fewer, graze)
+    more = a if a.found.touches > b.found.touches else b
+    return begun is not None and begun.found.signature == more.found.signature
+
+
 def _change(
     a: OrbitPoint, b: OrbitPoint, size: float
 ) -> tuple[list[tuple[str, OrbitPoint]] | None, OrbitPoint]:
@@ -209,12 +220,13 @@ def _change(
     graze = grazing(fewer, size)
     if graze is None and fewer is not a:
         # Beyond a corner the branch goes on in any direction.
-        graze = grazing(b, size)
+        fewer, graze = b, grazing(b, size)
     if graze is None:
         # Small steps go on without a special point, such as where speeds only change their order.
         return ([] if size < _CLOSE else None), b
     back = a.tangent @ (graze.at - a.at) < 0.0
-    if back or (size > _CLOSE and not adjacent(graze, b)):
-        # The step went back to what was left there, or beyond where the branch turns again.
+    if back or (size > _CLOSE and not (adjacent(graze, b) and _parts(graze, fewer, a, b))):
+        # The step went back to what was left there, beyond where the branch turns again, or to
+        # another branch.
         return None, b
     return [("grazing", graze)], replace(b, toward=b.at - graze.at)
