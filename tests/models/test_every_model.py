@@ -1,8 +1,10 @@
 """What holds for every model: symmetry, conservation, limits, and that it alone is imported."""
 
+import inspect
 import math
+from importlib import import_module
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -239,3 +241,44 @@ print(json.dumps([*same, undamped[0] == undamped[1], unused]))
 def test_nothing_of_it_is_the_rigid_damper_byte_for_byte() -> None:
     """And its code: that of the other models is not even imported."""
     assert in_new_process(NONE, "-W", "error", DAMPER_COMPILE="0") == [True, True, True, []]
+
+
+class Unknown(NamedTuple):
+    """A model, a law, a forcing or what moves, of which nothing is implemented."""
+
+    mass_ratio: float = 0.1
+    damping: float = 0.0
+
+
+#: Where functions are declared that each class implements for itself.
+DECLARING = (
+    "engine.forcing",
+    "engine.impact",
+    "engine.model",
+    "engine.peak",
+    "engine.search",
+    "models.response",
+    "models.tangent",
+    "models.walls",
+    "verification.stress.checks",
+)
+DECLARED = sorted(
+    {
+        f"{function.__module__}.{function.__name__}": function
+        for name in DECLARING
+        for function in vars(import_module(f"damper.{name}")).values()
+        if inspect.isfunction(function) and hasattr(function, "share")
+    }.items()
+)
+#: Aids of searches: without them they take more steps.
+AIDS = ("further", "inside", "stays_below")
+
+
+@pytest.mark.parametrize(("name", "function"), DECLARED)
+def test_nothing_is_assumed_of_what_does_not_say(name: str, function: Any) -> None:
+    arguments = (Unknown(), *[1.0] * (len(inspect.signature(function).parameters) - 1))
+    if function.__name__ in AIDS:
+        assert not function(*arguments)
+    else:
+        with pytest.raises(TypeError, match="is not implemented for Unknown"):
+            function(*arguments)

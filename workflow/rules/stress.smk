@@ -10,8 +10,7 @@ METAMORPHIC = {
 CHECK_MODULES = [
     *EVERY_MODEL,
     *(f"{model}.response" for model in EVERY_MODEL),
-    "damper.verification.stress.compliant_checks",
-    "damper.verification.stress.grounded_checks",
+    *(f"damper.verification.stress.{model.rpartition('.')[2]}_checks" for model in EVERY_MODEL),
 ]
 
 

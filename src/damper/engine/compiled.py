@@ -97,7 +97,7 @@ def cache_trouble() -> str:
             each.mkdir(mode=0o700, parents=True, exist_ok=True)
             if trouble := _distrust(each):
                 return trouble
-        # numba leaves the modes of what it makes to the umask. If this is closed, nobody gets there.
+        # numba leaves the modes of what it makes to the umask; nobody gets into a closed folder.
         if folder.stat().st_mode & 0o077:
             for each in filter(Path.is_dir, folder.iterdir()):
                 if trouble := _distrust(each):

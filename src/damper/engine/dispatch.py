@@ -28,15 +28,35 @@ def by_model(function: Callable) -> ByModel:
     """Make a function that each class of its first argument implements for itself (a decorator).
 
     ``@function.of(Model)`` gives the implementation for one class, and
-    ``function.share(Model, Other)`` takes over that of another. The decorated function itself
-    serves the classes without one. Compiled code chooses while it is compiled, so a run pays
-    nothing for the choice, nor for classes that it does not use.
+    ``function.share(Model, Other)`` takes over that of another. Classes without one are refused
+    with a TypeError. Compiled code chooses while it is compiled, so a run pays nothing for the
+    choice, nor for classes that it does not use.
     """
+    return _by_model(function, None)
+
+
+def by_model_or_default(function: Callable) -> ByModel:
+    """As `by_model`, but the function itself serves the classes without an implementation.
+
+    For what is true of them all, or costs time alone: a default must not leave out a law.
+    """
+    return _by_model(function, function)
+
+
+def _by_model(function: Callable, default: Callable | None) -> ByModel:
     chosen: dict[type, Callable] = {}
+
+    def chosen_for(kind: type) -> Callable:
+        found = chosen.get(kind, default)
+        if found is None:
+            name = f"{function.__module__}.{function.__qualname__}"
+            known = ", ".join(sorted(each.__name__ for each in chosen)) or "none that is loaded"
+            raise TypeError(f"{name} is not implemented for {kind.__name__}, only for {known}")
+        return found
 
     @wraps(function)
     def choose(model: tuple, *rest: Any) -> Any:
-        return chosen.get(type(model), function)(model, *rest)
+        return chosen_for(type(model))(model, *rest)
 
     def of(kind: type) -> Callable:
         def implement(implementation: Callable) -> Callable:
@@ -57,7 +77,7 @@ def by_model(function: Callable) -> ByModel:
         from numba.extending import overload
 
         def typed(model: Any, *rest: Any) -> Callable:
-            implementation = chosen.get(model.instance_class, function)
+            implementation = chosen_for(model.instance_class)
             return (
                 implementation.py_func if isinstance(implementation, Compiled) else implementation
             )

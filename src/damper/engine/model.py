@@ -56,5 +56,4 @@ def motion(model: Any, segment: Segment, tau: float) -> tuple[float, float, floa
 
 @by_model
 def mass_ratio_at(model: Any, periods: float, time: float) -> float:
-    """Mass ratio at a moment: constant unless a model says otherwise."""
-    return model.mass_ratio
+    """Mass ratio at a moment."""

@@ -10,7 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_model, by_model_or_default
 
 #: Roundoff of a quantity, relative to the sizes of its terms.
 ROUNDOFF = 4.0 * 2.220446049250313e-16
@@ -78,13 +78,13 @@ def rates_of(moving: Any) -> tuple[float, float, float]:
     """
 
 
-@by_model
+@by_model_or_default
 def further(moving: Any, point: EventPoint) -> float:
     """A longer step that `inside` may prove; 0 if there is none."""
     return 0.0
 
 
-@by_model
+@by_model_or_default
 def inside(moving: Any, start: EventPoint, end: EventPoint, width: float) -> bool:
     """Whether something else than the bound proves that a step stays inside."""
     return False

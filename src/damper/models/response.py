@@ -73,6 +73,11 @@ def part_of(
 @by_model
 def impact_loss(model: Any, segment: Segment) -> float:
     """Energy lost in the impact that begins a segment."""
+
+
+@compiled
+def lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
+    """Energy lost in the impact on a rigid wall that begins a segment."""
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
     reduced = mass_ratio / (1.0 + mass_ratio)
     return 0.5 * reduced * (segment.speed - segment.rate) * (segment.speed + segment.rate)
@@ -88,7 +93,6 @@ def stored_energy(model: Any, segment: Segment, tau: float) -> float:
 @by_model
 def energy_in(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> float:
     """Energy in a state of a segment, which `damper.engine.model.motion` gives."""
-    return primary_and_masses(model, segment, mass_ratio, state)
 
 
 @compiled

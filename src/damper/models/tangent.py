@@ -38,43 +38,70 @@ class Flow(NamedTuple):
 
 @by_model
 def free_mass_flow(model: Any, tau: float) -> Flow:
-    """Linear flow of the free mass over a time `tau` of flight: by itself it just moves on."""
-    return Flow(1.0, tau, 0.0, 1.0)
+    """Linear flow of the free mass over a time `tau` of flight."""
 
 
 @by_model
 def free_mass_acceleration(model: Any, y: float, u: float) -> float:
     """Acceleration of the free mass in flight."""
-    return 0.0
 
 
 @by_model
 def contact_flow(model: Any, periods: float, time: float, tau: float) -> Flow:
     """Linear flow of both masses' centre in contact, from a moment over a time `tau`."""
-    return oscillator_flow(model.stuck, tau)
 
 
 @by_model
 def mass_ratio_rate(model: Any, periods: float, time: float) -> float:
     """Time derivative of the mass ratio."""
-    return 0.0
 
 
 @by_model
 def damping_in(model: Any, s: Segment) -> float:
     """Rate at which volumes of (x, v, y, u) shrink in a segment in which masses are apart."""
-    return 2.0 * model.free.damping
 
 
 @by_model
 def shrunk_by(model: Any, s: Segment) -> float:
     """What the impact that begins a segment leaves of volumes of (x, v, y, u)."""
-    return rebound_slope(model.law, s.speed) * s.rate / s.speed
 
 
 @by_model
 def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]:
     """Velocities of both masses after the impact that begins a segment, at this local time."""
+
+
+@by_model
+def joins(model: Any, s: Segment) -> bool:
+    """Whether the masses move as one in a segment, so that two directions vanish."""
+
+
+@by_model
+def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
+    """Take deviations, the columns of a (4, n) array, over what begins a segment."""
+
+
+@by_model
+def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
+    """Take deviations over a time of contact, from a time after the segment's start."""
+
+
+def have_rigid_walls(kind: type) -> None:
+    """Let deviations of a model follow its impacts and contacts as those of rigid walls."""
+    shrunk_by.of(kind)(_shrunk_by)
+    velocities_after.of(kind)(_velocities_after)
+    joins.of(kind)(_joins)
+    over_event.of(kind)(_over_event)
+    stay_on.of(kind)(_stay_on)
+
+
+@compiled
+def _shrunk_by(model, s):
+    return rebound_slope(model.law, s.speed) * s.rate / s.speed
+
+
+@compiled
+def _velocities_after(model, s, time):
     mu = mass_ratio_at(model, s.periods, time)
     r = restitution_at(model.law, s.speed)
     v, rate = impact(mu, r, s.side, s.v_before, s.speed)
@@ -84,22 +111,19 @@ def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]
     return v, u
 
 
-@by_model
-def joins(model: Any, s: Segment) -> bool:
-    """Whether the masses move as one in a segment, so that two directions vanish."""
+@compiled
+def _joins(model, s):
     return s.mode != FLIGHT
 
 
-@by_model
-def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
-    """Take deviations, the columns of a (4, n) array, over what begins a segment."""
+@compiled
+def _over_event(model, s, deviations):
     if s.cause == IMPACT:
         strike(model, s, deviations)
 
 
-@by_model
-def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
-    """Take deviations over a time of contact, from a time after the segment's start."""
+@compiled
+def _stay_on(model, s, low, tau, deviations):
     flow = contact_flow(model, s.periods, s.time + low, tau)
     for k in range(deviations.shape[1]):
         x, v = deviations[0, k], deviations[1, k]

@@ -76,7 +76,7 @@ from damper.models.compliant.search import (
     force_size,
     split_of,
 )
-from damper.models.rigid import FlightGap, flight_at, flight_point, free_flight
+from damper.models.rigid import FlightGap, Rigid, flight_at, flight_point, free_flight
 from damper.models.walls import slack
 from damper.parameters import Parameters
 
@@ -185,6 +185,10 @@ def pair_at(model: Compliant, segment: Segment) -> Pair:
         s.side * phase.sin,
         s.side * phase.cos,
     )
+
+
+declared.mass_ratio_at.share(Compliant, Rigid)
+declared_tangent.free_mass_flow.share(Compliant, Rigid)
 
 
 @declared.motion.of(Compliant)

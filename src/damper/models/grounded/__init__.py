@@ -41,7 +41,7 @@ from damper.engine.search import (
 )
 from damper.engine.segment import FLIGHT, RELEASE
 from damper.models import tangent, walls
-from damper.models.rigid import FlightGap, Primary, bounce_in
+from damper.models.rigid import FlightGap, Primary, Rigid, bounce_in
 from damper.models.tangent import oscillator_flow
 from damper.models.walls import End
 from damper.parameters import Parameters
@@ -112,6 +112,10 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
 
 
 walls.have_rigid_walls(Grounded)
+tangent.have_rigid_walls(Grounded)
+declared.mass_ratio_at.share(Grounded, Rigid)
+tangent.contact_flow.share(Grounded, Rigid)
+tangent.mass_ratio_rate.share(Grounded, Rigid)
 
 
 class BothMotions(NamedTuple):

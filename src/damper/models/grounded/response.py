@@ -13,6 +13,8 @@ from damper.models.grounded import Grounded, rest_shift
 from damper.models.response import (
     Part,
     energy_in,
+    impact_loss,
+    lost_at_a_rigid_wall,
     oscillation,
     part_of,
     primary_and_masses,
@@ -20,6 +22,8 @@ from damper.models.response import (
     tail_of,
     with_bounces,
 )
+
+impact_loss.of(Grounded)(lost_at_a_rigid_wall)
 
 
 @part_of.of(Grounded)

@@ -29,7 +29,7 @@ from damper.engine.search import (
     rates_of,
 )
 from damper.engine.segment import FLIGHT, TAIL, Segment
-from damper.models import walls
+from damper.models import tangent, walls
 from damper.models.walls import End
 from damper.parameters import Parameters
 
@@ -69,6 +69,12 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
 
 
 walls.have_rigid_walls(Rigid)
+tangent.have_rigid_walls(Rigid)
+
+
+@declared.mass_ratio_at.of(Rigid)
+def _mass_ratio_at(model, periods, time):
+    return model.mass_ratio
 
 
 class FlightGap(NamedTuple):
@@ -313,3 +319,28 @@ def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
     if segment.mode != TAIL or segment.rate == 0.0:
         return 0.0, 0.0
     return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.rate, tau)
+
+
+@tangent.free_mass_flow.of(Rigid)
+def _free_mass_flow(model, tau):
+    return tangent.Flow(1.0, tau, 0.0, 1.0)
+
+
+@tangent.free_mass_acceleration.of(Rigid)
+def _free_mass_acceleration(model, y, u):
+    return 0.0
+
+
+@tangent.contact_flow.of(Rigid)
+def _contact_flow(model, periods, time, tau):
+    return tangent.oscillator_flow(model.stuck, tau)
+
+
+@tangent.mass_ratio_rate.of(Rigid)
+def _mass_ratio_rate(model, periods, time):
+    return 0.0
+
+
+@tangent.damping_in.of(Rigid)
+def _damping_in(model, s):
+    return 2.0 * model.free.damping

@@ -3,8 +3,21 @@
 import math
 
 from damper.engine.segment import TAIL
-from damper.models.response import oscillation, part_of, swing_of, tail_of, with_bounces
+from damper.models.response import (
+    energy_in,
+    impact_loss,
+    lost_at_a_rigid_wall,
+    oscillation,
+    part_of,
+    primary_and_masses,
+    swing_of,
+    tail_of,
+    with_bounces,
+)
 from damper.models.rigid import Rigid
+
+impact_loss.of(Rigid)(lost_at_a_rigid_wall)
+energy_in.of(Rigid)(primary_and_masses)
 
 
 @part_of.of(Rigid)

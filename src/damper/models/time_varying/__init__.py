@@ -58,8 +58,11 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> TimeVarying:
 
 
 walls.have_rigid_walls(TimeVarying)
+tangent.have_rigid_walls(TimeVarying)
 
 
+for each in (tangent.free_mass_flow, tangent.free_mass_acceleration, tangent.damping_in):
+    each.share(TimeVarying, Rigid)
 walls.fly.share(TimeVarying, Rigid)
 # The first derivative of x that is not zero has the same sign in flight and in contact.
 walls.stays.share(TimeVarying, Rigid)

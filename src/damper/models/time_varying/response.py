@@ -20,16 +20,23 @@ from damper.engine.quadrature import MOST
 from damper.engine.segment import FLIGHT, TAIL
 from damper.models.response import (
     Part,
+    energy_in,
     gauss_sums,
+    impact_loss,
     integrands,
+    lost_at_a_rigid_wall,
     oscillation,
     part_of,
+    primary_and_masses,
     swing_of,
     tail_of,
     with_bounces,
 )
 from damper.models.time_varying import TimeVarying
 from damper.models.time_varying.motion import DEGREE, MassLaw, evaluate, expand, modulation
+
+impact_loss.of(TimeVarying)(lost_at_a_rigid_wall)
+energy_in.of(TimeVarying)(primary_and_masses)
 
 
 @part_of.of(TimeVarying)

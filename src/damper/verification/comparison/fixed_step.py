@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_model, by_model_or_default
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import (
@@ -112,7 +112,7 @@ def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
     """
 
 
-@by_model
+@by_model_or_default
 def masses(method: Any, state: Any) -> Masses:
     """Absolute displacements and velocities of a state."""
     return Masses(state.x, state.v, state.y, state.u)

@@ -16,10 +16,9 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_model
-from damper.engine.forcing import phase_at, rate_of
+from damper.engine.forcing import rate_of
 from damper.engine.impact import restitution_at
 from damper.engine.model import mass_ratio_at, motion
-from damper.engine.oscillator import increments, motion_from
 from damper.engine.segment import (
     COLUMNS,
     CONTACT,
@@ -34,7 +33,6 @@ from damper.engine.segment import (
 from damper.engine.trajectory import DEFAULT_ACCURACY, LOG_ROWS, Trajectory
 from damper.models import check_settings, start_run
 from damper.models.response import impact_loss, part_of, stored_energy
-from damper.models.walls import primary_motion
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.parameters.quantity import whole
 from damper.sweep.points import Point, read_point
@@ -49,12 +47,6 @@ _SHORT = 0.5
 _FOUND = record_type(
     *LAW_NAMES, "input", "input_size", "lost", "stored", "stored_last", "largest", "segments"
 )
-
-#: Module that implements the checks of a model for which those of the rigid one do not do.
-_MODULES = {
-    "Compliant": "damper.verification.stress.compliant_checks",
-    "Grounded": "damper.verification.stress.grounded_checks",
-}
 
 
 class Sample(NamedTuple):
@@ -88,10 +80,9 @@ class Laws(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        kind = type(self._model)
-        if kind.__name__ in _MODULES:
-            import_module(_MODULES[kind.__name__])
-        response = import_module(f"{kind.__module__}.response")
+        model = type(self._model).__module__
+        import_module(f"damper.verification.stress.{model.rpartition('.')[2]}_checks")
+        response = import_module(f"{model}.response")
         self._tables = getattr(response, "prepare", lambda model: ())(self._model)
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
@@ -119,53 +110,31 @@ class Laws(Observer):
 @by_model
 def flight_start(model: Any, segment: Segment) -> Any:
     """What a flight follows from."""
-    return primary_motion(model, segment)
 
 
 @by_model
 def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
     """Motion in flight a time `tau` after the segment's start."""
-    s = segment
-    dx, dv, _ = increments(model.free, start, tau)
-    size = s.gap + (abs(s.rate) + abs(s.v)) * tau
-    gap = s.gap + s.rate * tau + s.side * dx
-    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv, size)
 
 
 @by_model
 def contact_force(model: Any, segment: Segment, tau: float, at: Sample) -> tuple[float, float]:
-    """Contact force in sticking over the free mass, and the size of its terms.
-
-    The masses have the acceleration (force - 2 zeta v - x) / (1 + mu).
-    """
-    s = segment
-    free = model.free
-    # What the velocity is made of: itself, and what spring and force add against the dashpot.
-    drag = max(2.0 * free.damping, 1.0)
-    speed = abs(at.v) + abs(s.v) + (1.0 + abs(s.x)) * min(tau, 1.0 / drag)
-    time = s.time + tau
-    heavier = 1.0 + mass_ratio_at(model, s.periods, time)
-    a = motion_from(free, at.x, at.v, phase_at(free.forcing, s.periods, time)).a
-    size = 1.0 + 2.0 * free.damping * speed + abs(at.x) + abs(s.x)
-    return -s.side * a / heavier, size / heavier
+    """Contact force in sticking over the free mass, and the size of its terms."""
 
 
 @by_model
 def support_stiffness(model: Any) -> float:
     """Stiffness that ties the free mass to the frame, over that of the primary."""
-    return 0.0
 
 
 @by_model
 def support_speed(model: Any, x: float, v: float, duration: float) -> float:
     """Speed that the support gives or takes in a time; `x` and `v` are sizes of the primary's."""
-    return 0.0
 
 
 @by_model
 def contact_speed(model: Any, segment: Segment) -> float:
     """Speed at which a lasting contact would swing: what slow velocities in it round by."""
-    return 0.0
 
 
 @compiled

@@ -5,7 +5,20 @@ import math
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.models.compliant import Compliant
-from damper.verification.stress.checks import contact_force, contact_speed, flight_start
+from damper.models.rigid import Rigid
+from damper.verification.stress import rigid_checks  # noqa: F401 - which is shared here
+from damper.verification.stress.checks import (
+    contact_force,
+    contact_speed,
+    flight_at,
+    flight_start,
+    support_speed,
+    support_stiffness,
+)
+
+flight_at.share(Compliant, Rigid)
+support_speed.share(Compliant, Rigid)
+support_stiffness.share(Compliant, Rigid)
 
 
 @flight_start.of(Compliant)

@@ -4,14 +4,19 @@ from damper.engine.forcing import phase_at
 from damper.engine.model import begin
 from damper.engine.oscillator import increments, motion_from
 from damper.models.grounded import Grounded
+from damper.models.rigid import Rigid
+from damper.verification.stress import rigid_checks  # noqa: F401 - which is shared here
 from damper.verification.stress.checks import (
     Sample,
     contact_force,
+    contact_speed,
     flight_at,
     flight_start,
     support_speed,
     support_stiffness,
 )
+
+contact_speed.share(Grounded, Rigid)
 
 
 @flight_start.of(Grounded)
