@@ -44,6 +44,7 @@ CUBES = {"basin_fractions": STARTS, "distance_to_rigid": CONTACT}
 NEEDED = {
     **{"along": "restitution", "low": 0.1, "high": 0.9, "variables": ["rms_ratio"]},
     **{"resolution": 0.2, "periods": [1, 1, 2, 2], "parameter": [1.0, 2.0], "distance": [2.0, 1.0]},
+    **{"array": CUBE.rms_ratio, "over": "clearance", "above": 1},
 }
 FUNCTIONS = {name: getattr(damper.analysis, name) for name in HOME}
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_axes, need_variables, places, within
+from damper.analysis.reduction import dimensions
 from damper.analysis.reduction import worst as worst_of
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
@@ -88,13 +89,13 @@ def best_clearance(
     """
     import pandas as pd
 
-    worst = [worst] if isinstance(worst, str) else list(worst)
     need_axes(cube, along, over)
+    in_range("damped", damped, minimum=0, above=True)
+    _need_observers(cube, "peak_displacement", "amplitude_ratio")
+    worst = dimensions(cube.amplitude_ratio, worst, "worst") if worst else []
     for name in worst:
         if name in (along, over):
             raise ValueError(f"worst: {name!r} has another part already: must be another dimension")
-    in_range("damped", damped, minimum=0, above=True)
-    _need_observers(cube, "peak_displacement", "amplitude_ratio")
     amplitudes = cube.peak_displacement, cube.amplitude_ratio
     peak, ratio = (worst_of(each, worst) if worst else each for each in amplitudes)
     found = []

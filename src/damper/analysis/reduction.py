@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from damper.parameters.quantities import unknown_name
-from damper.parameters.quantity import real
+from damper.parameters.quantity import in_range
 from damper.parameters.variables import GREATER_IS_WORSE
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         When more of the variable is not worse, or it lacks a dimension.
 
     Examples
@@ -46,10 +46,10 @@ def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     >>> share(cube.amplitude_ratio, "draw", above=1).values
     array([0., 1.])
     """
+    names = dimensions(array, over)
     if array.name not in GREATER_IS_WORSE:
         allowed = ", ".join(GREATER_IS_WORSE)
         raise ValueError(f"worst: more of {array.name!r} is not worse: must be one of {allowed}")
-    names = _dimensions(array, over)
     found = array.max(names, skipna=False, keep_attrs=True)
     return found.assign_attrs(long_name=f"{_meaning(array)}, worst of {runs_over(array, names)}")
 
@@ -74,10 +74,10 @@ def share(array: xr.DataArray, over: str | Sequence[str], above: float) -> xr.Da
     Raises
     ------
     ValueError, TypeError
-        When the variable lacks a dimension, or the limit is no number.
+        When the variable lacks a dimension, or the limit is no finite number.
     """
-    names = _dimensions(array, over)
-    limit = real("above", above)
+    names = dimensions(array, over)
+    limit = in_range("above", above)
     part = (array > limit).where(array.notnull()).mean(names, skipna=False)
     meaning = f"part of {runs_over(array, names)} above {limit:g}: {_meaning(array)}"
     part.attrs = {"long_name": meaning, "units": "1"}
@@ -120,13 +120,22 @@ def runs_over(array: xr.DataArray | xr.Dataset, names: Sequence[str]) -> str:
     )
 
 
-def _dimensions(array: xr.DataArray, over: str | Sequence[str]) -> list[str]:
-    names = [over] if isinstance(over, str) else list(over)
-    known = [str(dim) for dim in array.dims]
-    for name in names:
-        if name not in known:
-            raise ValueError(str(unknown_name("axis", name, known)))
-    return names
+def dimensions(array: xr.DataArray, names: str | Sequence[str], key: str = "over") -> list[str]:
+    """Return the dimensions of a variable that an argument names; an error if there are none."""
+    import xarray as xr
+
+    if not isinstance(array, xr.DataArray):
+        kind = type(array).__name__
+        raise TypeError(f"array is a {kind}: must be a variable of a cube, such as cube.rms_ratio")
+    found = [names] if isinstance(names, str) else names
+    if not isinstance(found, list | tuple) or not found:
+        raise TypeError(f"{key} = {names!r}: must be a dimension or a list of dimensions")
+    for k, name in enumerate(found):
+        if name not in array.dims:
+            raise ValueError(str(unknown_name("axis", name, map(str, array.dims))))
+        if name in found[:k]:
+            raise ValueError(f"{key}: {name!r} is given twice")
+    return list(found)
 
 
 def _meaning(array: xr.DataArray) -> str:
