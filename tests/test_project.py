@@ -170,13 +170,13 @@ def test_the_tutorial_runs():
     assert found["worst"].min() < 0.3 * 200 / (800 * 200)
 
 
-@pytest.mark.exhaustive
 def test_cells_of_the_site_take_the_time_they_need():
     """The first one compiles: minutes on a slow machine."""
     pytest.importorskip("latex2mathml")
     assert runpy.run_path(str(ROOT / "docs/conf.py"))["nb_execution_timeout"] < 0
 
 
+@pytest.mark.exhaustive
 def test_the_steps_of_the_dockerfile_work(tmp_path):
     """Without docker: what is copied and run there is copied to, and run in, an empty folder."""
     lines = (ROOT / "Dockerfile").read_text().splitlines()

@@ -5,6 +5,7 @@ import os
 import re
 import sys
 import time
+from contextlib import suppress
 from inspect import signature
 from pathlib import Path
 
@@ -102,11 +103,13 @@ def redate():
     They come from a clock that was wrong, or from another machine. What is made of them now would
     be older than they are, and out of date for ever.
     """
-    folders = ((Path(folder), names) for folder, _, names in os.walk(RESULTS))
-    paths = [folder / name for folder, names in folders for name in names]
-    if late := [path for path in paths if path.lstat().st_mtime > STARTED]:
-        for path in late:
-            os.utime(path, (STARTED, STARTED), follow_symlinks=False)
+    late = []
+    for path in (Path(folder, name) for folder, _, names in os.walk(RESULTS) for name in names):
+        with suppress(OSError):  # gone meanwhile, where another run is under way
+            if path.lstat().st_mtime > time.time():
+                os.utime(path, (STARTED, STARTED), follow_symlinks=False)
+                late.append(path)
+    if late:
         text = f"{len(late)} files in {RESULTS} were dated in the future, such as {late[0]}"
         print(f"{text}: now they have the present date", file=sys.stderr)
 
@@ -272,7 +275,7 @@ def cost_by_stage():
     """Wall seconds of this run's jobs, summed by stage, from Snakemake's benchmark files."""
     folder, seconds = Path(TIMES), {}
     for path in sorted(folder.rglob("*.tsv")):
-        if path.stat().st_mtime >= STARTED:
+        if path.stat().st_mtime > STARTED:
             # <study>/<stage>..., or <stage>/... of no study.
             first, second = (*path.relative_to(folder).with_suffix("").parts, "")[:2]
             stage = first if first in ("compile", "claims", "report") else second or first
