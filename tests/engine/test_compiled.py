@@ -351,6 +351,7 @@ def test_a_cache_that_others_may_write_is_not_used(
     """They could have any code run as this user."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(compiled, "_warned", False)
+    monkeypatch.setattr(compiled, "_is_own_group", lambda _: False)
     folders = [tmp_path / each.format(compiled.cache_folder().name) for each in CHAIN]
     for folder in folders:
         folder.mkdir(exist_ok=True)
@@ -369,6 +370,10 @@ def test_a_cache_that_others_may_write_is_not_used(
         folders[shared].chmod(int(how, 8))
     with pytest.warns(RuntimeWarning, match=f"{folders[shared]} .*; compiling without it"):
         assert compiled._make_cache_folder() is None
+    # A umask of 002 goes with a group for each user.
+    monkeypatch.setattr(compiled, "_is_own_group", lambda _: True)
+    if how == "0o775":
+        assert compiled._make_cache_folder() == folders[2]
 
 
 @needs_owners

@@ -120,9 +120,22 @@ def _distrust(folder: Path) -> str:
     about = folder.stat()
     if about.st_uid != os.geteuid():
         return f"{folder} belongs to another user (uid {about.st_uid})"
-    if about.st_mode & 0o022:
+    others = 0o002 if _is_own_group(about.st_gid) else 0o022
+    if about.st_mode & others:
         return f"others may write to {folder} (mode {about.st_mode & 0o777:o})"
     return ""
+
+
+def _is_own_group(number: int) -> bool:
+    """Whether a group is this user's alone, as many systems make one for each user."""
+    import grp
+    import pwd
+
+    try:
+        group, user = grp.getgrgid(number), pwd.getpwuid(os.geteuid()).pw_name
+    except KeyError:
+        return False
+    return group.gr_name == user and set(group.gr_mem) <= {user}
 
 
 def _make_cache_folder() -> Path | None:
