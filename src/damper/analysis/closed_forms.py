@@ -11,6 +11,7 @@ from damper.engine.steady import steady_amplitude
 from damper.parameters import Parameters, Units
 from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
 from damper.sweep.points import read_point
+from damper.theory import need_basic
 from damper.theory.two_impacts import Orbit, orbits
 
 if TYPE_CHECKING:
@@ -30,11 +31,14 @@ def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:
 def reduced_gap(parameters: Parameters) -> float:
     """G = 2 d / A of the small-mass limit, A the steady amplitude of the primary alone.
 
+    ValueError unless it is a rigid damper with a constant restitution.
+
     Examples
     --------
     >>> reduced_gap(Parameters(1e-4, 0.0, 0.5, clearance=1.0, restitution=0.5))
     1.5
     """
+    need_basic(parameters)
     amplitude = steady_amplitude(parameters.damping_ratio, parameters.frequency_ratio)
     return 2.0 * parameters.clearance / amplitude
 

@@ -4,6 +4,24 @@ import cmath
 import math
 
 from damper.parameters import Parameters
+from damper.parameters.dampers import need_known
+
+#: What makes the steady response, and what does not act on the primary alone.
+PRIMARY = ("damping_ratio", "frequency_ratio", "phase")
+FREE_MASS = (
+    "mass_ratio",
+    "clearance",
+    "restitution",
+    "yield_speed",
+    "support_stiffness_ratio",
+    "support_damping_ratio",
+    "support_damping_factor",
+    "contact_stiffness_ratio",
+    "contact_tension",
+    "modulation_depth",
+    "modulation_order",
+    "modulation_phase",
+)
 
 
 def steady_gain(damping_ratio: float, frequency_ratio: float) -> complex:
@@ -34,19 +52,25 @@ def steady_amplitude(damping_ratio: float, frequency_ratio: float) -> float:
         return math.inf
 
 
+def need_steady(parameters: Parameters) -> None:
+    """Raise ValueError for a quantity that may act on the primary alone, and is not known here."""
+    need_known(parameters, (*PRIMARY, *FREE_MASS), "the steady response")
+
+
 def steady_state(parameters: Parameters) -> tuple[float, float]:
     """Displacement and velocity of the steady response at time 0.
 
     Raises
     ------
     ValueError
-        As `steady_gain`.
+        As `steady_gain` and `need_steady`.
 
     Examples
     --------
     >>> steady_state(Parameters(0.1, 0.0, 0.5, 1.0, 0.6))  # sin(t/2) / (1 - 1/4)
     (0.0, 0.6666666666666666)
     """
+    need_steady(parameters)
     gain = steady_gain(parameters.damping_ratio, parameters.frequency_ratio)
     turning = gain * cmath.exp(1j * parameters.phase)
     return turning.imag, parameters.frequency_ratio * turning.real

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.amplitudes import TRAJECTORY_VARIABLES, amplitudes
+from damper.analysis.closed_forms import damper_at
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.study.fields import Text
@@ -23,6 +24,7 @@ from damper.study.products import (
     Role,
     need,
 )
+from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
 
 if TYPE_CHECKING:
@@ -125,7 +127,9 @@ def _panel(ax: Axes, panel: xr.Dataset) -> list[bool]:
             kinds.append(two)
     if not kinds:
         say(ax, "no impacts on the right wall")
-    restitution = float(panel.restitution)
+    damper, _ = damper_at(panel)
+    need_basic(damper)
+    restitution = damper.restitution
     most = _MARGIN * max([2.0, *cycles.theta.tolist()])
     theta = np.linspace(0.0, most, 600)
     bounds = fold(restitution).theta, min(SYMMETRIC_LIMIT, most)

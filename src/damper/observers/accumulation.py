@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.impact import ConstantRestitution
 from damper.engine.model import begin
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
@@ -77,7 +78,7 @@ class Accumulation(Observer):
     Raises
     ------
     ValueError
-        When a run is not of the rigid damper.
+        When a run is not of the rigid damper with a constant restitution.
     """
 
     bursts = Setting(
@@ -109,10 +110,11 @@ class Accumulation(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        if not isinstance(trajectory.model, Rigid):
+        model = trajectory.model
+        if type(model) is not Rigid or type(model.law) is not ConstantRestitution:
             raise ValueError(
-                "accumulation: its formulas are those of the rigid damper without support, "
-                "not of this model"
+                "accumulation: its formulas are those of the rigid damper without support and with "
+                "a constant restitution, not of this model"
             )
         super().begin(run, trajectory, window)
         self._state = np.zeros(1, _STATE)

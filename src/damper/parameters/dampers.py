@@ -6,7 +6,7 @@ move with it, ``|y - x| <= clearance``. The ranges are those for which results a
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
 
@@ -211,6 +211,16 @@ class Parameters(Declared):
         return next((q.law for q in _laws(self.__dict__)), "constant")
 
     @property
+    def acting(self) -> dict[str, float]:
+        """The values that are `given`, but for those of a model or law that is not asked for."""
+        own = {"", self.model, self.law}
+        return {
+            q.name: value
+            for q in self.quantities
+            if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
+        }
+
+    @property
     def support_damping(self) -> float:
         """Damping ratio of the free mass's support, however it is given."""
         return _support_damping(self.__dict__)
@@ -380,6 +390,20 @@ _SCALED = tuple((q, q.si_names) for q in Parameters.quantities)
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
+
+
+#: What the damper with rigid walls and Newton's restitution needs.
+BASIC = tuple(q.name for q in Parameters.quantities if not q.option)
+
+
+def need_known(parameters: Parameters, known: Collection[str], what: str) -> None:
+    """Raise ValueError where a quantity acts on the damper that a formula does not know.
+
+    `what` is the formula, as the message calls it.
+    """
+    for name, value in parameters.acting.items():
+        if name not in known:
+            raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
 def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) -> None:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from itertools import product as combinations
 from typing import TYPE_CHECKING, Any
 
-from damper.engine.steady import steady_gain
+from damper.engine.steady import need_steady, steady_gain
 from damper.observers.common.stretch import sample_steps
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.dampers import BASIC
 from damper.parameters.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,
@@ -191,13 +192,23 @@ def _check_dampers(study: Study, faults: Faults) -> None:
     except ValueError as error:
         faults.add(("parameters",), str(error))
         return
-    for name in study.interactive if study.model != "rigid" else ():
-        message = f"the page evaluates motions of the rigid damper, this is the {study.model} one"
+    acting = {name for point in points for name in point.acting}
+    for name in study.interactive:
+        if study.model != "rigid":
+            message = (
+                f"the page evaluates motions of the rigid damper, this is the {study.model} one"
+            )
+        elif unknown := acting.difference(BASIC, ("yield_speed",)):
+            message = f"the page does not know {min(unknown)}"
+        else:
+            break
         faults.add(("figures", name, "interactive"), message, "false")
     if study.model != "rigid":
         message = f"its formulas are those of the rigid damper, this is the {study.model} one"
     elif laws := {point.law for point in points} - {"constant"}:
         message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
+    elif unknown := acting.difference(BASIC):
+        message = f"its formulas do not know {min(unknown)}"
     else:
         return
     places = [("observers", "accumulation")] if "accumulation" in study.observers else []
@@ -210,6 +221,12 @@ def _check_dampers(study: Study, faults: Faults) -> None:
 def _check_steady(study: Study, faults: Faults) -> None:
     """Refuse a start on a steady response that does not exist."""
     if study.initial.primary != "steady":
+        return
+    try:
+        for point in corners(study):
+            need_steady(point)
+    except ValueError as error:
+        faults.add(("initial", "primary"), str(error), "rest")
         return
     given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
     if is_si(given):

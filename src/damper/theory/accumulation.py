@@ -24,6 +24,7 @@ from damper.models import model_of
 from damper.models.rigid import Rigid
 from damper.models.walls import primary_motion, time_to_completion
 from damper.parameters import Parameters
+from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import check_quantity, real
 
 #: Longest time, in units of sqrt(M/K), over which a prediction follows the sticking flow.
@@ -94,6 +95,7 @@ def predict(
         raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
     if p.law not in ("constant", "yielding"):
         raise ValueError(f"{p!r}: must have a constant restitution at low speeds")
+    need_known(p, (*BASIC, "yield_speed"), "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "

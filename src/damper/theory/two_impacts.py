@@ -32,6 +32,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.models.response import Swing
 from damper.parameters import Parameters, State
+from damper.theory import need_basic
 
 #: The free mass must reach the far wall after half a period, to this part of it.
 _ON_TIME = 1e-6
@@ -232,10 +233,7 @@ def _speeds(parameters: Parameters) -> _Speeds:
 def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None:
     """Return alpha, beta of the sine and cosine V alpha + d beta; None where there is no orbit."""
     p = parameters
-    if p.model != "rigid":
-        raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
-    if p.law != "constant":
-        raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
+    need_basic(p)
     half = math.pi / p.frequency_ratio
     flow = _flow(p.damping_ratio, p.frequency_ratio, half)
     free, forced = flow[:, :2], flow[:, 2:]

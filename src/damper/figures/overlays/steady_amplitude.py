@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.closed_forms import damper_at
 from damper.engine.steady import steady_amplitude
 from damper.figures.common.style import BLACK
+from damper.theory import need_basic
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +41,9 @@ def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
 
     limits = ax.get_ylim()
     values = np.linspace(*ax.get_xlim(), _POINTS)
-    zeta = float(panel.damping_ratio)
+    damper, _ = damper_at(panel, frequency_ratio=1.0, clearance=1.0)
+    need_basic(damper)
+    zeta = damper.damping_ratio
     ax.plot(values, [steady_amplitude(zeta, omega) for omega in values], **_CURVE)
     ax.set_ylim(limits)
     return [Line2D([], [], label="$d = A$, amplitude without damper", **_CURVE)]

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from damper.parameters import Parameters
+from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import Entries, Some, Strict, Text, Unit
@@ -68,6 +69,11 @@ class SceneSettings(Strict):
         if damper.model != "rigid" or damper.law != "constant":
             message = "the other solvers have rigid walls and a constant restitution"
             faults.add(("parameters",), message, "a scene of the rigid damper")
+            return
+        try:
+            need_known(damper, BASIC, "another solver")
+        except ValueError as error:
+            faults.add(("parameters",), str(error))
 
 
 FIGURES = Kinds(Made, "damper.verification.comparison.figures")

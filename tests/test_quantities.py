@@ -1,0 +1,208 @@
+"""Every declared quantity, set to what is not neutral, acts in all that computes, or is refused.
+
+What is added to a damper and left out of one formula would give wrong numbers there, silently.
+"""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import yaml
+from project_copy import small_study
+from scenes import QUIET
+
+import damper
+from damper import Parameters, State, theory
+from damper.analysis.closed_forms import reduced_gap
+from damper.engine import steady
+from damper.engine.compiled import plain
+from damper.engine.steady import FREE_MASS
+from damper.models import start_run
+from damper.models.sensitivity import beside, follow_change
+from damper.models.tangent import derivative
+from damper.parameters.dampers import BASIC
+from damper.parameters.state import INITIAL_QUANTITIES
+from damper.study import rules
+from damper.study.config import ConfigError, load_study
+from damper.study.messages import Faults
+from damper.sweep.points import read_point
+from damper.sweep.runs import run_points
+from damper.theory import accumulation
+from damper.theory.accumulation import predict
+from damper.theory.two_impacts import largest_clearance, orbits
+from damper.verification.comparison import settings as comparison
+
+CONTACT = {"contact_stiffness_ratio": 1e4}
+MODULATION = {"modulation_depth": 0.3}
+#: Quantity -> what it is given with, and its own value.
+VALUES: dict[str, tuple[dict[str, float], float]] = {
+    "mass_ratio": ({}, 0.2),
+    "damping_ratio": ({}, 0.1),
+    "frequency_ratio": ({}, 0.21),
+    "clearance": ({}, 0.3),
+    "restitution": ({}, 0.4),
+    "phase": ({}, 1.0),
+    "yield_speed": ({}, 0.01),
+    "support_stiffness_ratio": ({}, 0.05),
+    "support_damping_ratio": ({}, 0.02),
+    "support_damping_factor": ({}, 0.4),
+    "contact_stiffness_ratio": ({}, 1e4),
+    "contact_tension": (CONTACT, 1.0),
+    "modulation_depth": ({}, 0.3),
+    "modulation_order": (MODULATION, 3.0),
+    "modulation_phase": (MODULATION, 1.0),
+    "initial_displacement": ({}, 0.1),
+    "initial_velocity": ({}, 0.1),
+    "initial_position": ({}, 0.5),
+    "initial_relative_velocity": ({}, 0.1),
+}
+INITIAL = tuple(name for name in VALUES if name.startswith("initial_"))
+UNTIL = 60.0
+
+
+def start_of(values: dict[str, float]) -> tuple[Parameters, State | None]:
+    point = read_point(values)
+    return point.parameters, point.start()
+
+
+def run(values: dict[str, float]) -> Any:
+    p, state = start_of(values)
+    return damper.events(p, state, until=UNTIL).tolist()
+
+
+def response(values: dict[str, float]) -> Any:
+    arrays, _ = run_points([values], ["response"], transient=0, periods=2)
+    return [array.tolist() for array in arrays.values()]
+
+
+def exponents(values: dict[str, float]) -> Any:
+    arrays, _ = run_points([values], ["lyapunov"], transient=0, periods=2)
+    return arrays["lyapunov_exponents"].tolist()
+
+
+def deviations(values: dict[str, float]) -> Any:
+    return derivative(start_run(*start_of(values)), 1.0, 20.0).tolist()
+
+
+def sensitivity(values: dict[str, float]) -> Any:
+    """What becomes of the end of a run with each of the quantities that it is given."""
+    p, state = start_of(values)
+    found = []
+    for name in p.acting:
+        trajectory = start_run(p, state)
+        change, near = np.zeros((4, 1)), beside(p, {name: 1.0})
+        for log in trajectory.segments(1.0, 20.0):
+            follow_change(trajectory.model, near, log, change, False)
+        found.append(change.tolist())
+    return found
+
+
+def start(values: dict[str, float]) -> Any:
+    return read_point(values, "steady").start()
+
+
+def motions(values: dict[str, float]) -> Any:
+    own = values | {"clearance": 2.0 * values["clearance"]}
+    return [(orbit.speed, orbit.start) for orbit in orbits(Parameters(**own))]
+
+
+def prediction(values: dict[str, float]) -> Any:
+    return predict(Parameters(**values), 1, 2.0, 2.0, 0.1, 0.02)
+
+
+def largest(values: dict[str, float]) -> Any:
+    return largest_clearance(Parameters(**values))
+
+
+def gap(values: dict[str, float]) -> Any:
+    return reduced_gap(Parameters(**values))
+
+
+#: What takes quantities -> those that it does not depend on.
+CONSUMERS: dict[Callable[[dict[str, float]], Any], tuple[str, ...]] = {
+    run: (),
+    response: (),
+    exponents: (),
+    deviations: (),
+    sensitivity: (),
+    start: (*FREE_MASS, "initial_relative_velocity"),
+    motions: INITIAL,
+    prediction: ("clearance", *INITIAL),
+    largest: ("clearance", "phase", *INITIAL),
+    gap: ("mass_ratio", "restitution", "phase", *INITIAL),
+}
+
+
+def test_every_quantity_is_here() -> None:
+    assert set(VALUES) == {q.name for q in (*Parameters.quantities, *INITIAL_QUANTITIES)}
+
+
+@pytest.mark.parametrize("name", VALUES)
+@pytest.mark.parametrize("consumer", CONSUMERS, ids=lambda consumer: consumer.__name__)
+def test_a_quantity_acts_or_is_refused(consumer: Callable, name: str) -> None:
+    if name in CONSUMERS[consumer]:
+        return
+    company, value = VALUES[name]
+    values = QUIET | company | {name: value}
+    found = answer(consumer, values)
+    if isinstance(found, str):
+        p, _ = start_of(values)
+        assert {name, p.model, p.law}.intersection(re.findall(r"\w+", found)), found
+    else:
+        assert found != answer(consumer, QUIET | company)
+
+
+def answer(consumer: Callable, values: dict[str, float]) -> Any:
+    """What a consumer computes, or the words in which it refuses."""
+    try:
+        return plain(consumer)(values)
+    except ValueError as error:
+        return str(error)
+
+
+@pytest.fixture
+def less_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the phase a quantity that no formula has heard of."""
+    for module in (theory, accumulation, rules, comparison):
+        monkeypatch.setattr(module, "BASIC", tuple(n for n in BASIC if n != "phase"))
+    monkeypatch.setattr(steady, "PRIMARY", ("damping_ratio", "frequency_ratio"))
+
+
+@pytest.mark.usefixtures("less_known")
+@pytest.mark.parametrize("consumer", [start, motions, prediction, largest, gap])
+def test_formulas_refuse_by_name_what_they_do_not_list(consumer: Callable) -> None:
+    with pytest.raises(ValueError, match=r"^phase = 0\.4: .* knows .*damping_ratio.* alone$"):
+        consumer(QUIET | {"phase": 0.4})
+
+
+@pytest.mark.usefixtures("less_known")
+def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> None:
+    study = small_study(initial="steady")
+    study["parameters"]["phase"] = 0.4
+    study["observers"]["accumulation"] = {}
+    study["figures"] = {
+        "one": {"kind": "bifurcation", "along": "restitution", "interactive": True}
+        | {"theory": "two_impacts", "at": {"mass_ratio": 0.1}}
+    }
+    path = tmp_path / "study.yaml"
+    path.write_text(yaml.safe_dump(study))
+    with pytest.raises(ConfigError) as error:
+        load_study(path)
+    message = str(error.value)
+    assert "initial.primary\n    phase = 0.4: the steady response knows" in message
+    assert "figures.one.interactive\n    the page does not know phase" in message
+    assert message.count("its formulas do not know phase") == 2
+
+
+@pytest.mark.usefixtures("less_known")
+def test_scenes_refuse_by_name_what_other_solvers_do_not_list() -> None:
+    faults = Faults()
+    comparison.SceneSettings.relate({}, SceneStub(QUIET | {"phase": 0.4}), faults)
+    assert "phase = 0.4: another solver knows" in str(faults.lines)
+
+
+class SceneStub(NamedTuple):
+    values: dict[str, float]
