@@ -53,6 +53,11 @@ def turn_over(forcing: Any, tau: float) -> Any:
 
 
 @by_model
+def long_turn(forcing: Any, tau: float) -> Any:
+    """As `turn_over`, with the digits that its product with a long time would lose."""
+
+
+@by_model
 def turned(forcing: Any, phase: Any, turn: Any) -> Any:
     """Phase after a turn."""
 
@@ -145,6 +150,11 @@ def _phase_at(forcing, periods, time):
 def _turn_over(forcing, tau):
     sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
     return Turn(sin, cos, cos_less_1)
+
+
+@long_turn.of(Harmonic)
+def _long_turn(forcing, tau):
+    return _turn_over(forcing, tau % _period_of(forcing))
 
 
 @turned.of(Harmonic)

@@ -18,7 +18,7 @@ from damper.engine.forcing import (
     driven,
     force_rates,
     gain_of,
-    period_of,
+    long_turn,
     rate_of,
     taylor,
     turn_over,
@@ -158,7 +158,7 @@ def arrive(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float]:
     -------
     x, v : float
     """
-    turn = turn_over(osc.forcing, tau % period_of(osc.forcing))
+    turn = long_turn(osc.forcing, tau)
     flow = free_flow(osc, tau)
     forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
     c = 1.0 + flow.c_less_1
