@@ -67,7 +67,7 @@ def continue_orbit(
     most, step = whole("max_orbits", max_orbits, 1), need_step(step)
     first = _through(orbit, parameter, start, stop)
     down = Walk(first.turned(-1.0), step, most)
-    up = Walk(first.turned(1.0), step, most) if not down.closed else down
+    up = Walk(first.turned(1.0), step, most, down.special) if not down.closed else down
     points = [*down.points[:0:-1], *up.points] if up is not down else down.points
     special = [*down.special[::-1], *up.special] if up is not down else down.special
     return Branch(

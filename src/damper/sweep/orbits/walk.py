@@ -1,5 +1,6 @@
 """Pseudo-arclength: the branch from one orbit in one direction, step by step."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ _LEAST = 1e-9
 _GROWTH = 1e6
 #: Step that is too small to part several changes of the events.
 _CLOSE = 1e-4
-#: Grazings that are no farther apart are the same.
+#: Places of one orbit, found twice.
 _SAME = 1e-7
 #: How far beyond a border of complete chatter its other side must be seen.
 _BEYOND = 1e-8
@@ -34,10 +35,16 @@ _NEARLY = 1e-5
 
 
 class Walk:
-    """The branch from one point in one direction."""
+    """The branch from one point in one direction, up to special points that are known."""
 
-    def __init__(self, first: OrbitPoint, step: float, most: int) -> None:
-        self.points = [first]
+    def __init__(
+        self,
+        first: OrbitPoint,
+        step: float,
+        most: int,
+        known: Sequence[tuple[str, OrbitPoint]] = (),
+    ) -> None:
+        self.points, self.known = [first], known
         self.special: list[tuple[str, OrbitPoint]] = []
         self.closed = False
         self.end = ""
@@ -64,9 +71,6 @@ class Walk:
         name, at = point.name, point.at[-1]
         if (at <= 0.0 and point.tangent[-1] < 0.0) or (at >= 1.0 and point.tangent[-1] > 0.0):
             self.end = f"{name} = {point.value!r} is the end of the range"
-        elif self._repeats():
-            value = self.special[-1][1].value
-            self.end = f"touches pile up at {name} = {value!r}, too close to be parted"
         elif len(self.points) > 10 and self._returns():
             self.closed, self.end = True, f"closed at {name} = {point.value!r}"
         elif self._grows():
@@ -84,11 +88,6 @@ class Walk:
         corner = self.points[-1].found.signature != self.points[-2:][0].found.signature
         return bool(last[-1] > _GROWTH and last[-1] >= last[0] and not corner)
 
-    def _repeats(self) -> bool:
-        """Whether the last grazing is an earlier one, to which unparted touches led back."""
-        last = [point.at[-1] for kind, point in self.special if kind == "grazing"]
-        return any(abs(value - last[-1]) < _SAME for value in last[:-1])
-
     def _stopped(self) -> str:
         """Why no step is found from the last point."""
         last, slowest = self.points[-1], self.points[-1].found.slowest
@@ -104,10 +103,7 @@ class Walk:
         if ahead[0] * ahead[1] > 0.0 or len({p.found.signature for p in (first, a, b)}) > 1:
             return False
         point = root(a, b, lambda point: float(point.at[-1] - first.at[-1]))
-        if point is None:
-            return False
-        off = point.found.state(0.0) - first.found.state(0.0)
-        return bool(abs(off).max() < _NEARLY * first.equation.size)
+        return point is not None and _same(first, point)
 
     def _take(self, a: OrbitPoint, size: float) -> bool:
         """Go a step; False where it has to be smaller."""
@@ -129,9 +125,17 @@ class Walk:
             found, b = _change(a, b, size)
         if found is None:
             return False
+        self._add(found, b)
+        return True
+
+    def _add(self, found: list[tuple[str, OrbitPoint]], b: OrbitPoint) -> None:
+        """Add special points and the orbit beyond them, or end where one is known."""
+        for kind, point in found:
+            if any(kind == k and _same(point, other) for k, other in (*self.known, *self.special)):
+                self.end = f"comes back to the {kind} {point.name} = {point.value!r}"
+                return
         self.special += found
         self.points.append(b)
-        return True
 
     def _turn(self, a: OrbitPoint) -> bool:
         """Go on beyond a grazing ahead, where the tangent jumps; whether there is one."""
@@ -152,8 +156,7 @@ class Walk:
         if meets:
             self.end = f"{_meets(graze)}, where an impact grazes"
         elif meets is not None:
-            self.special.append(("grazing", graze))
-            self.points.append(b)
+            self._add([("grazing", graze)], b)
         return meets is not None
 
     def _meets(self, a: OrbitPoint, b: OrbitPoint, close: bool) -> bool | None:
@@ -188,6 +191,12 @@ class Walk:
         symmetric = np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
         return [(named.get(kind, kind), point) for kind, point in points]
+
+
+def _same(a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether two points are of one orbit."""
+    off = abs(a.found.state(0.0) - b.found.state(0.0)).max()
+    return bool(abs(a.at[-1] - b.at[-1]) < _SAME and off < _NEARLY * a.equation.size)
 
 
 def _meets(point: OrbitPoint) -> str:
