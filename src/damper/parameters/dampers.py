@@ -393,7 +393,7 @@ _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
 #: What the damper with rigid walls and Newton's restitution needs.
-BASIC = tuple(q.name for q in Parameters.quantities if not q.option)
+BASIC = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 
 
 def need_known(parameters: Parameters, known: Collection[str], what: str) -> None:
