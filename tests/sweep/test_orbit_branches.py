@@ -174,8 +174,9 @@ def test_border_of_complete_chatter() -> None:
         assert ("S" in orbit.word) == completes
 
 
+@pytest.mark.exhaustive
 def test_touches_pile_up_before_complete_chatter() -> None:
-    """The n-th begins at a distance from the border that goes with r^n, as the speeds do."""
+    """On one side of the border chatter completes, on the other touch after touch begins."""
     p = Parameters(0.03, 0.025, 1.4, 0.16, 0.4984)
     branch = continue_orbit(periodic_orbit(p, settle=100), "restitution", 0.498, 0.4985, step=0.2)
     assert (branch.orbits[0].word, branch.orbits[-1].word) == ("RS LS", "R11 L11")
@@ -184,8 +185,46 @@ def test_touches_pile_up_before_complete_chatter() -> None:
     beyond = [point.value - border.value for point in points(branch, "grazing")]
     ratios = np.array(beyond[:-1]) / beyond[1:]
     assert len(ratios) >= 4
-    assert (abs(ratios - border.value) < 0.01).all()
+    assert (abs(ratios - shrinking(border.value)) < 0.01).all()
     assert (np.diff(ratios) > 0.0).all()
+
+
+def shrinking(r: float) -> float:
+    """One over the multiplier of chatter that completes just as the contact force vanishes.
+
+    The acceleration is then j T with the time T that is left. With the rebound speed xi j T^2 the
+    next impact is after s T, where xi = s / 2 - s^2 / 6, and its own xi is r (s / 2 - s^2 / 3) over
+    (1 - s)^2. This map has a fixed point, at which it grows by r^2 / (1 - s)^5.
+    """
+    left = brentq(lambda q: q**3 + 2.0 * q**2 - 2.0 * r * q - r, 0.0, 1.0)
+    return left**5 / r**2
+
+
+@pytest.mark.parametrize(
+    ("r", "clearance", "width", "step"),
+    thinned(
+        [
+            (0.2, 0.5407353334788, 1.1e-3, 0.05),
+            (0.3, 0.3666215616072, 3.4e-4, 0.1),
+            (0.4, 0.2454929971865, 2.4e-4, 0.3),
+        ],
+        lambda case: case[0] == 0.2,
+    ),
+)
+def test_distances_before_complete_chatter(
+    r: float, clearance: float, width: float, step: float
+) -> None:
+    """Those of the touches from the border shrink by one over its multiplier, in the limit."""
+    p = Parameters(0.03, 0.025, 1.4, clearance - 0.02 * width, r)
+    ends = clearance - 0.04 * width, clearance + width
+    branch = continue_orbit(periodic_orbit(p, settle=60), "clearance", *ends, step=step)
+    (border,) = points(branch, "complete chatter")
+    beyond = np.array([point.value - border.value for point in points(branch, "grazing")][-4:])
+    first, second, third = beyond[:-1] / beyond[1:]
+    # By Aitken's extrapolation.
+    limit = first - (first - second) ** 2 / (first - 2.0 * second + third)
+    assert limit == pytest.approx(shrinking(r), abs=1e-3)
+    assert abs(limit - r) > 3e-3
 
 
 @pytest.mark.exhaustive
@@ -353,6 +392,17 @@ def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, floa
     known = periodic_orbit(Parameters(**{**values, name: stop}), guess=end.state)
     assert end.state.x == pytest.approx(known.state.x, abs=1e-10)
     assert any(f"{name} = {stop!r} is the end of the range" in text for text in branch.ends)
+
+
+def test_ends_of_the_asymmetric_branch(two_impacts: Branch) -> None:
+    """Where it meets the symmetric one, whatever the range: beyond is its mirror image."""
+    (breaking,) = points(two_impacts, "symmetry breaking")
+    orbit = plain(two_impacts.switch)(breaking)
+    for ends in ((4.2, 5.4), (4.3, 5.2), (4.4, 5.4), (4.5, 5.0), (4.6, 4.7)):
+        branch = continue_orbit(orbit, "clearance", *ends)
+        assert branch.ends[0] == f"clearance = {ends[0]!r} is the end of the range"
+        assert branch.ends[1] == "meets symmetric motions near clearance = 4.61615"
+        assert (np.diff(branch.values) > 0.0).all()
 
 
 def test_a_branch_in_si_units() -> None:
