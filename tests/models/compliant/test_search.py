@@ -145,6 +145,18 @@ def test_slow_part_and_ring_move_apart() -> None:
     assert separated > 4
 
 
+@pytest.mark.parametrize(
+    ("mu", "zeta", "omega", "k", "tension", "r"),
+    [(0.0496, 0.0, 0.0225, 0.00271, 1, 0.95), (0.538, 10.0, 0.00308, 0.00762, 1, 1.0)],
+)
+def test_a_slow_contact_is_not_split(
+    mu: float, zeta: float, omega: float, k: float, tension: int, r: float
+) -> None:
+    """The iteration diverges; that is noticed before numbers overflow, which would be a warning."""
+    m = model(k, tension, r, mass_ratio=mu, damping_ratio=zeta, frequency_ratio=omega)
+    assert m.split.separated == m.ending.separated == 0.0
+
+
 @pytest.mark.parametrize("by_energy", [False, True])
 def test_fourth_derivative_stays_below_its_bound(by_energy: bool) -> None:
     """Both bounds hold along the motion, and are not so loose that they say nothing."""

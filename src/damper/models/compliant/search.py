@@ -42,6 +42,8 @@ from damper.models.compliant.flow import Pair, Touch, advance, derivative, energ
 #: Iterations in which the split must converge; else the contact counts as not faster than the rest.
 _ITERATIONS = 60
 _CONVERGED = 1e-15
+#: Size from which on they diverge; what follows from it in one iteration, its cube, is finite still.
+_DIVERGED = 1e60
 #: Part of the way to where the fast part can end a contact that one step over it takes.
 _LEAP = 0.9
 
@@ -142,7 +144,7 @@ def _separate(touch, split):
             change = max(change, abs(new - manifold[0, k]))
             largest = max(largest, abs(new))
             manifold[0, k] = new
-        if not largest < 1e300:
+        if not largest < _DIVERGED:
             return 0.0
         if change <= _CONVERGED * largest:
             converged = True
@@ -171,7 +173,7 @@ def _separate(touch, split):
         back[1, 1] = new_rate
         back[0, 0] = (new_gap * m[1, 1] - new_rate * m[1, 0]) / determinant
         back[0, 1] = (new_rate * m[0, 0] - new_gap * m[0, 1]) / determinant
-        if not largest < 1e300:
+        if not largest < _DIVERGED:
             return 0.0
         if change <= _CONVERGED * largest:
             converged = True
