@@ -42,7 +42,7 @@ from damper.models.compliant.flow import Pair, Touch, advance, derivative, energ
 #: Iterations in which the split must converge; else the contact counts as not faster than the rest.
 _ITERATIONS = 60
 _CONVERGED = 1e-15
-#: Size from which on they diverge; what follows from it in one iteration, its cube, is finite still.
+#: Size from which on they diverge; its cube, to which one iteration takes it, is finite still.
 _DIVERGED = 1e60
 #: Part of the way to where the fast part can end a contact that one step over it takes.
 _LEAP = 0.9
