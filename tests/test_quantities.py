@@ -27,7 +27,7 @@ from damper.parameters.dampers import BASIC
 from damper.parameters.state import INITIAL_QUANTITIES
 from damper.study import rules
 from damper.study.config import ConfigError, load_study
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
 from damper.theory import accumulation
@@ -199,9 +199,9 @@ def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> Non
 
 @pytest.mark.usefixtures("less_known")
 def test_scenes_refuse_by_name_what_other_solvers_do_not_list() -> None:
-    faults = Faults()
-    comparison.SceneSettings.relate({}, SceneStub(QUIET | {"phase": 0.4}), faults)
-    assert "phase = 0.4: another solver knows" in str(faults.lines)
+    mistakes = Mistakes()
+    comparison.SceneSettings.check_together(SceneStub(QUIET | {"phase": 0.4}), mistakes)
+    assert "phase = 0.4: another solver knows" in str(mistakes.lines)
 
 
 class SceneStub(NamedTuple):

@@ -11,8 +11,9 @@ from damper.figures import draw
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.kinds import FIGURES
-from damper.study.messages import Faults, faults_of
-from damper.study.products import Offer
+from damper.study.messages import Mistakes
+from damper.study.products import StudyContents
+from damper.study.settings import OBSERVER_SETTINGS
 
 GOOD: dict[str, Any] = {
     "title": "t",
@@ -376,15 +377,11 @@ def test_draws_need_a_place_but_in_bifurcations(tmp_path: Path) -> None:
     assert "unknown axis 'draw'" in message
 
 
-def told(figure: dict[str, Any], offer: Offer) -> list[tuple[Any, dict[str, str]]]:
-    """Return the faults of a figure where the values of branches are known."""
-    faults = Faults()
-    FIGURES[figure["kind"]].fit(figure, offer, faults)
-    try:
-        faults.settle()
-    except ValueError as error:
-        return faults_of(error)
-    return []
+def told(figure: dict[str, Any], study: StudyContents) -> list[str]:
+    """Return what a figure asks for and the study lacks."""
+    mistakes = Mistakes()
+    FIGURES[figure["kind"]].model_validate(figure).check_against(study, mistakes)
+    return [line["type"].context["message"] for line in mistakes.lines]
 
 
 @pytest.mark.parametrize(
@@ -400,8 +397,8 @@ def test_known_values_of_branches(
     branches: dict[str, tuple[Any, ...]], at: dict[str, Any], words: str | None
 ) -> None:
     axes = {"frequency_ratio": (1.0, 2.0), "clearance": (1.0, 2.0)}
-    found = told(MAP | {"at": at}, Offer(axes, {"bursts": {}}, branches))
-    messages = [fault["message"] for _, fault in found]
+    bursts = OBSERVER_SETTINGS["bursts"].model_validate({})
+    messages = told(MAP | {"at": at}, StudyContents(axes, branches, {"bursts": bursts}, {}, 10))
     assert (messages == []) if words is None else (len(messages) == 1 and words in messages[0])
 
 

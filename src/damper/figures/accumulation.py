@@ -22,15 +22,15 @@ from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_ROWS,
     At,
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
     need,
 )
 
@@ -82,9 +82,9 @@ class AccumulationFigure(FigureSettings):
     at: At = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "accumulation")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "accumulation")
 
 
 def draw(cube: xr.Dataset, *, settings: AccumulationFigure) -> Figure:

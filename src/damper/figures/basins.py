@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -11,8 +12,15 @@ from damper.figures.common.layout import head, legend, place_label
 from damper.figures.common.style import COLUMN
 from damper.figures.map import MOTIONS
 from damper.study.fields import Text
-from damper.study.messages import Faults
-from damper.study.products import Caption, Offer, Product, Role, fit_axis, need, need_starts
+from damper.study.messages import Mistakes
+from damper.study.products import (
+    Caption,
+    Product,
+    Role,
+    StudyContents,
+    need,
+    need_starts,
+)
 from damper.study.study_file import See
 
 if TYPE_CHECKING:
@@ -26,15 +34,16 @@ class BasinsFigure(Product):
     All other axes and draws are starts.
     """
 
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2)}
+
     along: Annotated[Text, Field(description="Axis of the abscissa.")]
     caption: Caption = None
     see: See = None
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "motion")
-        need_starts(offer, faults, settings.get("along"))
-        fit_axis("along", Role(least=2), settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "motion")
+        need_starts(study, mistakes, self.along)
 
 
 def draw(cube: xr.Dataset, *, settings: BasinsFigure) -> Figure:

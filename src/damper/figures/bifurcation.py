@@ -37,7 +37,7 @@ from damper.figures.common.style import (
 )
 from damper.parameters.units import units_of
 from damper.study.fields import Pair, Some, Text, one_of
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_PANELS,
     SECTION_VARIABLES,
@@ -46,14 +46,14 @@ from damper.study.products import (
     Each,
     FigureSettings,
     Interactive,
-    Offer,
     Role,
+    StudyContents,
     need,
     need_orbits,
     need_section,
 )
 from damper.study.settings import SECTIONS
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,40 +155,37 @@ class Bifurcation(FigureSettings):
         """Files of the study that it shows."""
         return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        cls._need_variables(settings, offer, faults)
-        if settings.get("orbits") is True:
-            need_section(offer, faults)
-            need_orbits(("orbits",), offer, faults)
-        if "mark" in settings and "bursts" not in offer.observers:
-            faults.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        self._need_variables(study, mistakes)
+        if self.orbits:
+            need_section(study, mistakes)
+            need_orbits(("orbits",), study, mistakes)
+        if self.mark and "bursts" not in study.observers:
+            mistakes.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
-    @classmethod
-    def _need_variables(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        names = settings.get("variables", SECTION_VARIABLES)
-        shown = set(names) if isinstance(names, list | tuple) else set()
+    def _need_variables(self, study: StudyContents, mistakes: Mistakes) -> None:
+        shown = set(self.variables)
         if shown & {*SECTION_VARIABLES, *_RELATIVE}:
-            need_section(offer, faults)
+            need_section(study, mistakes)
         if shown & set(_AMPLITUDES):
-            need(offer, faults, "response")
-        if "approach_speed" in shown and not offer.set("impacts", "speeds"):
+            need(study, mistakes, "response")
+        if "approach_speed" in shown and not study.asks("impacts", "speeds"):
             message = "needs impacts that lists them among the observers, for approach_speed"
-            faults.add(("variables",), message, "impacts: {speeds: 60}")
-        if _MULTIPLIER in shown and settings.get("orbits") is not True:
-            message = "'multiplier' is of the study's orbits, which are not drawn"
-            faults.add(("variables",), message, "orbits: true")
-        relative = [name for name in _RELATIVE if name in shown]
-        if relative and not any(offer.set(name, "free_mass") for name in SECTIONS):
-            message = f"needs a section that holds the free mass as well, for {words(relative)}"
-            faults.add(("variables",), message, f"{SECTIONS[0]}: {{free_mass: true}}")
+            mistakes.add(("variables",), message, "impacts: {speeds: 60}")
+        relative = join_names(name for name in _RELATIVE if name in shown)
+        if shown & set(_RELATIVE) and not any(study.asks(name, "free_mass") for name in SECTIONS):
+            message = f"needs a section that holds the free mass as well, for {relative}"
+            mistakes.add(("variables",), message, f"{SECTIONS[0]}: {{free_mass: true}}")
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Bifurcation | None, faults: Faults) -> None:
-        if model is not None and (model.mark is None) != (model.mark_label is None):
-            given, missing = ("mark", "mark_label") if model.mark else ("mark_label", "mark")
-            allowed = "text" if model.mark else "[low, high], low < high"
-            faults.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
+    def check_together(self, mistakes: Mistakes) -> None:
+        if _MULTIPLIER in self.variables and not self.orbits:
+            message = "'multiplier' is of the study's orbits, which are not drawn"
+            mistakes.add(("variables",), message, "orbits: true")
+        if (self.mark is None) != (self.mark_label is None):
+            given, missing = ("mark", "mark_label") if self.mark else ("mark_label", "mark")
+            allowed = "text" if self.mark else "[low, high], low < high"
+            mistakes.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
 def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Bifurcation) -> Figure:

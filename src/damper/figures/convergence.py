@@ -11,15 +11,15 @@ from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
 from damper.parameters.units import units_of
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     At,
     Caption,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
 )
-from damper.tables.convergence import Compared, Conventions, Stiffness, fit_convergence
+from damper.tables.convergence import Compared, Conventions, Stiffness, check_convergence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,9 +46,9 @@ class Convergence(FigureSettings):
     at: At = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        fit_convergence(settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        check_convergence(self, study, mistakes)
 
 
 def draw(cube: xr.Dataset, *, settings: Convergence) -> Figure:

@@ -26,7 +26,7 @@ from damper.figures.common.layout import (
 )
 from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
 from damper.study.fields import Some, Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_LINES,
     MOST_VARIABLES,
@@ -36,9 +36,9 @@ from damper.study.products import (
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
     Share,
+    StudyContents,
     Worst,
     check_reduction,
     check_written,
@@ -102,19 +102,16 @@ class Curves(FigureSettings):
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        given = settings.get("variables")
-        names = given if isinstance(given, list | tuple) else ()
-        for i, name in enumerate(names):
-            check_written(("variables", i), name, offer, faults)
-        check_reduction(names, settings, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        for i, name in enumerate(self.variables):
+            check_written(("variables", i), name, study, mistakes)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Curves | None, faults: Faults) -> None:
-        if model is not None and len(model.variables) > MOST_VARIABLES:
-            message = f"{len(model.variables)} variables are too many for one figure"
-            faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
+    def check_together(self, mistakes: Mistakes) -> None:
+        check_reduction(self.variables, self, mistakes)
+        if len(self.variables) > MOST_VARIABLES:
+            message = f"{len(self.variables)} variables are too many for one figure"
+            mistakes.add(("variables",), message, f"at most {MOST_VARIABLES}")
 
 
 def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:

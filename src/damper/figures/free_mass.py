@@ -21,14 +21,14 @@ from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, PURPLE, VERMI
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
 from damper.study.fields import Pair, Unit
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     At,
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
     need,
     need_listed_bursts,
 )
@@ -77,7 +77,6 @@ class FreeMass(FigureSettings):
     Onset, duration and sticking of that burst are annotated, chatter and sticking are shaded.
     """
 
-    of_single_bursts: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
 
     each: Each = None
@@ -108,10 +107,10 @@ class FreeMass(FigureSettings):
     ] = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "trajectory")
-        need_listed_bursts(offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "trajectory")
+        need_listed_bursts(study, mistakes)
 
 
 def draw(cube: xr.Dataset, *, settings: FreeMass) -> Figure:

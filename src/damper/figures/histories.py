@@ -22,11 +22,11 @@ from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
 from damper.figures.trajectory import TrajectoryFigure
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_PANELS,
-    Offer,
     Role,
+    StudyContents,
     need_listed_bursts,
 )
 
@@ -67,15 +67,13 @@ class Histories(TrajectoryFigure):
     Bursts of chatter and stretches of sticking are shaded.
     """
 
-    of_single_bursts: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
 
     panels: Annotated[Text, Field(description="Axis of whose values each makes a panel.")]
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        super().needs(settings, offer, faults)
-        need_listed_bursts(offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need_listed_bursts(study, mistakes)
 
 
 def draw(cube: xr.Dataset, *, settings: Histories) -> Figure:

@@ -46,7 +46,7 @@ from damper.figures.common.style import (
     YELLOW,
 )
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     FREE_TRAVEL,
     MOST_PANELS,
@@ -57,16 +57,16 @@ from damper.study.products import (
     Each,
     FigureSettings,
     Interactive,
-    Offer,
     Role,
     Share,
+    StudyContents,
     Worst,
     check_reduction,
     check_written,
     need,
     need_orbits,
 )
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,39 +179,35 @@ class Map(FigureSettings):
         """Files of the study that it shows."""
         return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        if settings.get("orbits") is True:
-            need_orbits(("orbits",), offer, faults)
-        variable = settings.get("variable")
-        check_reduction([variable], settings, faults)
-        if variable == _ATTRACTOR:
-            need(offer, faults, "motion")
-            if settings.get("share") is not None:
-                message = "motions are above no limit"
-                faults.add(("share",), message, "kind: basins, for the part that ends in each")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        if self.orbits:
+            need_orbits(("orbits",), study, mistakes)
+        if self.variable == _ATTRACTOR:
+            need(study, mistakes, "motion")
         else:
-            check_written(("variable",), variable, offer, faults)
-        if settings.get("theory") == "small_mass_limit":
-            cls._fits_limit(settings, faults)
-        if settings.get("theory") == "steady_amplitude":
-            axes = settings.get("x"), settings.get("y")
-            if axes != ("frequency_ratio", "clearance"):
-                message = f"the steady amplitude has no place over {words(map(str, axes))}"
-                faults.add(("theory",), message, "frequency_ratio as x and clearance as y")
+            check_written(("variable",), self.variable, study, mistakes)
 
-    @classmethod
-    def _fits_limit(cls, settings: dict[str, Any], faults: Faults) -> None:
-        variable = settings.get("variable")
-        axes: list[Any] = [settings.get("x"), settings.get("y")]
-        if isinstance(variable, str) and variable not in _OF_BURSTS:
-            message = f"the small-mass limit does not speak of '{variable}'"
-            faults.add(("theory",), message, f"a map of {words(_OF_BURSTS)}")
-        if all(isinstance(name, str) for name in axes) and not (
-            "restitution" in axes and any(name in axes for name in FREE_TRAVEL)
-        ):
-            message = f"the small-mass limit has no place over {words(axes)}"
-            faults.add(("theory",), message, "restitution and clearance (or gap) as x and y")
+    def check_together(self, mistakes: Mistakes) -> None:
+        check_reduction([self.variable], self, mistakes)
+        if self.variable == _ATTRACTOR and self.share is not None:
+            message = "motions are above no limit"
+            mistakes.add(("share",), message, "kind: basins, for the part that ends in each")
+        if self.theory == "small_mass_limit":
+            self._check_limit(mistakes)
+        axes = self.x, self.y
+        if self.theory == "steady_amplitude" and axes != ("frequency_ratio", "clearance"):
+            message = f"the steady amplitude has no place over {join_names(axes)}"
+            mistakes.add(("theory",), message, "frequency_ratio as x and clearance as y")
+
+    def _check_limit(self, mistakes: Mistakes) -> None:
+        axes = self.x, self.y
+        if self.variable not in _OF_BURSTS:
+            message = f"the small-mass limit does not speak of '{self.variable}'"
+            mistakes.add(("theory",), message, f"a map of {join_names(_OF_BURSTS)}")
+        if "restitution" not in axes or not any(name in axes for name in FREE_TRAVEL):
+            message = f"the small-mass limit has no place over {join_names(axes)}"
+            mistakes.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
 
 def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map) -> Figure:

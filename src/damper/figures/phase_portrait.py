@@ -14,15 +14,15 @@ from damper.figures.common.layout import head, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_COLUMNS,
     At,
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
     need,
     need_section,
 )
@@ -70,10 +70,10 @@ class PhasePortrait(FigureSettings):
     at: At = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "trajectory")
-        need_section(offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "trajectory")
+        need_section(study, mistakes)
 
 
 def draw(cube: xr.Dataset, *, settings: PhasePortrait) -> Figure:

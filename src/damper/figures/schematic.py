@@ -14,8 +14,7 @@ from pydantic import Field
 
 from damper.figures.common.style import BLACK, COLUMN
 from damper.study.fields import Text
-from damper.study.messages import Faults
-from damper.study.products import Offer, Product
+from damper.study.products import Product
 from damper.study.study_file import See
 
 if TYPE_CHECKING:
@@ -47,10 +46,6 @@ class Schematic(Product):
     ]
     caption: Annotated[Text | None, Field(description="Heading; none when not given.")] = None
     see: See = None
-
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        """Nothing to note: a schematic asks nothing of the study."""
 
 
 def draw(*, settings: Schematic) -> Figure:

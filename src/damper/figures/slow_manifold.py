@@ -13,15 +13,15 @@ from damper.analysis.closed_forms import damper_at
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_PANELS,
     At,
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
     need,
 )
 from damper.theory import need_basic
@@ -80,9 +80,9 @@ class SlowManifold(FigureSettings):
     at: At = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "trajectory")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "trajectory")
 
 
 def draw(cube: xr.Dataset, *, settings: SlowManifold) -> Figure:

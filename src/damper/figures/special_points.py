@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,10 +13,10 @@ from damper.figures.common.layout import head, legend, place_text, say
 from damper.figures.common.style import COLUMN, axis_label
 from damper.figures.overlays.orbits import overlay_curves
 from damper.study.fields import Text
-from damper.study.messages import Faults
-from damper.study.products import Caption, Offer, Product, need_orbits
+from damper.study.messages import Mistakes
+from damper.study.products import Caption, Product, StudyContents, need_orbits
 from damper.study.study_file import See
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,34 +47,23 @@ class SpecialPointsFigure(Product):
     caption: Caption = None
     see: See = None
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need_orbits((), offer, faults)
-        asked = [name for name in (settings.get("x"), settings.get("y")) if isinstance(name, str)]
-        pairs = _curves(offer.orbits)
-        over = " and ".join(asked)
-        if len(asked) < 2 or not offer.orbits:
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need_orbits((), study, mistakes)
+        if not study.orbits:
             return
-        if set(asked) not in [{*pair} for pair in pairs]:
-            allowed = words(map(" and ".join, pairs)) if pairs else "curves in orbits"
-            faults.add(("y",), f"the study follows no special points over {over}", allowed)
-        elif settings.get("theory") and set(asked) != {"restitution", "clearance"}:
+        pairs = [
+            (entry.along, other)
+            for entry in study.orbits.values()
+            for ranges in entry.curves.values()
+            for other in ranges
+        ]
+        over = f"{self.x} and {self.y}"
+        if {self.x, self.y} not in [{*pair} for pair in pairs]:
+            allowed = join_names(map(" and ".join, pairs)) if pairs else "curves in orbits"
+            mistakes.add(("y",), f"the study follows no special points over {over}", allowed)
+        elif self.theory and {self.x, self.y} != {"restitution", "clearance"}:
             message = f"the small-mass limit has no place over {over}"
-            faults.add(("theory",), message, "restitution and clearance")
-
-
-def _curves(orbits: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Pairs of parameters that the curves of a study have; what is wrong there is not said here."""
-
-    def within(data: Any) -> Mapping[str, Any]:
-        return data if isinstance(data, dict) else {}
-
-    return [
-        (str(within(entry).get("along")), str(other))
-        for entry in orbits.values()
-        for ranges in within(within(entry).get("curves")).values()
-        for other in within(ranges)
-    ]
+            mistakes.add(("theory",), message, "restitution and clearance")
 
 
 def draw(branches: xr.Dataset, *, settings: SpecialPointsFigure) -> Figure:

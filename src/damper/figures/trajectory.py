@@ -13,17 +13,17 @@ from damper.analysis.stretches import forcing_frequency, half_gap, rows_between,
 from damper.figures.common.layout import head, legend, select
 from damper.figures.common.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     At,
     Caption,
     Each,
     FigureSettings,
-    Offer,
     Role,
+    StudyContents,
     need,
 )
-from damper.study.yaml_file import show
+from damper.study.yaml_file import display
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,23 +69,24 @@ class TrajectoryFigure(FigureSettings):
     ] = None
     caption: Caption = None
 
-    @classmethod
-    def needs(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "trajectory")
-
-    def fit_stretch(self, length: float, faults: Faults) -> None:
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "trajectory")
+        length = study.stretch
+        if length is None:  # what is wrong with it is said where it stands
+            return
         if self.start >= length:
             message = f"starts {self.start:g} periods into a sampled stretch of {length:g}"
-            faults.add(("start",), message, f"number >= 0 and < {length:g}")
+            mistakes.add(("start",), message, f"number >= 0 and < {length:g}")
         elif self.stop is not None and self.stop > length:
             message = f"stops {self.stop:g} periods into a sampled stretch of {length:g}"
-            faults.add(("stop",), message, f"number <= {length:g}")
+            mistakes.add(("stop",), message, f"number <= {length:g}")
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: TrajectoryFigure | None, faults: Faults) -> None:
-        if model is not None and model.stop is not None and model.stop <= model.start:
-            message = f"start ({show(model.start)}) must be less than stop ({show(model.stop)})"
-            faults.add(("stop",), message, f"number > {show(model.start)}")
+    def check_together(self, mistakes: Mistakes) -> None:
+        if self.stop is not None and self.stop <= self.start:
+            start = display(self.start)
+            message = f"start ({start}) must be less than stop ({display(self.stop)})"
+            mistakes.add(("stop",), message, f"number > {start}")
 
 
 def draw(cube: xr.Dataset, *, settings: TrajectoryFigure) -> Figure:

@@ -13,8 +13,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
-from damper.study.rules import corners
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 from damper.sweep.estimate import amount, duration, machine_memory
 
 _COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
@@ -82,10 +81,10 @@ def _notes(study: Any) -> Iterator[str]:
             )
     if found.run_seconds < PLAIN_SECONDS and not study.orbits:
         return
-    models = {p.model for p in corners(study) if not Trajectory(model_of(p)).is_compiled}
+    models = {p.model for p in study.corners if not Trajectory(model_of(p)).is_compiled}
     if models:
         yield (
-            f"to compile for the model {words(sorted(models))} takes some "
+            f"to compile for the model {join_names(sorted(models))} takes some "
             f"{duration(COMPILE_SECONDS * len(models))} more, the first time"
         )
 

@@ -17,11 +17,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from damper.parameters.quantities import nearest
-from damper.study.fields import STEM, STEM_WORDS, Entries
+from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
-from damper.study.messages import Faults, Report, faults_of
+from damper.study.messages import Mistakes, Report, mistakes_of
 from damper.study.model import Config, Settings, Study
-from damper.study.products import Offer
+from damper.study.rules import check_study
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import (
     ConfigError,
@@ -30,9 +30,9 @@ from damper.study.yaml_file import (
     Problem,
     YamlFile,
     as_part,
+    display,
+    join_names,
     read_yaml,
-    show,
-    words,
 )
 
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
@@ -54,7 +54,7 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
     try:
         settings = Settings.model_validate(mapping)
     except ValidationError as error:
-        problems += [parts.problem(loc, **report) for loc, report in faults_of(error)]
+        problems += [parts.problem(loc, **report) for loc, report in mistakes_of(error)]
     overrides = _part_of(mapping, "overrides", dict)
     paths = _paths(_asked(mapping), overrides, directory, parts, problems)
     for name, path in paths.items():
@@ -159,7 +159,7 @@ def _paths(
         if path is None:
             problems.append(_unknown_study(loc, entry, files, parts))
         elif not STEM.fullmatch(path.stem):
-            message = f"{show(path.stem)} cannot be the name of a study"
+            message = f"{display(path.stem)} cannot be the name of a study"
             problems.append(parts.problem(loc, message, STEM_WORDS))
         elif path.stem.casefold() in map(str.casefold, paths):
             message = f"two studies are called '{path.stem}'"
@@ -186,11 +186,11 @@ def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
                 beside = cubes.get(other)
                 if beside is None:
                     message = f"the study '{other}' is not among those to be made"
-                    allowed = f"{words(cubes)} (studies and targets in the configuration)"
+                    allowed = f"{join_names(cubes)} (studies and targets in the configuration)"
                     yield Problem(place, loc, message, allowed, nearest(other, cubes))
                     continue
-                found = Faults()
-                product.fit_beside(what, Offer(beside.axis_values, beside.observers), found)
+                found = Mistakes()
+                product.check_beside(what, beside.contents, found)
                 for line in found.lines:
                     context = line["type"].context
                     message = f"in the study '{other}' {context['message']}"
@@ -198,8 +198,8 @@ def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
 
 
 def _unknown_study(loc: Loc, name: str, files: Iterable[str], parts: _Parts) -> Problem:
-    allowed = f"{words(files)} (the files in config/studies), or a path that ends in .yaml"
-    return parts.problem(loc, f"unknown study {show(name)}", allowed, nearest(name, files))
+    allowed = f"{join_names(files)} (the files in config/studies), or a path that ends in .yaml"
+    return parts.problem(loc, f"unknown study {display(name)}", allowed, nearest(name, files))
 
 
 def _part_of(data: Any, key: str, sort: type) -> Any:
@@ -214,11 +214,13 @@ def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> 
     if isinstance(override, dict):
         data = _merged(data, override, _dropped(data | override))
     elif override is not None:
-        problems.append(parts.problem(prefix, f"not a mapping (value: {show(override)})"))
+        problems.append(parts.problem(prefix, f"not a mapping (value: {display(override)})"))
     try:
         study = _kind_of(data).model_validate(data)
+        if isinstance(study, Study):
+            check_study(study)
     except ValidationError as error:
-        problems += [_blame(loc, file, parts, prefix, report) for loc, report in faults_of(error)]
+        problems += [_blame(loc, file, parts, prefix, report) for loc, report in mistakes_of(error)]
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     study._name = path.stem
@@ -262,7 +264,7 @@ def _dropped(data: dict[str, Any]) -> set[str]:
     return {
         key
         for key, field in cls.model_fields.items()
-        if any(isinstance(one, Entries) and one.dropped for one in field.metadata)
+        if any(isinstance(one, NamedMapping) and one.dropped for one in field.metadata)
     }
 
 

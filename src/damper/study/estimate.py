@@ -11,15 +11,12 @@ fourteenth of their time.
 from __future__ import annotations
 
 from math import ceil, prod
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from damper.observers import make_observers
-from damper.study.axes import axis_values
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
+from damper.study.model import Study
 from damper.sweep.estimate import MOST_MEMORY, Job, amount, run_sizes
-
-if TYPE_CHECKING:
-    from damper.study.model import Study
 
 MOST_SLICES = 1000
 """One slice is one job. A dry run took 13 s for 1000 of them, 29 s for 2000, and was not done
@@ -88,7 +85,7 @@ class Estimate(NamedTuple):
 
 def estimate(study: Study) -> Estimate:
     """Estimate what a study takes."""
-    sizes = {name: len(axis_values(axis)) for name, axis in study.axes.items()}
+    sizes = {name: len(values) for name, values in study.axis_values.items()}
     slices = prod(sizes[name] for name in study.fan_axes)
     job = Job(
         run_sizes({n: sizes[n] for n in study.inner_axes}, study.initial.draws, study.follow),
@@ -108,7 +105,7 @@ def estimate(study: Study) -> Estimate:
     )
 
 
-def refuse_excess(study: Study, faults: Faults) -> None:
+def refuse_excess(study: Study, mistakes: Mistakes) -> None:
     """Note what makes a study so large that it cannot end, with the estimate."""
     found = estimate(study)
     excess, job = found.job.excess(), found.job
@@ -118,11 +115,11 @@ def refuse_excess(study: Study, faults: Faults) -> None:
             todo = ": fewer periods, samples or records"
         elif excess.key in job.sizes:
             todo = f": fewer values{_fan(study, found)}"
-        faults.add(loc, excess.message, excess.allowed + todo)
+        mistakes.add(loc, excess.message, excess.allowed + todo)
     elif found.gather_memory > MOST_MEMORY:
         message = f"to gather {found.runs} runs takes some {amount(found.gather_memory)} of memory"
         allowed = f"at most {amount(MOST_MEMORY)}: fewer values or observers, or several studies"
-        faults.add(("axes",) if study.axes else ("observers",), message, allowed)
+        mistakes.add(("axes",) if study.axes else ("observers",), message, allowed)
 
 
 def _place(study: Study, key: str) -> tuple[str, ...]:

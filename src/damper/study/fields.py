@@ -35,9 +35,9 @@ from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, c
 
 from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
-from damper.study.messages import NOTHING, Faults, faults_of
+from damper.study.messages import NOTHING, Mistakes, mistakes_of
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
-from damper.study.yaml_file import NUMBER, Quoted, as_part, key_path, show
+from damper.study.yaml_file import NUMBER, Quoted, as_part, display, key_path
 
 # A file's name has at most 255 bytes, with what is added to it, such as a coordinate and a suffix.
 STEM = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -62,17 +62,16 @@ class Strict(BaseModel):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            report = [
-                f"{key_path((name, *loc))}: {fault['message']}"
-                + (f" (did you mean {fault['near']!r}?)" if fault["near"] else "")
-                + (f": must be {fault['allowed']}" if fault["allowed"] else "")
-                for loc, fault in faults_of(error)
+            lines = [
+                f"{key_path((name, *loc))}: {report['message']}"
+                + (f" (did you mean {report['near']!r}?)" if report["near"] else "")
+                + (f": must be {report['allowed']}" if report["allowed"] else "")
+                for loc, report in mistakes_of(error)
             ]
-            raise ValueError("; ".join(report)) from None
+            raise ValueError("; ".join(lines)) from None
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Any, faults: Faults) -> None:
-        """Check what no setting can check alone; `model` is None after any other fault."""
+    def check_together(self, mistakes: Mistakes) -> None:
+        """Note what no setting can check alone; each by itself is right."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -82,14 +81,13 @@ class Strict(BaseModel):
         alone = bool(cls.shorthand) and not isinstance(data, dict)
         if alone:
             data = {cls.shorthand: data}
-        faults, model = Faults(), None
-        with faults.of(of=cls, name=info.context):
+        mistakes = Mistakes()
+        with mistakes.at(of=cls, name=info.context):
             model = handler(_as_read(cls, data))
+            model.check_together(mistakes)
         if alone:
-            faults.lines = [line | {"loc": ()} for line in faults.lines]
-        if isinstance(data, dict):
-            cls.relate(data, None if faults.lines else model, faults)
-        faults.settle()
+            mistakes.lines = [line | {"loc": ()} for line in mistakes.lines]
+        mistakes.settle()
         return model
 
     @model_serializer(mode="wrap")
@@ -177,11 +175,11 @@ class Distinct:
 
 
 def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    faults, first = Faults(), dict[Any, int]()
+    mistakes, first = Mistakes(), dict[Any, int]()
     for i, value in enumerate(values):
         if first.setdefault(value, i) < i:
-            faults.add((i,), f"{show(value)} is given twice (first as [{first[value]}])")
-    faults.settle()
+            mistakes.add((i,), f"{display(value)} is given twice (first as [{first[value]}])")
+    mistakes.settle()
     return values
 
 
@@ -214,16 +212,16 @@ def _on_one_line(text: str) -> str:
 
 def _folder(text: str) -> str:
     """Check a folder for results; what may stand in its name, Snakemake takes as it is."""
-    path, faults = PurePosixPath(text), Faults()
+    path, mistakes = PurePosixPath(text), Mistakes()
     if len(text) > 200 or not path.parts or not all(map(_FOLDER.fullmatch, path.parts)):
-        faults.add((), f"cannot be the folder of results (value: {show(text)})", FOLDER_WORDS)
+        mistakes.add((), f"cannot be the folder of results (value: {display(text)})", FOLDER_WORDS)
     elif path.parts[0].casefold() in _PROJECT:
-        faults.add((), f"'{path.parts[0]}' is a folder of the project", FOLDER_WORDS)
+        mistakes.add((), f"'{path.parts[0]}' is a folder of the project", FOLDER_WORDS)
     else:
         for one in (path, *path.parents):
             if Path(one).exists() and not Path(one).is_dir():
-                faults.add((), f"{show(one.as_posix())} is a file", FOLDER_WORDS)
-    faults.settle()
+                mistakes.add((), f"{display(one.as_posix())} is a file", FOLDER_WORDS)
+    mistakes.settle()
     return path.as_posix()
 
 
@@ -246,7 +244,7 @@ def one_of(names: Iterable[str]) -> GetPydanticSchema:
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(list(names)))
 
 
-class Entries:
+class NamedMapping:
     """Marks a dict: a mapping from names to entries, each checked with its name as context.
 
     `what` the names are names of; all `names` there are, with the type of each where it is not that
@@ -285,28 +283,30 @@ class Entries:
     def _check(self, value: Any) -> dict[str, Any]:
         if not isinstance(value, dict):
             raise PydanticKnownError("dict_type")
-        faults = Faults()
+        mistakes = Mistakes()
         kept: dict[str, Any] = {}
         seen: dict[str, str] = {}
         for name, data in value.items():
             here = as_part(name)
             if self.names is not None and name not in self.names:
-                faults.unknown((here,), self.what, name, self.names, data)
+                mistakes.unknown((here,), self.what, name, self.names, data)
                 continue
             if not isinstance(name, str):
-                faults.add((here,), f"a key must be text: put {show(name)} in quotes", STEM_WORDS)
+                mistakes.add(
+                    (here,), f"a key must be text: put {display(name)} in quotes", STEM_WORDS
+                )
                 continue
             if self.names is None and not STEM.fullmatch(name):
-                message = f"{show(name)} cannot be the name of a {self.what}"
-                faults.add((here,), message, STEM_WORDS)
+                message = f"{display(name)} cannot be the name of a {self.what}"
+                mistakes.add((here,), message, STEM_WORDS)
             twin = seen.setdefault(name.casefold(), name)
             if twin != name:
-                faults.add((here,), f"the same file as '{twin}' where case does not count")
+                mistakes.add((here,), f"the same file as '{twin}' where case does not count")
             entry = self._adapter(name)
-            with faults.of(here, of=entry, name=name):
+            with mistakes.at(here, of=entry, name=name):
                 data = {} if self.bare and data is None else data
                 kept[name] = entry.validate_python(data, context=name)
-        faults.settle()
+        mistakes.settle()
         return kept
 
     def __get_pydantic_json_schema__(

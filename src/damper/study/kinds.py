@@ -21,11 +21,11 @@ from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 from damper.observers import class_in
 from damper.parameters.quantities import nearest, unknown_name
 from damper.study.fields import Strict
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import Product
 from damper.study.schema import Schema, nested
 from damper.study.study_file import StudyFile
-from damper.study.yaml_file import show, words
+from damper.study.yaml_file import display, join_names
 
 
 class Kinds(Mapping[str, type[Any]]):
@@ -58,14 +58,14 @@ class Kinds(Mapping[str, type[Any]]):
         """Return the class of settings that say their ``kind``."""
         if not isinstance(data, dict):
             raise PydanticKnownError("dict_type")
-        faults, kind = Faults(), data.get("kind")
+        mistakes, kind = Mistakes(), data.get("kind")
         if "kind" not in data:
-            faults.add(("kind",), "'kind' is missing", words(self.modules))
+            mistakes.add(("kind",), "'kind' is missing", join_names(self.modules))
         elif not isinstance(kind, str) or kind not in self.modules:
             near = nearest(kind, self.modules) if isinstance(kind, str) else ""
-            message = f"not one of the choices (value: {show(kind)})"
-            faults.add(("kind",), message, words(self.modules), near)
-        faults.settle()
+            message = f"not one of the choices (value: {display(kind)})"
+            mistakes.add(("kind",), message, join_names(self.modules), near)
+        mistakes.settle()
         return self[str(kind)]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:

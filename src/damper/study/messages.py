@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from damper.parameters.quantities import ALL, SI_ONLY, nearest
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
-from damper.study.yaml_file import NUMBER, Loc, as_part, show, words
+from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names
 
 Report = dict[str, Any]
 """What a message says: ``message``, what is ``allowed``, and the name that is ``near``."""
@@ -33,15 +33,18 @@ class Nothing:
 NOTHING = Nothing()
 
 
-class Faults:
-    """Collects faults on their way through pydantic, so that one does not hide the next."""
+class Mistakes:
+    """Collects mistakes on their way through pydantic, so that one does not hide the next."""
 
     def __init__(self) -> None:
         self.lines: list[Any] = []
 
+    def __bool__(self) -> bool:
+        return bool(self.lines)
+
     def add(self, loc: Loc, message: str, allowed: str = "", near: str = "") -> None:
-        """Note one fault: what is wrong, what is allowed, the nearest name."""
-        error = PydanticCustomError("fault", "{message}", _report(message, allowed, near))
+        """Note one mistake: what is wrong, what is allowed, the nearest name."""
+        error = PydanticCustomError("mistake", "{message}", _report(message, allowed, near))
         self.lines.append({"type": error, "loc": loc, "input": None})
 
     def unknown(
@@ -51,13 +54,15 @@ class Faults:
         self.add(loc, **_unknown(what, name, names, value))
 
     @contextmanager
-    def of(self, *loc: str | int, **where: Any) -> Iterator[None]:
-        """Note the faults that the body raises, at `loc` and below; `where` is for `faults_of`."""
+    def at(self, *loc: str | int, **where: Any) -> Iterator[None]:
+        """Put what the body notes or raises at `loc` and below; `where` is for `mistakes_of`."""
+        before, self.lines = self.lines, []
         try:
             yield
         except ValidationError as error:
-            for below, report in faults_of(error, **where):
-                self.add((*loc, *below), **report)
+            for below, report in mistakes_of(error, **where):
+                self.add(below, **report)
+        self.lines = before + [line | {"loc": (*loc, *line["loc"])} for line in self.lines]
 
     def settle(self) -> None:
         """Raise what was noted, if anything."""
@@ -65,12 +70,12 @@ class Faults:
             raise ValidationError.from_exception_data("study", self.lines)
 
 
-def faults_of(
+def mistakes_of(
     error: ValidationError,
     of: type[BaseModel] | TypeAdapter[Any] | None = None,
     name: str | None = None,
 ) -> list[tuple[Loc, Report]]:
-    """Return the faults in pydantic's error: where, and what to report of each.
+    """Return the mistakes in pydantic's error: where, and what to report of each.
 
     `of` is what was validated, not needed where a model in it has reported all; `name` that under
     which it stands: of a quantity, it decides what is allowed.
@@ -86,14 +91,14 @@ def faults_of(
             continue
         if kind == "missing" and isinstance(loc[-1], int):
             kind, loc = "too_short", loc[:-1]  # one of a pair
-        if kind == "fault":
+        if kind == "mistake":
             report = line["ctx"]
         elif isinstance(of, type) and kind in ("extra_forbidden", "invalid_key"):
             key, value = (value, None) if kind == "invalid_key" else (loc[-1], value)
             loc, report = (as_part(key),), _unknown("key", key, of.model_fields, value)
         elif isinstance(of, type) and not loc:
             sort = "text in UTF-8" if kind == "string_unicode" else "a mapping"
-            report = _report(f"not {sort} (value: {show(value)})", words(of.model_fields))
+            report = _report(f"not {sort} (value: {display(value)})", join_names(of.model_fields))
         else:
             schema = _schema_at(of, loc)
             allowed = words_of(schema)
@@ -133,7 +138,7 @@ _NUMBERS = ("a number", "an integer")
 
 def _message(kind: str, value: Any, schema: Schema, context: dict[str, Any]) -> str:
     """Return what one of pydantic's errors says of a value; nothing if it is missing."""
-    shown = f"(value: {show(value)}"
+    shown = f"(value: {display(value)}"
     if kind == "missing":
         return ""
     if kind == "literal_error":
@@ -173,9 +178,11 @@ def _hint(sort: str, value: Any) -> str:
 
 def _unknown(what: str, name: object, names: Iterable[str], value: object) -> Report:
     if not isinstance(name, str):
-        return _report(f"a key must be text (it is {show(name)})", words(names))
-    shown = "" if value is None or isinstance(value, dict | list) else f" (value: {show(value)})"
-    return _report(f"unknown {what} {show(name)}{shown}", words(names), nearest(name, names))
+        return _report(f"a key must be text (it is {display(name)})", join_names(names))
+    shown = "" if value is None or isinstance(value, dict | list) else f" (value: {display(value)})"
+    return _report(
+        f"unknown {what} {display(name)}{shown}", join_names(names), nearest(name, names)
+    )
 
 
 def _report(message: str, allowed: str = "", near: str = "") -> Report:

@@ -9,15 +9,15 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.parameters.quantities import ALL, is_si
+from damper.parameters import Parameters, SIParameters
+from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.units import SI_UNITS
 from damper.parameters.variables import TIME
-from damper.study.axes import axis_values, coordinate_name
-from damper.study.fields import Entries, Folder, Some, Strict, Text, Unit
+from damper.study.axes import coordinate_name
+from damper.study.fields import Folder, NamedMapping, Some, Strict, Text, Unit
 from damper.study.kinds import FIGURES, TABLES
-from damper.study.messages import Faults
-from damper.study.products import Product
-from damper.study.rules import corners, relate
+from damper.study.messages import Mistakes
+from damper.study.products import Product, StudyContents
 from damper.study.settings import (
     OBSERVER_SETTINGS,
     Axis,
@@ -27,7 +27,8 @@ from damper.study.settings import (
     given_settings,
 )
 from damper.study.study_file import StudyFile
-from damper.study.yaml_file import dump_yaml, show
+from damper.study.yaml_file import display, dump_yaml
+from damper.sweep.branches import DIRECTIONS
 
 _NONE: dict[str, Any] = {}
 
@@ -52,7 +53,7 @@ class Study(RunKeys, StudyFile):
 
     parameters: Annotated[
         dict[str, Fixed],
-        Entries("parameter", tuple(ALL)),
+        NamedMapping("parameter", tuple(ALL)),
         Field(
             description="Quantities that are the same throughout. Every parameter without a "
             "default must stand here or under axes: all dimensionless ones, or all SI ones."
@@ -60,7 +61,7 @@ class Study(RunKeys, StudyFile):
     ] = _NONE
     axes: Annotated[
         dict[str, Axis],
-        Entries("axis", tuple(ALL)),
+        NamedMapping("axis", tuple(ALL)),
         Field(
             description="Quantities that run through values; their order is that of the cube's "
             "dimensions. Without axes the study is one point."
@@ -74,7 +75,7 @@ class Study(RunKeys, StudyFile):
     ] = Initial()
     observers: Annotated[
         dict[str, Strict],
-        Entries("observer", OBSERVER_SETTINGS, bare=True),
+        NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
         Field(
             description="What to measure, at least one; an observer without settings takes its "
             "defaults. No two may write one variable."
@@ -82,7 +83,7 @@ class Study(RunKeys, StudyFile):
     ]
     orbits: Annotated[
         dict[str, FollowedOrbit],
-        Entries("motion"),
+        NamedMapping("motion"),
         Field(
             description="Periodic motions to follow, stable or not: name -> from where, along "
             "which axis. Of a dimensionless study with rigid walls."
@@ -90,19 +91,19 @@ class Study(RunKeys, StudyFile):
     ] = _NONE
     figures: Annotated[
         dict[str, Annotated[Product, FIGURES]],
-        Entries("figure"),
+        NamedMapping("figure"),
         Field(description="What to draw: name of the file -> kind and its settings."),
     ] = _NONE
     tables: Annotated[
         dict[str, Annotated[Product, TABLES]],
-        Entries("table"),
+        NamedMapping("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
 
     @property
     def axis_values(self) -> dict[str, tuple[float, ...]]:
         """Values of every axis, in the order of the cube's dimensions."""
-        return {name: axis_values(axis) for name, axis in self.axes.items()}
+        return {name: axis.points for name, axis in self.axes.items()}
 
     @property
     def fixed(self) -> dict[str, float]:
@@ -111,9 +112,41 @@ class Study(RunKeys, StudyFile):
         return {name: values[name] for name in ALL if name in values and name not in self.axes}
 
     @property
+    def corners(self) -> list[Parameters]:
+        """Parameters at the ends of all axes; ValueError when a value there is refused.
+
+        Each dimensionless parameter is monotone in what it is formed from, so the ends show what
+        the values between them are allowed to be and which model they ask for.
+        """
+        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
+        ends = {n: {min(v), max(v)} for n, v in given.items() if n not in INITIAL_NAMES}
+        kind = SIParameters if is_si(ends) else Parameters
+        points = (
+            kind(**dict(zip(ends, values, strict=True))) for values in combinations(*ends.values())
+        )
+        return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
+
+    @property
     def model(self) -> str:
         """The model of the damper that the study's values ask for."""
-        return next((p.model for p in corners(self) if p.model != "rigid"), "rigid")
+        return next((p.model for p in self.corners if p.model != "rigid"), "rigid")
+
+    @property
+    def branches(self) -> dict[str, tuple[Any, ...]]:
+        """Dimensions of several runs at each point, with their values."""
+        values: dict[str, tuple[Any, ...]] = {}
+        for way in self.follow.values():
+            values["direction"] = DIRECTIONS[way]
+        if self.initial.draws is not None:
+            values["draw"] = tuple(range(self.initial.draws))
+        return values
+
+    @property
+    def contents(self) -> StudyContents:
+        """What there is to make figures and tables of."""
+        return StudyContents(
+            self.axis_values, self.branches, self.observers, self.orbits, self.periods
+        )
 
     @property
     def follow(self) -> dict[str, str]:
@@ -155,7 +188,7 @@ class Study(RunKeys, StudyFile):
 
     def slices(self) -> list[dict[str, float]]:
         """Return the coordinates of every slice; without fanned axes, one that has none."""
-        fanned = {name: axis_values(axis) for name, axis in self.axes.items() if axis.fan}
+        fanned = {name: axis.points for name, axis in self.axes.items() if axis.fan}
         return [dict(zip(fanned, point, strict=True)) for point in combinations(*fanned.values())]
 
     def slice_path(self, coords: Mapping[str, float]) -> str:
@@ -220,12 +253,6 @@ class Study(RunKeys, StudyFile):
             for name, entry in entries.items()
             if (text := getattr(entry, remark)) is not None
         }
-
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Study | None, faults: Faults) -> None:
-        # Works on the raw data: a mistake in one entry is to hide nothing about the others.
-        raw = {key: {} if data.get(key) is None else data[key] for key in cls.model_fields}
-        relate(raw, model, faults)
 
 
 def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
@@ -297,7 +324,7 @@ class Settings(Strict):
     ]
     targets: Annotated[
         dict[str, Some[Text]],
-        Entries("target", to="its studies", dropped=False),
+        NamedMapping("target", to="its studies", dropped=False),
         Field(
             description="More studies, outside of the default run: name of a target -> studies "
             "that `snakemake <name>` makes."
@@ -311,7 +338,7 @@ class Settings(Strict):
     ] = "results"
     overrides: Annotated[
         dict[str, dict[Any, Any] | None],
-        Entries("study", to="part of a study", dropped=False),
+        NamedMapping("study", to="part of a study", dropped=False),
         Field(
             description="Name of a study -> part of a study that is merged over its file. What it "
             "says about the values of an axis replaces the way in which the file gives them; a "
@@ -319,15 +346,14 @@ class Settings(Strict):
         ),
     ] = _NONE
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Settings | None, faults: Faults) -> None:
-        for name in model.targets if model else ():
+    def check_together(self, mistakes: Mistakes) -> None:
+        for name in self.targets:
             loc = ("targets", name)
             if name.startswith("-"):
-                message = f"{show(name)} reads like an option of snakemake"
-                faults.add(loc, message, "a name without - in front")
+                message = f"{display(name)} reads like an option of snakemake"
+                mistakes.add(loc, message, "a name without - in front")
             if name in RULES:
-                faults.add(loc, f"{show(name)} is a rule of the workflow", "another name")
+                mistakes.add(loc, f"{display(name)} is a rule of the workflow", "another name")
 
 
 @dataclass(frozen=True)

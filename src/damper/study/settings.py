@@ -15,12 +15,12 @@ from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
-from damper.study.axes import MOST_VALUES, WAYS, axis_values
+from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
     Coordinate,
     Distinct,
-    Entries,
     Line,
+    NamedMapping,
     Pair,
     Rule,
     Some,
@@ -29,7 +29,7 @@ from damper.study.fields import (
     Unit,
     one_of,
 )
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.schema import THE_PARAMETERS
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.orbits import KINDS
@@ -60,13 +60,12 @@ class Fixed(Strict):
     assumed: Assumed = None
     stated: Stated = None
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Fixed | None, faults: Faults) -> None:
-        _one_origin(model, faults)
+    def check_together(self, mistakes: Mistakes) -> None:
+        _check_origin(self, mistakes)
 
 
 class Axis(Strict):
-    """A parameter that runs through values; `axis_values` forms them."""
+    """A parameter that runs through values."""
 
     values: Annotated[
         Some[Coordinate] | None,
@@ -108,25 +107,46 @@ class Axis(Strict):
     assumed: Assumed = None
     stated: Stated = None
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Axis | None, faults: Faults) -> None:
-        _one_origin(model, faults)
-        if model is not None and model.fan and model.follow is not None:
+    @property
+    def points(self) -> tuple[float, ...]:
+        """The values in order, distinct and finite; ValueError if the parts make no axis."""
+        parts = ("start", "stop", "num", "step")
+        given = [name for name in parts if getattr(self, name) is not None]
+        if self.values is not None:
+            given += ["spacing"] if self.spacing != "linear" else []
+            if given:
+                raise ValueError(f"values stands alone, but {', '.join(given)} is given as well")
+            return self.values
+        if not given:
+            raise ValueError("does not say which values it has")
+        if missing := [name for name in ("start", "stop") if name not in given]:
+            raise ValueError(f"{' and '.join(missing)} is missing")
+        if self.num is not None and self.step is not None:
+            raise ValueError(f"num ({self.num}) and step ({short(self.step)}) are both given")
+        if self.num is None and self.step is None:
+            raise ValueError("start and stop are given, but neither num nor step")
+        assert self.start is not None
+        assert self.stop is not None
+        return grid(self.start, self.stop, self.num, self.step, self.spacing)
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        _check_origin(self, mistakes)
+        if self.fan and self.follow is not None:
             message = (
-                f"fan and follow ({model.follow}) are both given: on a followed axis each point "
+                f"fan and follow ({self.follow}) are both given: on a followed axis each point "
                 "starts from its neighbour's end, so the axis cannot be cut into jobs"
             )
-            faults.add(("fan",), message, "take away fan here and fan another axis, or none")
+            mistakes.add(("fan",), message, "take away fan here and fan another axis, or none")
         try:
-            if model is not None:
-                axis_values(model)
+            _ = self.points
         except ValueError as error:
-            faults.add((), str(error), WAYS)
+            ways = "values; or start and stop with num or step (spacing: log goes with num)"
+            mistakes.add((), str(error), ways)
 
 
-def _one_origin(model: Fixed | Axis | Threshold | None, faults: Faults) -> None:
-    if model is not None and model.assumed is not None and model.stated is not None:
-        faults.add((), "assumed and stated are both given", "one of the two")
+def _check_origin(entry: Fixed | Axis | Threshold, mistakes: Mistakes) -> None:
+    if entry.assumed is not None and entry.stated is not None:
+        mistakes.add((), "assumed and stated are both given", "one of the two")
 
 
 MOST_DRAWS = 100_000
@@ -190,25 +210,22 @@ class Initial(Strict):
         """Names of the quantities that are drawn."""
         return tuple(name for name in INITIAL_NAMES if getattr(self, name) is not None)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Initial | None, faults: Faults) -> None:
-        if model is None:
-            return
-        if model.draws is not None:
-            if model.seed is None:
-                faults.add(("seed",), "'seed' is missing: draws are random", "integer >= 0")
-            if not model.random:
+    def check_together(self, mistakes: Mistakes) -> None:
+        if self.draws is not None:
+            if self.seed is None:
+                mistakes.add(("seed",), "'seed' is missing: draws are random", "integer >= 0")
+            if not self.random:
                 message = "draws are asked for, but no quantity has a range to draw from"
-                faults.add((), message, ", ".join(f"{n}: [low, high]" for n in INITIAL_NAMES))
-        elif model.seed is not None or model.random:
-            given = model.random[0] if model.random else "seed"
+                mistakes.add((), message, ", ".join(f"{n}: [low, high]" for n in INITIAL_NAMES))
+        elif self.seed is not None or self.random:
+            given = self.random[0] if self.random else "seed"
             message = f"'{given}' is for random initial states, but 'draws' is missing"
-            faults.add(("draws",), message, "integer >= 1")
+            mistakes.add(("draws",), message, "integer >= 1")
 
 
 Curves = Annotated[
     dict[str, Pair[float]],
-    Entries("parameter", PARAMETER_NAMES, to="its range: [low, high]", dropped=True),
+    NamedMapping("parameter", PARAMETER_NAMES, to="its range: [low, high]", dropped=True),
 ]
 
 
@@ -231,12 +248,12 @@ class FollowedOrbit(Strict):
     ] = 500
     at: Annotated[
         dict[str, Coordinate],
-        Entries("axis", tuple(ALL), to="one of its values"),
+        NamedMapping("axis", tuple(ALL), to="one of its values"),
         Field(description="Values of other axes to follow it at; at each value when not given."),
     ] = _NONE
     curves: Annotated[
         dict[str, Curves],
-        Entries("special point", KINDS, to="a parameter and the range of it"),
+        NamedMapping("special point", KINDS, to="a parameter and the range of it"),
         Field(
             description="Special points to follow along the axis and one more parameter: kind of "
             "the point -> parameter -> [low, high]."
@@ -269,11 +286,11 @@ class Threshold(Strict):
             return f"approach speed {self.speed:g}"
         return f"{self.fraction:.3g} of the burst's first approach speed"
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Threshold | None, faults: Faults) -> None:
-        if model is not None and (model.fraction is None) == (model.speed is None):
-            faults.add((), "exactly one of fraction and speed must be given", "fraction, speed")
-        _one_origin(model, faults)
+    def check_together(self, mistakes: Mistakes) -> None:
+        if (self.fraction is None) == (self.speed is None):
+            message = "exactly one of fraction and speed must be given"
+            mistakes.add((), message, "fraction, speed")
+        _check_origin(self, mistakes)
 
 
 @cache

@@ -63,7 +63,7 @@ class Problem:
     def block(self) -> str:
         """Return the lines that describe it."""
         path = key_path(self.loc)
-        place = self.place if self.place.isprintable() else show(self.place)
+        place = self.place if self.place.isprintable() else display(self.place)
         lines = [f"{place}  {path}" if path else place, f"    {self.message}"]
         if self.allowed:
             lines.append(f"    allowed: {self.allowed}")
@@ -143,7 +143,7 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
             raise ConfigError.of(file.problems)
         problem = Problem(label, (), "the file is empty", "a mapping (key: value)")
         if file.data is not None:
-            message = f"the top level must be a mapping (it is {show(file.data)})"
+            message = f"the top level must be a mapping (it is {display(file.data)})"
             problem = Problem(f"{label}:{_line(file.root)}", (), message, "key: value")
     raise ConfigError.of([problem])
 
@@ -163,7 +163,7 @@ def dump_yaml(data: Any) -> str:
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
 
 
-def show(value: object) -> str:
+def display(value: object) -> str:
     """Return a value as a message shows it: on one line, short, in the spelling of YAML."""
     if value is None:
         return "nothing"
@@ -185,7 +185,7 @@ def show(value: object) -> str:
 
 def as_part(key: object) -> str:
     """Return a key as a part of a path, whatever it is."""
-    return key if isinstance(key, str) else show(key)
+    return key if isinstance(key, str) else display(key)
 
 
 def key_path(loc: Loc) -> str:
@@ -196,7 +196,7 @@ def key_path(loc: Loc) -> str:
             text += f"[{part}]"
             continue
         plain = re.fullmatch(r"[\w~<-]+", part) is not None and len(part) <= 60
-        text += ("." if text else "") + (part if plain else show(part))
+        text += ("." if text else "") + (part if plain else display(part))
     return text
 
 
@@ -297,9 +297,9 @@ class _Values:
             try:
                 return _SCALARS[kind](node.value)
             except (ValueError, KeyError):
-                self._blame(node, loc, f"{show(node.value)} is not of the kind !!{kind}")
+                self._blame(node, loc, f"{display(node.value)} is not of the kind !!{kind}")
                 return None
-        self._blame(node, loc, f"the tag {show(node.tag)} has no meaning here")
+        self._blame(node, loc, f"the tag {display(node.tag)} has no meaning here")
         return None
 
     def _mapping(self, node: MappingNode, loc: Loc) -> dict[Any, Any]:
@@ -314,7 +314,7 @@ class _Values:
             here = (*loc, as_part(key))
             value = self.of(value_node, here)
             if key in mapping:
-                message = f"the key {show(key)} is given twice (first in line {lines[key]})"
+                message = f"the key {display(key)} is given twice (first in line {lines[key]})"
                 self._blame(key_node, here, message)
                 continue
             mapping[key], lines[key] = value, _line(key_node)
@@ -375,7 +375,7 @@ def _decoded(data: bytes) -> str:
 def _special_character(text: str, error: ReaderError) -> _NotYamlError:
     before = text[: error.position]
     column = error.position - before.rfind("\n")
-    message = f"the character {show(text[error.position])} may not stand in a file"
+    message = f"the character {display(text[error.position])} may not stand in a file"
     return _NotYamlError(message, before.count("\n") + 1, column)
 
 
@@ -387,7 +387,7 @@ def _cut(text: str, most: int = 60) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-def words(names: Iterable[str], most: int = 30) -> str:
+def join_names(names: Iterable[str], most: int = 30) -> str:
     """Return names as a list in words, cut after `most`."""
     listed = list(names)
     rest = f", and {len(listed) - most} more" if len(listed) > most else ""

@@ -10,10 +10,10 @@ from pydantic import Field
 
 from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
 from damper.parameters.units import units_of
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
-    Offer,
     Product,
+    StudyContents,
     need,
 )
 from damper.tables import Table
@@ -36,9 +36,8 @@ class AccumulationTable(Product):
         ),
     ] = 0.01
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "accumulation")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need(study, mistakes, "accumulation")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

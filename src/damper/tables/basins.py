@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.basins import basin_fractions
 from damper.study.fields import Text
-from damper.study.messages import Faults
-from damper.study.products import Offer, Product, Role, fit_axis, need, need_starts
+from damper.study.messages import Mistakes
+from damper.study.products import Product, Role, StudyContents, need, need_starts
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -20,16 +20,17 @@ if TYPE_CHECKING:
 class Basins(Product):
     """The part of the starts that ends in each motion, with confidence limits."""
 
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role()}
+
     along: Annotated[
         Text | None, Field(description="Axis at each of whose values to count; none: all at once.")
     ] = None
     confidence: Annotated[float, Field(gt=0, lt=1, description="Of the limits.")] = 0.95
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "motion")
-        need_starts(offer, faults, settings.get("along"))
-        fit_axis("along", Role(), settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "motion")
+        need_starts(study, mistakes, self.along)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

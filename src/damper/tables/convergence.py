@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.parameters.quantities import MODEL_NAMES
 from damper.study.fields import Some, Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     BURST_RECORDS,
     MOST_VARIABLES,
-    Offer,
     Product,
     Role,
+    StudyContents,
     check_written,
-    fit_axis,
+    need_listed_bursts,
 )
 from damper.study.settings import SECTIONS
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -54,40 +54,41 @@ Conventions = Annotated[
 ]
 
 
-def fit_convergence(settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
+def check_convergence(settings: Any, study: StudyContents, mistakes: Mistakes) -> None:
     """Note what a study lacks for a comparison with the rigid damper."""
-    names = settings.get("variables")
-    for i, name in enumerate(names) if isinstance(names, list | tuple) else ():
-        needed = _RECORDED.get(name) if isinstance(name, str) else None
+    for i, name in enumerate(settings.variables):
+        needed = _RECORDED.get(name)
         if needed is None:
-            check_written(("variables", i), name, offer, faults)
-        elif not any(observer in offer.observers for observer in needed):
+            check_written(("variables", i), name, study, mistakes)
+        elif not any(observer in study.observers for observer in needed):
             message = f"'{name}' needs {' or '.join(needed)} among the observers"
-            faults.add(("variables", i), message, " or ".join(needed))
-    if isinstance(names, list | tuple) and len(names) > MOST_VARIABLES:
-        message = f"{len(names)} variables are too many for one figure"
-        faults.add(("variables",), message, f"at most {MOST_VARIABLES}")
-    along = settings.get("along")
-    if isinstance(along, str) and along in offer.axes and along not in STIFFNESSES:
-        faults.add(("along",), f"'{along}' is no stiffness of the contact", words(STIFFNESSES))
-    for name in offer.axes:
+            mistakes.add(("variables", i), message, " or ".join(needed))
+    if "bursts" in study.observers and set(settings.variables).intersection(BURST_RECORDS):
+        need_listed_bursts(study, mistakes)
+    if len(settings.variables) > MOST_VARIABLES:
+        message = f"{len(settings.variables)} variables are too many for one figure"
+        mistakes.add(("variables",), message, f"at most {MOST_VARIABLES}")
+    if settings.along in study.axes and settings.along not in STIFFNESSES:
+        message = f"'{settings.along}' is no stiffness of the contact"
+        mistakes.add(("along",), message, join_names(STIFFNESSES))
+    for name in study.axes:
         if name not in MODEL_NAMES["compliant"]:
             message = f"axis '{name}' is not of the contact: the rigid damper is run at one point"
-            faults.add((), message, "a study with no axes but those of the contact")
+            mistakes.add((), message, "a study with no axes but those of the contact")
 
 
 class ConvergenceTable(Product):
     """The same as a table: value, rigid value and distance at each stiffness, and the order."""
 
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+
     variables: Compared
     along: Stiffness
     lines: Conventions = None
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        fit_convergence(settings, offer, faults)
-        for role, least, most in (("along", 2, None), ("lines", 1, 2)):
-            fit_axis(role, Role(least, most), settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        check_convergence(self, study, mistakes)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

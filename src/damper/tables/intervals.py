@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -18,12 +18,11 @@ from damper.analysis.intervals import (
 from damper.analysis.places import places, rows_at
 from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
-    Offer,
     Product,
     Role,
-    fit_axis,
+    StudyContents,
     need,
     need_one_run,
 )
@@ -37,6 +36,8 @@ if TYPE_CHECKING:
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=3)}
+
     along: Annotated[Text, Field(description="Axis on which the intervals lie.")]
     resolution: Annotated[
         float,
@@ -46,11 +47,10 @@ class Intervals(Product):
         ),
     ] = 1e-3
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "bursts")
-        need_one_run(offer, faults, bisected="edges")
-        fit_axis("along", Role(least=3), settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need(study, mistakes, "bursts")
+        need_one_run(study, mistakes, bisected="edges")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -17,8 +17,8 @@ from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import runs_over
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.messages import Faults
-from damper.study.products import REDUCTIONS, Offer, Product, Role, Worst, need, take_role
+from damper.study.messages import Mistakes
+from damper.study.products import REDUCTIONS, Product, Role, StudyContents, Worst, need
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -28,6 +28,12 @@ if TYPE_CHECKING:
 
 class Performance(Product):
     """How well the damper damps: the best clearance, its band, statements on good damping."""
+
+    roles: ClassVar[Mapping[str, Role]] = {
+        "along": Role(least=2),
+        "over": Role(least=2),
+        "worst": REDUCTIONS["worst"],
+    }
 
     along: Annotated[Text, Field(description="Axis of the forcing frequency.")]
     over: Annotated[
@@ -42,17 +48,13 @@ class Performance(Product):
         float, Field(gt=0, le=1, description="Amplitude ratio below which the band lies.")
     ] = DAMPED
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "response", "impacts", "bursts")
-        used: dict[str, str] = {}
-        roles = {"along": Role(least=2), "over": Role(least=2), "worst": REDUCTIONS["worst"]}
-        for key, role in roles.items():
-            take_role(key, role, settings.get(key), used, offer, faults)
-        for name in offer.branches:
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need(study, mistakes, "response", "impacts", "bursts")
+        used = self.take_roles(study, mistakes)
+        for name in study.branches:
             if name not in used:
                 message = f"the study has several runs at each point ({name})"
-                faults.add((), message, f"worst: [{name}]")
+                mistakes.add((), message, f"worst: [{name}]")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

@@ -9,17 +9,17 @@ from pydantic import Field
 
 from damper.analysis.places import places, rows_at
 from damper.analysis.small_mass_limit import gap_axis, small_mass_border
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
     FREE_TRAVEL,
-    Offer,
     Product,
     Role,
+    StudyContents,
     count_values,
     need,
     need_one_run,
 )
-from damper.study.yaml_file import words
+from damper.study.yaml_file import join_names
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -36,16 +36,15 @@ class SmallMassLimit(Product):
         float, Field(gt=0, description="Restitution to which borders are bisected.")
     ] = 1e-4
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need(offer, faults, "bursts")
-        need_one_run(offer, faults, bisected="borders")
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need(study, mistakes, "bursts")
+        need_one_run(study, mistakes, bisected="borders")
         for names in (("restitution",), FREE_TRAVEL):
-            found = next((name for name in names if name in offer.axes), None)
+            found = next((name for name in names if name in study.axes), None)
             if found is None:
-                faults.add((), f"needs an axis of the {' or '.join(names)}", words(names))
+                mistakes.add((), f"needs an axis of the {' or '.join(names)}", join_names(names))
             else:
-                count_values((), found, offer.axes[found], Role(least=2), faults)
+                count_values((), found, study.axes[found], Role(least=2), mistakes)
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from damper.study.messages import Faults
-from damper.study.products import Offer, Product, need_orbits
+from damper.study.messages import Mistakes
+from damper.study.products import Product, StudyContents, need_orbits
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -20,9 +20,8 @@ class SpecialPoints(Product):
 
     reads: ClassVar[tuple[str, ...]] = ("orbits.nc",)
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need_orbits((), offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need_orbits((), study, mistakes)
 
 
 def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:

@@ -12,12 +12,11 @@ from damper.analysis.places import rows_at
 from damper.analysis.two_impacts import RANGES, SETTLED, two_impact_errors, two_impact_ranges
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.study.fields import Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.products import (
-    Offer,
     Product,
     Role,
-    fit_axis,
+    StudyContents,
     need,
     need_section,
 )
@@ -33,6 +32,8 @@ class TwoImpacts(Product):
 
     of_theory: ClassVar[bool] = True
 
+    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2)}
+
     along: Annotated[Text, Field(description="Axis on which the ranges lie.")]
     resolution: Annotated[
         float,
@@ -41,15 +42,13 @@ class TwoImpacts(Product):
         ),
     ] = 1e-3
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need_section(offer, faults)
-        need(offer, faults, "impacts")
-        name = settings.get("along")
-        if isinstance(name, str) and name in offer.axes and name in INITIAL_NAMES:
-            message = f"'{name}' sets where a run starts, which the closed form does not depend on"
-            faults.add(("along",), message, "an axis of a parameter")
-        fit_axis("along", Role(least=2), settings, offer, faults)
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        need_section(study, mistakes)
+        need(study, mistakes, "impacts")
+        if self.along in INITIAL_NAMES:
+            message = f"'{self.along}' sets where a run starts: the closed form does not know it"
+            mistakes.add(("along",), message, "an axis of a parameter")
 
 
 def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:

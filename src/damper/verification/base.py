@@ -15,7 +15,7 @@ from damper.parameters.quantities import (
     Quantity,
 )
 from damper.study.fields import Strict, Text
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
 from damper.study.study_file import Made as Made
 from damper.study.study_file import See as See
@@ -32,13 +32,13 @@ DIMENSIONLESS = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANT
 
 
 def require(
-    given: Container[str], faults: Faults, quantities: Iterable[Quantity] = QUANTITIES
+    given: Container[str], mistakes: Mistakes, quantities: Iterable[Quantity] = QUANTITIES
 ) -> None:
     """Note every parameter without a default that is not given."""
     for quantity in quantities:
         if quantity.default is None and quantity.name not in given:
             loc = ("parameters", quantity.name)
-            faults.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+            mistakes.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
 
 
 def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from damper.papers.statements import SCORES
-from damper.parameters.quantities import ALL
-from damper.study.fields import Entries, Some, Text, one_of
-from damper.study.messages import Faults
-from damper.study.products import Offer, Place, Product, check_listed, need_one_run
-from damper.study.yaml_file import as_part
+from damper.study.fields import NamedMapping, Some, Text, one_of
+from damper.study.messages import Mistakes
+from damper.study.products import Place, Product, StudyContents, check_listed, need_one_run
 
 
 class Scores(Product):
@@ -24,7 +22,7 @@ class Scores(Product):
     ]
     also: Annotated[
         Annotated[
-            dict[str, Text], Entries("statement", tuple(SCORES), to="the study that tests it")
+            dict[str, Text], NamedMapping("statement", tuple(SCORES), to="the study that tests it")
         ]
         | None,
         Field(
@@ -46,43 +44,29 @@ class Scores(Product):
         """Statement -> the study that tests it."""
         return self.also or {}
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Scores | None, faults: Faults) -> None:
-        if model is None:
-            return
-        for name in model.beside:
-            if name in model.statements:
+    def check_together(self, mistakes: Mistakes) -> None:
+        for name in self.beside:
+            if name in self.statements:
                 message = f"'{name}' is among the statements that this study tests"
-                faults.add(("also", name), message, "each statement once")
+                mistakes.add(("also", name), message, "each statement once")
 
-    @classmethod
-    def fit(cls, settings: dict[str, Any], offer: Offer, faults: Faults) -> None:
-        need_one_run(offer, faults)
-        names = settings.get("statements")
-        listed = names if isinstance(names, list | tuple) else ()
-        named = [name for name in listed if isinstance(name, str) and name in SCORES]
-        for name in named:
-            cls.fit_beside(name, offer, faults)
-        about = {axis for name in named for axis in SCORES[name].axes}
-        if named and not faults.lines and not set(offer.axes) - about:
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need_one_run(study, mistakes)
+        for name in self.statements:
+            self.check_beside(name, study, mistakes)
+        about = {axis for name in self.statements for axis in SCORES[name].axes}
+        if not mistakes and not set(study.axes) - about:
             message = "no axis is left whose values could be ranked"
-            faults.add((), message, "an axis that no statement is about")
-        preset = settings.get("preset")
-        for axis, value in preset.items() if isinstance(preset, dict) else ():
-            if axis in offer.axes:
-                check_listed(("preset", as_part(axis)), axis, value, offer.axes[axis], faults)
-            elif axis in ALL:
-                faults.unknown(("preset", axis), "axis", axis, offer.axes)
+            mistakes.add((), message, "an axis that no statement is about")
+        for axis, value in (self.preset or {}).items():
+            check_listed(("preset", axis), axis, value, study.axes, mistakes)
 
-    @classmethod
-    def fit_beside(cls, what: str, offer: Offer, faults: Faults) -> None:
+    def check_beside(self, what: str, study: StudyContents, mistakes: Mistakes) -> None:
         """Note what a study lacks to test the statement `what`."""
         statement = SCORES[what]
         for observer in statement.observers:
-            if observer not in offer.observers:
-                message = f"{what} needs {observer} among the observers"
-                faults.add((), message, observer)
+            if observer not in study.observers:
+                mistakes.add((), f"{what} needs {observer} among the observers", observer)
         for axis, needed in statement.needs.items():
-            values = offer.axes.get(axis, ())
-            if values is not None and not needed.met(values):
-                faults.add((), f"{what} needs an axis {axis} with {needed.words}")
+            if not needed.met(study.axes.get(axis, ())):
+                mistakes.add((), f"{what} needs an axis {axis} with {needed.words}")

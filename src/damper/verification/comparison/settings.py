@@ -11,9 +11,9 @@ from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
-from damper.study.fields import Entries, Some, Strict, Text, Unit
+from damper.study.fields import NamedMapping, Some, Strict, Text, Unit
 from damper.study.kinds import Kinds
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
 from damper.verification.base import (
     DIMENSIONLESS,
@@ -36,7 +36,7 @@ class SceneSettings(Strict):
     title: Annotated[Text, Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
         dict[str, Fixed],
-        Entries("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
             "is not zero of the initial state. Of the rigid damper."
@@ -53,27 +53,20 @@ class SceneSettings(Strict):
         """Value of every quantity that is given."""
         return values_of(self.parameters)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: SceneSettings | None, faults: Faults) -> None:
-        if model is None:
-            return
-        given = {n: value for n, value in model.values.items() if n not in INITIAL_NAMES}
-        require(given, faults)
-        if faults.lines:
+    def check_together(self, mistakes: Mistakes) -> None:
+        given = {n: value for n, value in self.values.items() if n not in INITIAL_NAMES}
+        require(given, mistakes)
+        if mistakes:
             return
         try:
             damper = Parameters(**given)
+            if damper.model != "rigid" or damper.law != "constant":
+                message = "the other solvers have rigid walls and a constant restitution"
+                mistakes.add(("parameters",), message, "a scene of the rigid damper")
+            else:
+                need_known(damper, BASIC, "another solver")
         except ValueError as error:
-            faults.add(("parameters",), str(error))
-            return
-        if damper.model != "rigid" or damper.law != "constant":
-            message = "the other solvers have rigid walls and a constant restitution"
-            faults.add(("parameters",), message, "a scene of the rigid damper")
-            return
-        try:
-            need_known(damper, BASIC, "another solver")
-        except ValueError as error:
-            faults.add(("parameters",), str(error))
+            mistakes.add(("parameters",), str(error))
 
 
 FIGURES = Kinds(Made, "damper.verification.comparison.figures")
@@ -91,12 +84,12 @@ class Comparison(Verification):
     kind: Annotated[Literal["comparison"], Field(description="That it is such a study.")]
     scenes: Annotated[
         dict[str, SceneSettings],
-        Entries("scene"),
+        NamedMapping("scene"),
         Field(description="Name -> what is simulated."),
     ]
     solvers: Annotated[
         dict[str, Some[Annotated[float, Field(gt=0)]]],
-        Entries("solver", tuple(SOLVERS), dropped=True),
+        NamedMapping("solver", tuple(SOLVERS), dropped=True),
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
             "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "
@@ -126,8 +119,8 @@ class Comparison(Verification):
         Unit("s"),
         Field(gt=0, description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
-    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
-    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:
@@ -140,8 +133,7 @@ class Comparison(Verification):
             found[f"solver {label_of(name)}"] = ", ".join(f"{value:g}" for value in levels)
         return found | {"digits": str(self.digits), "cap": f"{self.cap:g} s"}
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Comparison | None, faults: Faults) -> None:
+    def check_together(self, mistakes: Mistakes) -> None:
         for section in ("scenes", "solvers"):
-            if section in data and not data[section]:
-                faults.add((section,), f"at least one of the {section} must be given")
+            if not getattr(self, section):
+                mistakes.add((section,), f"at least one of the {section} must be given")

@@ -9,9 +9,9 @@ from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
-from damper.study.fields import Entries, Strict, Unit
+from damper.study.fields import NamedMapping, Strict, Unit
 from damper.study.kinds import Kinds
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
 from damper.sweep.estimate import MOST_PERIODS
 from damper.verification.base import (
@@ -32,12 +32,12 @@ class Case(Strict):
 
     parameters: Annotated[
         dict[str, Fixed],
-        Entries("parameter", tuple(ALL)),
+        NamedMapping("parameter", tuple(ALL)),
         Field(description="Dimensionless or SI parameters, and initial quantities."),
     ]
     observers: Annotated[
         dict[str, Strict],
-        Entries("observer", OBSERVER_SETTINGS, bare=True),
+        NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
         Field(description="What is measured; nothing for the bare engine."),
     ] = _NONE
 
@@ -52,26 +52,24 @@ class Case(Strict):
             },
         }
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Case | None, faults: Faults) -> None:
-        if model is not None:
-            _check(model.parameters, faults)
-            if all(section in model.observers for section in SECTIONS):
-                message = f"{' and '.join(SECTIONS)} cannot both be asked for"
-                faults.add(("observers",), message, "one of the two")
+    def check_together(self, mistakes: Mistakes) -> None:
+        _check(self.parameters, mistakes)
+        if all(section in self.observers for section in SECTIONS):
+            message = f"{' and '.join(SECTIONS)} cannot both be asked for"
+            mistakes.add(("observers",), message, "one of the two")
 
 
-def _check(parameters: Mapping[str, Fixed], faults: Faults) -> None:
+def _check(parameters: Mapping[str, Fixed], mistakes: Mistakes) -> None:
     """Note what is wrong with the parameters of one scene, in either system of units."""
     try:
         si = is_si(parameters)
-        require(parameters, faults, SI_QUANTITIES if si else QUANTITIES)
-        if not faults.lines:
+        require(parameters, mistakes, SI_QUANTITIES if si else QUANTITIES)
+        if not mistakes.lines:
             values = values_of(parameters)
             given = {name: values[name] for name in values if name not in INITIAL_NAMES}
             (SIParameters if si else Parameters)(**given)
     except ValueError as error:
-        faults.add(("parameters",), str(error))
+        mistakes.add(("parameters",), str(error))
 
 
 FIGURES = Kinds(Made, "damper.verification.cost.figures")
@@ -89,7 +87,7 @@ class Cost(Verification):
     kind: Annotated[Literal["cost"], Field(description="That it is such a study.")]
     cases: Annotated[
         dict[str, Case],
-        Entries("case"),
+        NamedMapping("case"),
         Field(
             description="Benchmark cases: name -> scene and observers; the first one is the base."
         ),
@@ -106,8 +104,8 @@ class Cost(Verification):
         int,
         Field(ge=3, description="How often a case and its bare engine take turns."),
     ] = 30
-    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
-    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
 
     @property
     def values(self) -> dict[str, str]:
@@ -126,7 +124,6 @@ class Cost(Verification):
         numbers = {"runs": self.runs, "periods": self.periods, "repeats": self.repeats}
         return {"cases": cases} | numbers
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Cost | None, faults: Faults) -> None:
-        if "cases" in data and not data["cases"]:
-            faults.add(("cases",), "at least one case must be given")
+    def check_together(self, mistakes: Mistakes) -> None:
+        if not self.cases:
+            mistakes.add(("cases",), "at least one case must be given")

@@ -11,9 +11,9 @@ from pydantic import Field
 
 from damper.parameters.quantities import MODEL_NAMES
 from damper.parameters.variables import TIME
-from damper.study.fields import Coordinate, Entries, Pair, Some, Strict, Unit, one_of
+from damper.study.fields import Coordinate, NamedMapping, Pair, Some, Strict, Unit, one_of
 from damper.study.kinds import Kinds
-from damper.study.messages import Faults
+from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
 from damper.sweep.estimate import MOST_PERIODS
 from damper.verification.base import (
@@ -44,7 +44,7 @@ class Corners(Strict):
 
     parameters: Annotated[
         dict[str, Some[Coordinate]],
-        Entries("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, each with its values."),
     ]
     starts: Annotated[
@@ -61,10 +61,8 @@ class Corners(Strict):
         """How many runs these are."""
         return prod(len(values) for values in self.parameters.values()) * len(self.starts)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Corners | None, faults: Faults) -> None:
-        if model is not None:
-            require(model.parameters, faults)
+    def check_together(self, mistakes: Mistakes) -> None:
+        require(self.parameters, mistakes)
 
 
 class Draw(Strict):
@@ -80,10 +78,9 @@ class Draw(Strict):
         Field(description="Values of which it takes one, always or in a share of the runs."),
     ] = None
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Draw | None, faults: Faults) -> None:
-        if model is not None and model.range is None and model.values is None:
-            faults.add((), "neither range nor values is given", "one of them, or both")
+    def check_together(self, mistakes: Mistakes) -> None:
+        if self.range is None and self.values is None:
+            mistakes.add((), "neither range nor values is given", "one of them, or both")
 
 
 class Other(Strict):
@@ -92,7 +89,7 @@ class Other(Strict):
     share: Annotated[float, Field(gt=0, lt=1, description="Part of the runs.")]
     parameters: Annotated[
         dict[str, Draw],
-        Entries("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS),
         Field(description="What it adds."),
     ]
 
@@ -110,12 +107,12 @@ class Random(Strict):
     ] = 0.25
     parameters: Annotated[
         dict[str, Draw],
-        Entries("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
     models: Annotated[
         dict[str, Other],
-        Entries("model", tuple(MODEL_NAMES)),
+        NamedMapping("model", tuple(MODEL_NAMES)),
         Field(description="Other models than the rigid damper."),
     ] = _NONE
     metamorphic: Annotated[
@@ -133,16 +130,13 @@ class Random(Strict):
         """Return the box as `damper.verification.stress.box.random_points` reads it."""
         return self.model_dump(include={"share", "parameters", "models"}, exclude_none=True)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Random | None, faults: Faults) -> None:
-        if model is None:
-            return
-        require(model.parameters, faults)
-        if model.metamorphic > model.runs:
-            message = f"{model.metamorphic} of {model.runs} runs cannot be made again"
-            faults.add(("metamorphic",), message, f"integer <= {model.runs}")
-        if sum(other.share for other in model.models.values()) > 1.0:
-            faults.add(("models",), "the shares add up to more than 1", "at most 1")
+    def check_together(self, mistakes: Mistakes) -> None:
+        require(self.parameters, mistakes)
+        if self.metamorphic > self.runs:
+            message = f"{self.metamorphic} of {self.runs} runs cannot be made again"
+            mistakes.add(("metamorphic",), message, f"integer <= {self.runs}")
+        if sum(other.share for other in self.models.values()) > 1.0:
+            mistakes.add(("models",), "the shares add up to more than 1", "at most 1")
 
 
 class Long(Strict):
@@ -153,7 +147,7 @@ class Long(Strict):
     ]
     parameters: Annotated[
         dict[str, Fixed],
-        Entries("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS),
         Field(description="Dimensionless parameters, and initial quantities."),
     ]
 
@@ -162,10 +156,8 @@ class Long(Strict):
         """Value of every quantity that is given."""
         return values_of(self.parameters)
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Long | None, faults: Faults) -> None:
-        if model is not None:
-            require(model.parameters, faults)
+    def check_together(self, mistakes: Mistakes) -> None:
+        require(self.parameters, mistakes)
 
 
 FIGURES = Kinds(Made, "damper.verification.stress.figures")
@@ -213,21 +205,21 @@ class Stress(Verification):
     ] = None
     corners: Annotated[
         dict[str, Corners],
-        Entries("set of corners"),
+        NamedMapping("set of corners"),
         Field(description="Name -> values whose every combination is run."),
     ] = _NONE
     random: Annotated[
         dict[str, Random],
-        Entries("set of runs"),
+        NamedMapping("set of runs"),
         Field(description="Name -> runs at random."),
     ] = _NONE
     long_runs: Annotated[
         dict[str, Long],
-        Entries("run"),
+        NamedMapping("run"),
         Field(description="Name -> a run over many periods."),
     ] = _NONE
-    figures: Annotated[dict[str, Annotated[Made, FIGURES]], Entries("figure"), DRAWN] = _NONE
-    tables: Annotated[dict[str, Annotated[Made, TABLES]], Entries("table"), TABULATED] = _NONE
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -290,9 +282,6 @@ class Stress(Verification):
                     found[f"{name}~{i}"] = {"runs": runs | {"first": first}, "seed": draws.seed}
         return found
 
-    @classmethod
-    def relate(cls, data: dict[str, Any], model: Stress | None, faults: Faults) -> None:
-        if model is None:
-            return
-        if not (model.corners or model.random or model.long_runs):
-            faults.add((), "no runs are given", "corners, random or long_runs")
+    def check_together(self, mistakes: Mistakes) -> None:
+        if not (self.corners or self.random or self.long_runs):
+            mistakes.add((), "no runs are given", "corners, random or long_runs")
