@@ -210,14 +210,14 @@ except ConfigError as error:
 def test_contact_law_is_a_function_and_its_parameter(copy):
     check = """
 import json
-from damper.engine.segment import CAUSE, IMPACT, RATE, SPEED
+from damper.engine.segment import CAUSE, IMPACT, GAP_RATE, SPEED
 from damper.models import start_run
 run = start_run(parameters)
 worst, impacts = 0.0, 0
 for log in run.segments(20.0, 0.0):
     for row in log[log[:, CAUSE] == IMPACT]:
         restitution = 0.6 / (1.0 + row[SPEED] / 0.5)
-        worst = max(worst, abs(row[RATE] / row[SPEED] / restitution - 1.0))
+        worst = max(worst, abs(row[GAP_RATE] / row[SPEED] / restitution - 1.0))
         impacts += 1
 constant = damper.events(damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6), until=100.0)
 endless = damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=1e300)

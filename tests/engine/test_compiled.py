@@ -185,7 +185,7 @@ STRUCTURES = """
 from typing import Any, NamedTuple
 import numpy as np
 from damper.engine.compiled import compile_at_once, compiled, plain
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 
 class Near(NamedTuple):
     value: float
@@ -202,7 +202,7 @@ class Model(NamedTuple):
     free: Any
     size: float = 1.0
 
-@by_model
+@by_class
 def value_of(part):
     raise AssertionError
 

@@ -17,7 +17,7 @@ from damper.engine.impact import (
     impact,
     restitution_at,
 )
-from damper.engine.segment import CAUSE, IMPACT, MODE, RATE, SIDE, SPEED, TAIL, V_BEFORE, V
+from damper.engine.segment import CAUSE, GAP_RATE, IMPACT, MODE, SIDE, SPEED, TAIL, V_BEFORE, V
 from damper.models import start_run
 
 EPS = np.finfo(float).eps
@@ -93,9 +93,9 @@ def test_the_engine_takes_the_coefficient_from_the_law_alone() -> None:
         speed, side = row[SPEED], row[SIDE]
         r = 0.2 + 0.5 / (1.0 + speed / 0.05)
         seen.add(round(r, 2))
-        assert row[RATE] == pytest.approx(r * speed, rel=1e-15)
+        assert row[GAP_RATE] == pytest.approx(r * speed, rel=1e-15)
         # Both velocities before and after: momentum.
-        u_before, u_after = row[V_BEFORE] + side * speed, row[V] - side * row[RATE]
+        u_before, u_after = row[V_BEFORE] + side * speed, row[V] - side * row[GAP_RATE]
         momentum = row[V_BEFORE] + mu * u_before
         assert row[V] + mu * u_after == pytest.approx(momentum, abs=1e-15)
     assert len(seen) > 15

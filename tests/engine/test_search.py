@@ -87,11 +87,11 @@ def _rates_of(moving):
 
 
 @compiled
-def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limit, samples):
+def search(offset, slope, amplitudes, rates, phases, bound, width, lifts_off, limit, samples):
     """Side, time and steps of the first root; value there and its roundoff; extremes before it."""
     moving = Sines(offset, slope, amplitudes, rates, phases, bound)
     start = point_at(moving, 0.0)
-    if leaving:
+    if lifts_off:
         # Exactly: at such a start the caller knows it.
         start = EventPoint(
             0.0,
@@ -106,7 +106,7 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limi
             start.roundoff,
             0.0,
         )
-    root = first_root(moving, start, width, leaving, limit, 0.0)
+    root = first_root(moving, start, width, lifts_off, limit, 0.0)
     tau = root.point.tau + root.step
     lowest = math.inf
     highest = -math.inf
@@ -127,14 +127,14 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, leaving, limi
 
 @plain  # to compile takes longer
 def find(
-    offset, slope=0.0, sines=(), width=FAR, leaving=False, bound=0.0, limit=HORIZON, samples=2000
+    offset, slope=0.0, sines=(), width=FAR, lifts_off=False, bound=0.0, limit=HORIZON, samples=2000
 ):
     """Search a sum given as (amplitude, rate, phase) each."""
     numbers = np.array([*sines, *[(0.0, 1.0, 0.0)] * (3 - len(sines))], dtype=float)
     a, w, p = np.ascontiguousarray(numbers.T)
     numbers = map(float, (offset, slope, bound, width, limit))
     offset, slope, bound, width, limit = numbers
-    return search(offset, slope, a, w, p, bound, width, leaving, limit, samples)
+    return search(offset, slope, a, w, p, bound, width, lifts_off, limit, samples)
 
 
 sine = st.tuples(
@@ -212,7 +212,7 @@ def test_two_roots_within_one_step_are_not_skipped() -> None:
 def test_leaving_at_third_order(c: float) -> None:
     """t - sin(t) - c (1 - cos(t))^2 = t^3/6 - c t^4/4 + ...: back through zero near 2 / (3 c)."""
     sines = [(-1.0, 1.0, 0.0), (2.0 * c, 1.0, math.pi / 2), (-0.5 * c, 2.0, math.pi / 2)]
-    side, tau, steps, value, roundoff, lowest, _ = find(-1.5 * c, 1.0, sines, leaving=True)
+    side, tau, steps, value, roundoff, lowest, _ = find(-1.5 * c, 1.0, sines, lifts_off=True)
     assert side == 1.0
     assert steps < 30
     assert abs(value) <= 4.0 * roundoff
@@ -233,7 +233,7 @@ def test_leaving_at_fourth_order(c: float) -> None:
         (0.5 - 1.5 * c, 2.0, math.pi / 2),
         (0.25 * c, 3.0, math.pi / 2),
     ]
-    side, tau, *_ = find(1.5 - 2.5 * c, 0.0, sines, leaving=True)
+    side, tau, *_ = find(1.5 - 2.5 * c, 0.0, sines, lifts_off=True)
     assert side == 1.0
     assert tau == pytest.approx(math.acos(1.0 - 1.0 / c), rel=1e-6)
 

@@ -16,11 +16,11 @@ from damper.engine.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    GAP_RATE,
     IMPACT,
     MODE,
     NOTHING,
     PERIODS,
-    RATE,
     RELEASE,
     SEPARATION,
     SIDE,
@@ -106,7 +106,7 @@ def test_free_contact_has_the_restitution_to_first_order(r: float, tension: int)
         first = int(np.argmax(rows[:, CAUSE] == IMPACT))
         after = rows[first + 1]
         assert after[CAUSE] == SEPARATION
-        errors.append(abs(after[RATE] / rows[first, SPEED] - r))
+        errors.append(abs(after[GAP_RATE] / rows[first, SPEED] - r))
     slopes = np.log10(np.array(errors[1:]) / errors[:-1]) / 2.0
     np.testing.assert_allclose(slopes, -0.5, atol=0.05)
 
@@ -179,7 +179,7 @@ def test_without_clearance_a_start_into_a_wall_touches_that_one(tension: int) ->
         start = State(0.3, 0.1, 0.3, 0.1 + 2.0 * toward)
         first = next(row for row in rows_of(p, 1.0, start) if row[CAUSE] == IMPACT)
         assert first[SIDE] == toward
-        assert -first[SIDE] * first[RATE] == pytest.approx(2.0 * toward)
+        assert -first[SIDE] * first[GAP_RATE] == pytest.approx(2.0 * toward)
 
 
 @pytest.mark.parametrize(("k", "phase"), [(1.0, 1.0), (1e8, -2.0)])

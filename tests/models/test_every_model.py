@@ -17,10 +17,10 @@ from damper.engine.segment import (
     CAUSE,
     DURATION,
     GAP,
+    GAP_RATE,
     IMPACT,
     MODE,
     PERIODS,
-    RATE,
     SIDE,
     SPEED,
     TAIL,
@@ -89,12 +89,12 @@ def test_segments_join(name: str) -> None:
             assert -rate == pytest.approx(speed, abs=1e-13)
         if row[SIDE] == following[SIDE] and following[CAUSE] != IMPACT:
             assert gap == pytest.approx(following[GAP], abs=1e-13)
-            assert rate == pytest.approx(following[RATE], abs=1e-12)
+            assert rate == pytest.approx(following[GAP_RATE], abs=1e-12)
         if following[CAUSE] == IMPACT and p.model != "compliant":
             mu = mass_ratio_at(run.model, following[PERIODS], following[TIME])
             side = following[SIDE]
             before = following[V_BEFORE] + mu * (following[V_BEFORE] + side * following[SPEED])
-            after = following[V] + mu * (following[V] - side * following[RATE])
+            after = following[V] + mu * (following[V] - side * following[GAP_RATE])
             assert after == pytest.approx(before, abs=1e-15)
     assert causes >= {0.0, 1.0, 2.0}
 

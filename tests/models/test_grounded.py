@@ -18,9 +18,9 @@ from damper.engine.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    GAP_RATE,
     IMPACT,
     MODE,
-    RATE,
     SIDE,
     SPEED,
     STICKING,
@@ -120,7 +120,7 @@ def path_of(run: Trajectory, row: np.ndarray, count: int) -> np.ndarray:
         a[1] = a[3] = common / (1.0 + mu)
         y = row[X] + side * d
     angle = free.forcing.omega * row[TIME] + free.forcing.phase
-    u = row[V] - side * row[RATE]
+    u = row[V] - side * row[GAP_RATE]
     z = np.array([row[X], row[V], y, u, math.sin(angle), math.cos(angle), 1.0])
     step = expm(row[DURATION] / count * a)
     path = [z]

@@ -23,9 +23,9 @@ from damper.engine.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    GAP_RATE,
     MODE,
     PERIODS,
-    RATE,
     RELEASE,
     SIDE,
     STICK,
@@ -425,7 +425,7 @@ def test_lift_off_is_of_third_order() -> None:
     log = log_of(run, 60.0)
     k = int(np.argmax(log[:, CAUSE] == RELEASE))
     row = log[k]
-    assert (row[MODE], row[GAP], row[RATE]) == (FLIGHT, 0.0, 0.0)
+    assert (row[MODE], row[GAP], row[GAP_RATE]) == (FLIGHT, 0.0, 0.0)
     assert (log[k - 1, MODE], log[k - 1, CAUSE]) == (STICKING, STICK)
     assert row[DURATION] > 0.5
     jerk = row[SIDE] * (0.2 * math.cos(0.2 * row[TIME]) - row[V])  # x'' = 0

@@ -22,10 +22,10 @@ from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
+    GAP_RATE,
     IMPACT,
     MODE,
     PERIODS,
-    RATE,
     SPEED,
     TAIL,
     TIME,
@@ -302,7 +302,7 @@ def test_balance_sees_bursts_with_tails() -> None:
     log = logged(trajectory, 20)
     tails = log[log[:, MODE] == TAIL]
     assert len(tails) > 20
-    held = 0.5 * p["mass_ratio"] / (1 + p["mass_ratio"]) * float((tails[:, RATE] ** 2).sum())
+    held = 0.5 * p["mass_ratio"] / (1 + p["mass_ratio"]) * float((tails[:, GAP_RATE] ** 2).sum())
     assert held / 20 > 1e-11
     found = over(trajectory, log, Window(0.0, 0.0, 20))
     assert abs(found["energy_residual"]) < 2e-15
@@ -385,7 +385,7 @@ def test_peak_and_integrals_within_a_tail(wall: Callable, v: float) -> None:
             moment = float(tail[TIME] + until * tail[DURATION])
             window = Window(float(tail[PERIODS]) - 1, moment, 1)
             results.append(over(trajectory, log, window))
-    assert tail[RATE] == pytest.approx(0.006, rel=0.1)
+    assert tail[GAP_RATE] == pytest.approx(0.006, rel=0.1)
     early, resolved = results[:4], results[4:]
     # The third power of the rebound speed is 2e-7.
     for one, other in zip(early, resolved, strict=True):

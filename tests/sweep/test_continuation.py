@@ -9,7 +9,7 @@ import xarray as xr
 from reference.two_impacts import two_impacts
 
 from damper import Parameters, SIParameters, State, simulate
-from damper.engine.segment import CAUSE, GAP, MODE, RATE, SIDE, STICK, STICKING
+from damper.engine.segment import CAUSE, GAP, GAP_RATE, MODE, SIDE, STICK, STICKING
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.sweep import runs
@@ -287,7 +287,7 @@ def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
                 if state.u == state.v and abs(abs(place) - 1.0) < 1e-10:
                     stuck += 1
                     assert row[GAP] == 0.0, (parameters, state)
-                    assert (row[RATE], row[SIDE]) == (0.0, np.sign(place))
+                    assert (row[GAP_RATE], row[SIDE]) == (0.0, np.sign(place))
                     assert (row[MODE], row[CAUSE]) == (STICKING, STICK)
     assert stuck > 30
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from damper import Parameters, SIParameters, State, events, simulate
-from damper.engine.segment import CAUSE, FLIGHT, GAP, MODE, RATE, SIDE, STICKING
+from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STICKING
 from damper.models import start_run
 from damper.parameters import NO_UNITS
 from damper.sweep.points import read_point
@@ -99,7 +99,7 @@ def test_position_of_one_is_on_the_wall(clearance: float, x: float, v: float, si
         row = start_run(point.parameters, point.start())._state
         assert row[SIDE] == side
         assert row[GAP] == 0.0
-        assert row[RATE] == pytest.approx(-side * relative, abs=1e-12)
+        assert row[GAP_RATE] == pytest.approx(-side * relative, abs=1e-12)
         if relative == 0.0:
             # Kept together where the wall pushes the free mass inwards: -s x'' > 0.
             push = -side * (math.sin(0.4) - 2 * 0.02 * v - x)
@@ -227,7 +227,7 @@ def test_contact_stays_contact(
     end = trajectory.state_at(*trajectory.start)
     start = two.carried_over(one, end)
     found = start_run(two.parameters, start)._state
-    assert (found[GAP], found[SIDE], found[RATE]) == (0.0, side, 0.0)
+    assert (found[GAP], found[SIDE], found[GAP_RATE]) == (0.0, side, 0.0)
     assert (found[MODE], found[CAUSE]) == (row[MODE], row[CAUSE])
 
 

@@ -128,7 +128,7 @@ def test_second_order_is_what_the_engine_closes_tails_with() -> None:
     trajectory = start_run(p, state)
     log = next(trajectory.segments(0.0, 3.0))
     (tail,) = (segment for segment in map(Segment._make, log) if segment.mode == TAIL)
-    found = predict(p, 1, 2.0, tail.x, tail.v, tail.rate)
+    found = predict(p, 1, 2.0, tail.x, tail.v, tail.gap_rate)
     assert found.second_order_time == pytest.approx(tail.completion, rel=1e-14)
     assert found.error * found.first_order_time <= trajectory.model.tolerance
 

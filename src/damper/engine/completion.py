@@ -33,13 +33,13 @@ def sticks(side: float, a: float, j: float, snap: float) -> bool:
 
 @compiled
 def completion_times(
-    drag: float, restitution: float, force: float, jerk: float, gap_rate: float
+    impact_damping: float, restitution: float, force: float, jerk: float, gap_rate: float
 ) -> tuple[float, float]:
     """Time that infinitely many bounces take, to first and to second order in their speed.
 
     Parameters
     ----------
-    drag : float
+    impact_damping : float
         (damping mass_ratio + that of a support) / (1 + mass_ratio): each impact changes the
         velocities, and with them what the dashpots do.
     force, jerk : float
@@ -55,12 +55,18 @@ def completion_times(
     first = 2.0 * gap_rate / (force * (1.0 - restitution))
     # Each part is relative to `first` and of order w.
     bend = jerk / force * first / 3.0
-    return first, first * (1.0 + bend - drag * restitution * first)
+    return first, first * (1.0 + bend - impact_damping * restitution * first)
 
 
 @compiled
 def completion(
-    law: Any, drag: float, lag: float, size: float, force: float, jerk: float, gap_rate: float
+    law: Any,
+    impact_damping: float,
+    dashpot_rate: float,
+    snap_scale: float,
+    force: float,
+    jerk: float,
+    gap_rate: float,
 ) -> tuple[float, float]:
     """Time to the completion point after an impact, and an estimate of its error, O(w^3).
 
@@ -68,11 +74,11 @@ def completion(
     ----------
     law : NamedTuple
         Contact law. What its coefficient changes along the rest of the sequence is error.
-    drag, force, jerk, gap_rate : float
+    impact_damping, force, jerk, gap_rate : float
         As for `completion_times`.
-    lag : float
+    dashpot_rate : float
         Fastest rate at which dashpots change accelerations.
-    size : float
+    snap_scale : float
         Size of the gap's fourth derivative, by the sizes of its terms: they need not cancel along
         the sequence.
 
@@ -86,9 +92,9 @@ def completion(
         return 0.0, math.inf
     if gap_rate == 0.0:
         return 0.0, 0.0
-    first, duration = completion_times(drag, restitution, force, jerk, gap_rate)
-    change = (abs(jerk) / force + lag) * first
-    error = first * (change * change + size / force * first * first)
+    first, duration = completion_times(impact_damping, restitution, force, jerk, gap_rate)
+    change = (abs(jerk) / force + dashpot_rate) * first
+    error = first * (change * change + snap_scale / force * first * first)
     error += first * abs(restitution_at(law, gap_rate) - restitution) / (1.0 - restitution)
     if not duration > 0.0 or not change < 0.5:
         return 0.0, math.inf

@@ -1,7 +1,7 @@
 """Functions that choose their implementation by the class of their first argument.
 
 Models, contact laws and forcings are NamedTuples of constants. What the engine asks of them is
-declared here and there with `by_model`, and each implements it in its own file.
+declared here and there with `by_class`, and each implements it in its own file.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import Any, Protocol, cast
 from damper.engine.compiled import INNER_OPTIONS, Compiled, compiled, when_numba_loads
 
 
-class ByModel(Protocol):
+class ByClass(Protocol):
     """A function that chooses its implementation by the class of its first argument."""
 
     def __call__(self, model: Any, *rest: Any) -> Any:
@@ -24,7 +24,7 @@ class ByModel(Protocol):
         """Take over for one class the implementation of another."""
 
 
-def by_model(function: Callable) -> ByModel:
+def by_class(function: Callable) -> ByClass:
     """Make a function that each class of its first argument implements for itself (a decorator).
 
     ``@function.of(Model)`` gives the implementation for one class, and
@@ -32,18 +32,18 @@ def by_model(function: Callable) -> ByModel:
     with a TypeError. Compiled code chooses while it is compiled, so a run pays nothing for the
     choice, nor for classes that it does not use.
     """
-    return _by_model(function, None)
+    return _by_class(function, None)
 
 
-def by_model_or_default(function: Callable) -> ByModel:
-    """As `by_model`, but the function itself serves the classes without an implementation.
+def by_class_or_default(function: Callable) -> ByClass:
+    """As `by_class`, but the function itself serves the classes without an implementation.
 
     For what is true of them all, or costs time alone: a default must not leave out a law.
     """
-    return _by_model(function, function)
+    return _by_class(function, function)
 
 
-def _by_model(function: Callable, default: Callable | None) -> ByModel:
+def _by_class(function: Callable, default: Callable | None) -> ByClass:
     chosen: dict[type, Callable] = {}
 
     def chosen_for(kind: type) -> Callable:

@@ -9,7 +9,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.trigonometry import sine_cosine
 
 #: Steady amplitude over the static one, above which free and steady part would cancel.
@@ -27,59 +27,59 @@ class FreeFlow(NamedTuple):
     s_dot_less_1: float
 
 
-@by_model
+@by_class
 def period_of(forcing: Any) -> float:
     """Time after which it repeats: a suggestion for the clock, windows and sections."""
 
 
-@by_model
+@by_class
 def rate_of(forcing: Any) -> float:
     """Its fastest rate."""
 
 
-@by_model
+@by_class
 def bound_of(forcing: Any, order: int) -> float:
     """Bound on the size of its derivative of this order, 0 to 5, at all times."""
 
 
-@by_model
+@by_class
 def phase_at(forcing: Any, periods: float, time: float) -> Any:
     """What the forcing is at a moment (whole periods and local time), as a NamedTuple."""
 
 
-@by_model
+@by_class
 def turn_over(forcing: Any, tau: float) -> Any:
     """How its phase changes in a time `tau`."""
 
 
-@by_model
+@by_class
 def long_turn(forcing: Any, tau: float) -> Any:
     """As `turn_over`, with the digits that its product with a long time would lose."""
 
 
-@by_model
+@by_class
 def turned(forcing: Any, phase: Any, turn: Any) -> Any:
     """Phase after a turn."""
 
 
-@by_model
+@by_class
 def force_rates(forcing: Any, phase: Any) -> tuple[float, ...]:
     """Value and first four derivatives of the force."""
 
 
-@by_model
+@by_class
 def gain_of(forcing: Any, damping: float, stiffness: float, split: float) -> Any:
     """Constants of an oscillator's answer to the force, which `driven` uses."""
 
 
-@by_model
+@by_class
 def driven(
     forcing: Any, gain: Any, osc: Any, flow: FreeFlow, phase: Any, turn: Any, tau: float
 ) -> tuple[float, float]:
     """Displacement and velocity of an oscillator after a time `tau` under the force, from rest."""
 
 
-@by_model
+@by_class
 def taylor(
     forcing: Any, osc: Any, a: float, j: float, phase: Any, tau: float
 ) -> tuple[float, float]:

@@ -8,15 +8,15 @@ from there, so no part of it assumes that r is the same at each impact.
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model, by_model_or_default
+from damper.engine.dispatch import by_class, by_class_or_default
 
 
-@by_model
+@by_class
 def restitution_at(law: Any, approach_speed: float) -> float:
     """Coefficient of restitution of an impact; at speed 0 its limit for small speeds."""
 
 
-@by_model_or_default
+@by_class_or_default
 def rebound_slope(law: Any, approach_speed: float) -> float:
     """Derivative of the rebound speed by the approach speed: by a difference, unless a law says."""
     step = 1e-6 * approach_speed

@@ -90,7 +90,7 @@ def run(
         rows += 1
         if over:
             break
-        if step.lost:
+        if step.gave_up:
             code = SEARCH_FAILED
             break
         if step.steps >= LONG_SEARCH or (not step.is_event and step.duration < brief):

@@ -8,7 +8,7 @@ implements these functions for its class.
 
 from typing import Any, NamedTuple
 
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.segment import Segment
 
 
@@ -17,8 +17,8 @@ class Step(NamedTuple):
 
     duration: float
     is_event: bool
-    lost: bool
-    """Whether the search for the end gave up."""
+    gave_up: bool
+    """Whether the search for the end did."""
     steps: int
     """Evaluations of the motion that it took."""
     next: Segment
@@ -26,34 +26,34 @@ class Step(NamedTuple):
     """What `begin` returns for the next segment."""
 
 
-@by_model
+@by_class
 def initial_segment(
     model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
 ) -> Segment:
     """Initial segment of a run, from the state of both masses (`damper.parameters.State`)."""
 
 
-@by_model
+@by_class
 def begin(model: Any, segment: Segment) -> Any:
     """What the motion in a segment follows from, a NamedTuple that the loop hands on."""
 
 
-@by_model
+@by_class
 def following(model: Any, segment: Segment, start: Any) -> Step:
     """How a segment ends, and which one comes next."""
 
 
-@by_model
+@by_class
 def motion(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
     """State a time `tau` after a segment's start.
 
     Returns
     -------
-    x, v, gap, rate : float
+    x, v, gap, gap_rate : float
         Of the primary, and of the gap at the segment's wall.
     """
 
 
-@by_model
+@by_class
 def mass_ratio_at(model: Any, periods: float, time: float) -> float:
     """Mass ratio at a moment."""

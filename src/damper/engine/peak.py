@@ -6,7 +6,7 @@ What moves is a NamedTuple; its class implements `moment_at` and `bounds_of`.
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model, by_model_or_default
+from damper.engine.dispatch import by_class, by_class_or_default
 
 _ROUNDOFF = 2.220446049250313e-16
 #: Newton steps for an extremum; even bisection alone gets to roundoff in fewer.
@@ -24,17 +24,17 @@ class Moment(NamedTuple):
     """What else the motion to come follows from."""
 
 
-@by_model
+@by_class
 def moment_at(moving: Any, tau: float) -> Moment:
     """The motion at the time `tau`."""
 
 
-@by_model
+@by_class
 def bounds_of(moving: Any, moment: Moment, span: float) -> tuple[float, float]:
     """Bounds on |x''| and |x'''| over the coming time `span`."""
 
 
-@by_model_or_default
+@by_class_or_default
 def stays_below(moving: Any, start: Moment, end: Moment, limit: float) -> bool:
     """Whether something else than the bounds proves that |x| has no peak above `limit` between."""
     return False

@@ -10,7 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model, by_model_or_default
+from damper.engine.dispatch import by_class, by_class_or_default
 
 #: Roundoff of a quantity, relative to the sizes of its terms.
 ROUNDOFF = 4.0 * 2.220446049250313e-16
@@ -65,12 +65,12 @@ class Root(NamedTuple):
     """How often the quantity was looked at."""
 
 
-@by_model
+@by_class
 def point_at(moving: Any, tau: float) -> EventPoint:
     """Where the quantity is a time `tau` after the start of the search."""
 
 
-@by_model
+@by_class
 def rates_of(moving: Any) -> tuple[float, float, float]:
     """Rates of what moves: of the forcing (sets the first step), the fastest, and the coupling.
 
@@ -78,21 +78,21 @@ def rates_of(moving: Any) -> tuple[float, float, float]:
     """
 
 
-@by_model_or_default
-def further(moving: Any, point: EventPoint) -> float:
-    """A longer step that `inside` may prove; 0 if there is none."""
+@by_class_or_default
+def longer_step(moving: Any, point: EventPoint) -> float:
+    """A longer step that `proves_inside` may accept; 0 if there is none."""
     return 0.0
 
 
-@by_model_or_default
-def inside(moving: Any, start: EventPoint, end: EventPoint, width: float) -> bool:
+@by_class_or_default
+def proves_inside(moving: Any, start: EventPoint, end: EventPoint, width: float) -> bool:
     """Whether something else than the bound proves that a step stays inside."""
     return False
 
 
 @compiled
 def first_root(
-    moving: Any, start: EventPoint, width: float, leaving: bool, limit: float, hint: float
+    moving: Any, start: EventPoint, width: float, lifts_off: bool, limit: float, hint: float
 ) -> Root:
     """First time at which a quantity falls through 0 or rises through `width`.
 
@@ -104,7 +104,7 @@ def first_root(
         At tau = 0.
     width : float
         May be infinite.
-    leaving : bool
+    lifts_off : bool
         The value, its slope and second derivative are zero at the start, and it is about to rise.
     limit : float
         Time up to which the search goes; a root that is already in reach there is found.
@@ -120,7 +120,7 @@ def first_root(
     longest = shortest
     p = start
     facing = 1.0
-    if leaving:
+    if lifts_off:
         aimed = False
         step = _leave(p, coupling, longest)
     elif hint > 0.0:
@@ -139,8 +139,8 @@ def first_root(
             step = limit - p.tau
         q = point_at(moving, end)
         # On leaving zero the quantity surely grows throughout the step.
-        sure = (leaving and q.value < width) or stays_inside(p, q, width)
-        if not (sure or inside(moving, p, q, width)):
+        sure = (lifts_off and q.value < width) or stays_inside(p, q, width)
+        if not (sure or proves_inside(moving, p, q, width)):
             # Aimed too far: twice the excess back; else the step was too bold.
             excess = 0.0
             if aimed and q.slope != 0.0:
@@ -150,7 +150,7 @@ def first_root(
             continue
         if step == longest:
             longest = min(2.0 * longest, max(shortest, HORIZON - end))
-        leaving = False
+        lifts_off = False
         p = q
         if aimed:
             distance, slope, turn = p.value, p.slope, facing
@@ -167,7 +167,7 @@ def first_root(
         if p.tau >= limit:
             return Root(p, 0.0, 0.0, steps)
         step, facing, aimed = _aim(p, rate, width, longest)
-        far = further(moving, p)
+        far = longer_step(moving, p)
         if far > step:
             step = far
             aimed = False

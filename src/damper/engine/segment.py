@@ -27,7 +27,7 @@ class Segment(NamedTuple):
     v: float
     """Displacement and velocity of the primary, just after what began the segment."""
     gap: float
-    rate: float
+    gap_rate: float
     side: float
     mode: float
     """How the masses move: FLIGHT, TAIL, STICKING or CONTACT."""
@@ -45,7 +45,7 @@ class Segment(NamedTuple):
     """Length of the segment; where the run stops, up to there."""
 
 
-(PERIODS, TIME, X, V, GAP, RATE, SIDE, MODE, CAUSE, SPEED, V_BEFORE) = range(11)
+(PERIODS, TIME, X, V, GAP, GAP_RATE, SIDE, MODE, CAUSE, SPEED, V_BEFORE) = range(11)
 (FIRST_SPEED, COMPLETION, DURATION) = range(11, 14)
 COLUMNS = len(Segment._fields)
 
@@ -89,7 +89,7 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
     row[2] = segment.x
     row[3] = segment.v
     row[4] = segment.gap
-    row[5] = segment.rate
+    row[5] = segment.gap_rate
     row[6] = segment.side
     row[7] = segment.mode
     row[8] = segment.cause

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at, rate_of
 from damper.engine.impact import restitution_at
 from damper.engine.model import mass_ratio_at, motion
@@ -59,7 +59,7 @@ class Part(NamedTuple):
     """Largest |x| so far."""
 
 
-@by_model
+@by_class
 def part_of(
     model: Any, tables: Any, segment: Segment, low: float, high: float, peak: float
 ) -> Part:
@@ -70,7 +70,7 @@ def part_of(
     """
 
 
-@by_model
+@by_class
 def impact_loss(model: Any, segment: Segment) -> float:
     """Energy lost in the impact that begins a segment."""
 
@@ -80,7 +80,7 @@ def lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     """Energy lost in the impact on a rigid wall that begins a segment."""
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
     reduced = mass_ratio / (1.0 + mass_ratio)
-    return 0.5 * reduced * (segment.speed - segment.rate) * (segment.speed + segment.rate)
+    return 0.5 * reduced * (segment.speed - segment.gap_rate) * (segment.speed + segment.gap_rate)
 
 
 @compiled
@@ -90,7 +90,7 @@ def stored_energy(model: Any, segment: Segment, tau: float) -> float:
     return energy_in(model, segment, mass_ratio, motion(model, segment, tau))
 
 
-@by_model
+@by_class
 def energy_in(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> float:
     """Energy in a state of a segment, which `damper.engine.model.motion` gives."""
 
@@ -108,7 +108,7 @@ def primary_and_masses(model: Any, segment: Segment, mass_ratio: float, state: t
     return energy
 
 
-@by_model
+@by_class
 def integrands(moving: Any, moment: Moment) -> tuple[float, float, float, float]:
     """x^2, v^2, power of the force, and a power of the model's own."""
 
@@ -174,7 +174,7 @@ def swing_of(model: Any, mass_ratio: float, segment: Segment, shift: float) -> S
     v = s.v
     if s.mode != FLIGHT:
         osc = model.stuck
-        v -= s.side * mass_ratio / (1.0 + mass_ratio) * s.rate
+        v -= s.side * mass_ratio / (1.0 + mass_ratio) * s.gap_rate
     phase = phase_at(osc.forcing, s.periods, s.time)
     return Swing(osc, motion_from(osc, s.x + shift, v, phase), shift)
 
@@ -243,8 +243,8 @@ class Tail(NamedTuple):
     share: float
     """Part of the gap by which a bounce carries the primary; negative on the left wall."""
     restitution: float
-    rate: float
-    """Rebound speed of the first bounce."""
+    rebound_speed: float
+    """Of the first bounce."""
     duration: float
 
 
@@ -252,9 +252,10 @@ class Tail(NamedTuple):
 def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shift: float) -> Tail:
     """The tail that a segment is, from the motion of the masses' centre, with this mass ratio."""
     force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
-    share = segment.side * mass_ratio / (1.0 + mass_ratio)
+    s = segment
+    share = s.side * mass_ratio / (1.0 + mass_ratio)
     restitution = restitution_at(model.law, 0.0)
-    return Tail(start, shift, force, force1, share, restitution, segment.rate, segment.completion)
+    return Tail(start, shift, force, force1, share, restitution, s.gap_rate, s.completion)
 
 
 @compiled
@@ -266,13 +267,13 @@ def with_bounces(part: Part, tail: Tail, low: float, high: float, peak: float) -
     speed_square = part.speed_square
     work = part.work
     loss = part.loss
-    if tail.rate > 0.0:
+    if tail.rebound_speed > 0.0:
         # Bounce speed over bounce time, the same for all of them.
-        slope = tail.rate / (tail.duration * (1.0 - tail.restitution))
+        slope = tail.rebound_speed / (tail.duration * (1.0 - tail.restitution))
         for k in range(2):
             tau = high if k == 1 else low
             sign = 1.0 if k == 1 else -1.0
-            gap, bounce = bounce_at(tail.restitution, tail.duration, tail.rate, tau)
+            gap, bounce = bounce_at(tail.restitution, tail.duration, tail.rebound_speed, tau)
             # Until it ends, a bounce holds the square of its speed: bounce^2 + 4 slope gap.
             loss -= sign * 0.5 * abs(tail.share) * (bounce * bounce + 4.0 * slope * gap)
             # The bounce under way has carried the primary this far from the centre.
@@ -291,7 +292,7 @@ def _tail_peak(tail, low, high, peak):
     each bounce gives its ends and its vertex. Bounces too low to be seen make one, which is flat.
     """
     start = tail.start
-    speed = tail.rate
+    speed = tail.rebound_speed
     length = tail.duration * (1.0 - tail.restitution)
     height = 0.25 * abs(tail.share) * speed * length
     reach = high * (abs(start.v) + high * (abs(start.a) + high * abs(start.j)))

@@ -107,7 +107,7 @@ def _add(model, near, s, struck, change):
     if joins(model, s):
         # Of the masses' centre, with which a tail goes on.
         mu = mass_ratio_at(model, s.periods, s.time)
-        v -= s.side * mu / (1.0 + mu) * s.rate
+        v -= s.side * mu / (1.0 + mu) * s.gap_rate
     first = _lead(near.models[0], s, y, v, struck, near.models[0].period / model.period)
     for k in range(1, 4):
         there = near.models[k]
@@ -136,7 +136,7 @@ def _flight(model, s, y, slower):
     tau = s.duration * slower
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)
-    u = s.v - s.side * s.rate
+    u = s.v - s.side * s.gap_rate
     flow = free_mass_flow(model, tau)
     dy = (flow.xx - 1.0) * y + flow.xv * u
     return s.v * tau + dx, dv, dy, flow.vx * y + (flow.vv - 1.0) * u
@@ -152,7 +152,7 @@ def _contact(model, s, v, slower):
         s.x,
         v,
         apart * s.gap,
-        apart * s.rate,
+        apart * s.gap_rate,
         s.side,
         s.mode,
         s.cause,

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
@@ -36,52 +36,52 @@ class Flow(NamedTuple):
     vv: float
 
 
-@by_model
+@by_class
 def free_mass_flow(model: Any, tau: float) -> Flow:
     """Linear flow of the free mass over a time `tau` of flight."""
 
 
-@by_model
+@by_class
 def free_mass_acceleration(model: Any, y: float, u: float) -> float:
     """Acceleration of the free mass in flight."""
 
 
-@by_model
+@by_class
 def contact_flow(model: Any, periods: float, time: float, tau: float) -> Flow:
     """Linear flow of both masses' centre in contact, from a moment over a time `tau`."""
 
 
-@by_model
+@by_class
 def mass_ratio_rate(model: Any, periods: float, time: float) -> float:
     """Time derivative of the mass ratio."""
 
 
-@by_model
+@by_class
 def damping_in(model: Any, s: Segment) -> float:
     """Rate at which volumes of (x, v, y, u) shrink in a segment in which masses are apart."""
 
 
-@by_model
+@by_class
 def shrunk_by(model: Any, s: Segment) -> float:
     """What the impact that begins a segment leaves of volumes of (x, v, y, u)."""
 
 
-@by_model
+@by_class
 def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]:
     """Velocities of both masses after the impact that begins a segment, at this local time."""
 
 
-@by_model
+@by_class
 def joins(model: Any, s: Segment) -> bool:
     """Whether the masses move as one in a segment, so that two directions vanish."""
 
 
-@by_model
+@by_class
 def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
     """Take deviations, the columns of a (4, n) array, over what begins a segment."""
 
 
-@by_model
+@by_class
 def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
     """Take deviations over a time of contact, from a time after the segment's start."""
 
@@ -97,7 +97,7 @@ def have_rigid_walls(kind: type) -> None:
 
 @compiled
 def _shrunk_by(model, s):
-    return rebound_slope(model.law, s.speed) * s.rate / s.speed
+    return rebound_slope(model.law, s.speed) * s.gap_rate / s.speed
 
 
 @compiled
@@ -204,7 +204,7 @@ def _jump(model, mu, s):
     slope = (1.0 + rebound_slope(model.law, s.speed)) / (1.0 + mu)
     to_primary, to_free = slope * mu, -slope
     before = s.v_before + s.side * s.speed
-    after = s.v - s.side * s.rate
+    after = s.v - s.side * s.gap_rate
     a, b = _accelerations(model, s, s.v_before, before)
     a_after, b_after = _accelerations(model, s, s.v, after)
     # The mass ratio's own change gives both velocities the same.
@@ -224,7 +224,7 @@ def _jump(model, mu, s):
 @compiled
 def _closing(model, mu, s):
     """Acceleration of the joined masses, less that of their centre in the flight after."""
-    after = s.v - s.side * s.rate
+    after = s.v - s.side * s.gap_rate
     common = (s.v + mu * after) / (1.0 + mu)
     a, b = _accelerations(model, s, s.v, after)
     a_joined, b_joined = _accelerations(model, s, common, common)

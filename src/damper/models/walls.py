@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import phase_at
 from damper.engine.impact import impact, restitution_at
 from damper.engine.model import Step, begin, mass_ratio_at
@@ -27,41 +27,46 @@ from damper.engine.segment import (
     clock_after,
 )
 
+#: Outcomes of a flight or sticking, as those of a search.
+NO_EVENT, EVENT = 0.0, 1.0
+
 
 class End(NamedTuple):
     """How a flight or sticking ends."""
 
     duration: float
-    hit: float
-    """Wall of an impact, 1 for a release; 0 where nothing happens; or GAVE_UP."""
+    outcome: float
+    """EVENT, an impact or a release; NO_EVENT where it only is cut; or GAVE_UP."""
+    wall: float
+    """Of the impact."""
     x: float
     v: float
     gap: float
-    rate: float
+    gap_rate: float
     steps: int
 
 
-@by_model
+@by_class
 def fly(model: Any, segment: Segment, start: Any) -> End:
     """The next impact of a flight; gap and rate at the segment's wall."""
 
 
-@by_model
+@by_class
 def stick(model: Any, segment: Segment) -> End:
     """The end of sticking; `side` is 0 where there is no clearance: then there is no release."""
 
 
-@by_model
+@by_class
 def stays(model: Any, segment: Segment, start: Any) -> bool:
     """Whether masses in contact with no relative velocity stay together."""
 
 
-@by_model
+@by_class
 def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
     """Time to the completion point after the impact that begins a segment, and its error."""
 
 
-@by_model
+@by_class
 def complete(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
     """Displacement and common velocity at the completion point of a tail."""
 
@@ -88,18 +93,20 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
     if s.mode == FLIGHT:
         end = fly(model, s, start)
         periods, time = clock_after(model.period, s.periods, s.time, end.duration)
-        if end.hit == 0.0 or end.hit == GAVE_UP:
-            new = _plain(s, periods, time, end.x, end.v, end.gap, end.rate, FLIGHT, NOTHING)
-            return Step(end.duration, False, end.hit != 0.0, end.steps, new, begin(model, new))
-        return _struck(model, s, periods, time, end)
+        if end.outcome != EVENT:
+            new = _plain(s, periods, time, end.x, end.v, end.gap, end.gap_rate, FLIGHT, NOTHING)
+            gave_up = end.outcome == GAVE_UP
+            return Step(end.duration, False, gave_up, end.steps, new, begin(model, new))
+        return _over_impact(model, s, periods, time, end)
     if s.mode == STICKING:
         end = stick(model, s)
         periods, time = clock_after(model.period, s.periods, s.time, end.duration)
-        released = end.hit == 1.0
+        released = end.outcome == EVENT
+        gave_up = end.outcome == GAVE_UP
         mode = FLIGHT if released else STICKING
         cause = RELEASE if released else NOTHING
         new = _plain(s, periods, time, end.x, end.v, 0.0, 0.0, mode, cause)
-        return Step(end.duration, released, end.hit == GAVE_UP, end.steps, new, begin(model, new))
+        return Step(end.duration, released, gave_up, end.steps, new, begin(model, new))
     x, v = complete(model, s, start)
     periods, time = clock_after(model.period, s.periods, s.time, s.completion)
     new = Segment(periods, time, x, v, 0.0, 0.0, s.side, STICKING, STICK, 0.0, v, 0.0, 0.0, 0.0)
@@ -115,10 +122,10 @@ def _plain(s, periods, time, x, v, gap, rate, mode, cause):
 
 
 @compiled
-def _struck(model, s, periods, time, end):
+def _over_impact(model, s, periods, time, end):
     """Step over an impact."""
-    side = end.hit
-    speed = abs(end.rate)
+    side = end.wall
+    speed = abs(end.gap_rate)
     first_speed = speed if s.first_speed == 0.0 or side != s.side else s.first_speed
     v, rate = impact(
         mass_ratio_at(model, periods, time), restitution_at(model.law, speed), side, end.v, speed
@@ -146,7 +153,7 @@ def _after_impact(periods, time, end, v, rate, speed, first_speed, mode, complet
         v,
         0.0,
         rate,
-        end.hit,
+        end.wall,
         mode,
         IMPACT,
         speed,

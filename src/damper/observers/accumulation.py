@@ -187,7 +187,7 @@ def _close(model, end, state, kept, burst, of_impacts):
         s = segment_at(kept[k])
         found = predict_rest(model, s)
         impact = of_impacts[k]
-        impact.rebound_speed = s.rate
+        impact.rebound_speed = s.gap_rate
         impact.remaining_time = since(end, model.period, s.periods, s.time)
         impact.remaining_displacement = end.x - s.x
         impact.first_order_time = found.first_order_time

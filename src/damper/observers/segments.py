@@ -12,10 +12,10 @@ from damper.engine.segment import (
     COMPLETION,
     DURATION,
     GAP,
+    GAP_RATE,
     MODE,
     NOTHING,
     PERIODS,
-    RATE,
     SIDE,
     TAIL,
     TIME,
@@ -34,7 +34,7 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
     "displacement": (X, "primary displacement at its start", LENGTH),
     "velocity": (V, "primary velocity at its start", SPEED),
     "gap": (GAP, "gap to the segment's wall at its start", LENGTH),
-    "gap_rate": (RATE, "rate of the gap at its start", SPEED),
+    "gap_rate": (GAP_RATE, "rate of the gap at its start", SPEED),
     "completion": (COMPLETION, "time to the completion point of a closed burst, else 0", TIME_UNIT),
     "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
     "mode": (MODE, "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact", "1"),
@@ -80,7 +80,7 @@ class Segments(Observer):
         rows = self._rows
         times = self._times(rows)
         if len(rows) and times[0] < 0.0 and rows[0, MODE] != TAIL:
-            rows[0, X : RATE + 1] = self._motion_in(rows[0], -times[0])
+            rows[0, X : GAP_RATE + 1] = self._motion_in(rows[0], -times[0])
             rows[0, CAUSE], times[0] = NOTHING, 0.0
         for name, (column, _, _) in _FIELDS.items():
             values = times if column == TIME else rows[:, column]

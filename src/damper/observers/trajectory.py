@@ -181,7 +181,7 @@ def _write(model, log, stretch, rows, counts):
                 if s.cause == IMPACT:
                     before = (s.x, s.v_before, 0.0, -s.speed)
                     _add_row(model, s, now, before, IMPACT, 0.0, rows, count)
-                after = (s.x, s.v, s.gap, s.rate)
+                after = (s.x, s.v, s.gap, s.gap_rate)
                 _add_row(model, s, now, after, s.cause, mode, rows, count)
         while count.samples < stretch.samples:
             periods, time = _instant(stretch, count.samples, period)

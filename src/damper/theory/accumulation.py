@@ -126,13 +126,15 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     force = -s.side * start.a
     if not force * (1.0 - restitution) > 0.0:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
-    if s.rate == 0.0:
+    if s.gap_rate == 0.0:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
     share = model.mass_ratio / (1.0 + model.mass_ratio)
-    drag = model.free.damping * share
-    first, second = completion_times(drag, restitution, force, s.side * start.j, s.rate)
+    impact_damping = model.free.damping * share
+    first, second = completion_times(
+        impact_damping, restitution, force, s.side * start.j, s.gap_rate
+    )
     _, error = time_to_completion(model, s, start)
-    common = s.v - s.side * share * s.rate
+    common = s.v - s.side * share * s.gap_rate
     dx = math.nan
     if 0.0 < second <= LONGEST:
         dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, start.phase), second)

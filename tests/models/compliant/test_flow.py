@@ -8,12 +8,12 @@ from mpmath import mp, mpf
 
 from damper.engine.compiled import compiled
 from damper.models.compliant.flow import (
-    Touch,
+    ContactConstants,
     advance,
+    contact_constants,
     derivative,
     energy_size,
     propagators,
-    touch_of,
 )
 
 #: Mass ratio, damping ratio, frequency ratio, stiffness, contact damping; corners of the range.
@@ -31,27 +31,27 @@ START = (0.3, -0.2, 0.0, -1e-3, math.sin(0.7), math.cos(0.7))
 
 
 @compiled
-def advanced(touch, table, tau):
+def advanced(contact, table, tau):
     """State after a time from START, and the energy of it and of its first derivatives."""
-    z = advance(touch, table, START, tau)
-    first = derivative(touch, z)
-    second = derivative(touch, first)
-    third = derivative(touch, second)
+    z = advance(contact, table, START, tau)
+    first = derivative(contact, z)
+    second = derivative(contact, first)
+    third = derivative(contact, second)
     sizes = (
-        energy_size(touch, z),
-        energy_size(touch, first),
-        energy_size(touch, second),
-        energy_size(touch, third),
+        energy_size(contact, z),
+        energy_size(contact, first),
+        energy_size(contact, second),
+        energy_size(contact, third),
     )
     return z, sizes
 
 
-def touch(*numbers: float) -> Touch:
-    *values, levels, shift = touch_of(*numbers)
-    return Touch(*values, int(levels), shift)
+def constants(*numbers: float) -> ContactConstants:
+    *values, levels, shift = contact_constants(*numbers)
+    return ContactConstants(*values, int(levels), shift)
 
 
-def exact(t: Touch, tau: float) -> list:
+def exact(t: ContactConstants, tau: float) -> list:
     """State by scaling and squaring the matrix exponential."""
     with mp.workdps(60):
         alpha, beta, drag = mpf(t.share), mpf(t.reduced), mpf(t.drag)
@@ -76,7 +76,7 @@ def exact(t: Touch, tau: float) -> list:
 
 @pytest.mark.parametrize("numbers", CASES, ids=str)
 def test_flow_in_contact(numbers: tuple) -> None:
-    t = touch(*numbers)
+    t = constants(*numbers)
     table = propagators(t)
     frequency = math.sqrt(t.relative_stiffness)
     for swings in (1e-3, 2.0, 30.0, 1e3, math.inf):
@@ -99,7 +99,7 @@ def test_flow_in_contact(numbers: tuple) -> None:
 
 
 def test_short_steps_keep_the_gap_relative_to_itself() -> None:
-    t = touch(*CASES[1])
+    t = constants(*CASES[1])
     for tau in (1e-12, 1e-9, 1e-7):
         found, right = advanced(t, propagators(t), tau)[0], exact(t, tau)
         assert abs(found[2] / right[2] - 1) < 1e-15
@@ -108,7 +108,7 @@ def test_short_steps_keep_the_gap_relative_to_itself() -> None:
 @pytest.mark.parametrize("numbers", CASES, ids=str)
 def test_energy_grows_by_the_force_at_most(numbers: tuple) -> None:
     """Also of the derivatives of the motion, which bounds every one of them."""
-    t = touch(*numbers)
+    t = constants(*numbers)
     table = propagators(t)
     before = np.array(advanced(t, table, 0.0)[1])
     for tau in (0.3 / t.rate, 3.0 / t.rate, 0.1, 2.0):

@@ -12,7 +12,7 @@ from damper.engine.search import first_root
 from damper.models import model_of
 from damper.models.compliant import Compliant
 from damper.models.compliant.flow import advance, derivative
-from damper.models.compliant.search import Contact, contact_point, dot
+from damper.models.compliant.search import ContactMotion, contact_point, dot
 
 #: Sides of a root: found, or none up to the limit.
 FOUND, NONE = 1.0, 0.0
@@ -21,12 +21,12 @@ FOUND, NONE = 1.0, 0.0
 @compiled
 def search(model, z, limit):
     """Side, time and steps of the first root, and the event function's slope there."""
-    moving = Contact(model.touch, model.table, model.ending, z)
+    moving = ContactMotion(model.contact, model.table, model.ending, z)
     point = contact_point(moving, 0.0, z)
-    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
-    root = first_root(moving, point, math.inf, leaving, limit, 0.0)
+    lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, lifts_off, limit, 0.0)
     tau = root.point.tau + root.step
-    end = contact_point(moving, tau, advance(model.touch, model.table, z, tau))
+    end = contact_point(moving, tau, advance(model.contact, model.table, z, tau))
     return root.side, tau, root.steps, end.slope
 
 
@@ -35,10 +35,10 @@ def scan(model, z, times, found):
     """Event function, its fourth derivative and slow part, and the fast, at some times."""
     event = model.ending
     for k in range(len(times)):
-        w = advance(model.touch, model.table, z, float(times[k]))
+        w = advance(model.contact, model.table, z, float(times[k]))
         w4 = w
         for _ in range(4):
-            w4 = derivative(model.touch, w4)
+            w4 = derivative(model.contact, w4)
         found[k, 0] = event.gap * w[2] + event.gap_rate * w[3]
         found[k, 1] = event.gap * w4[2] + event.gap_rate * w4[3]
         found[k, 2] = dot(event.slow[0], w)
@@ -49,7 +49,7 @@ def scan(model, z, times, found):
 @compiled
 def bound_at_start(model, z):
     """Bound on the fourth derivative, and its growth."""
-    point = contact_point(Contact(model.touch, model.table, model.ending, z), 0.0, z)
+    point = contact_point(ContactMotion(model.contact, model.table, model.ending, z), 0.0, z)
     return point.bound4, point.growth
 
 
@@ -87,7 +87,7 @@ def test_no_end_is_skipped() -> None:
     ends = 0
     for seed in range(12):
         m, z = random_case(seed)
-        limit = 6.0 / math.sqrt(m.touch.relative_stiffness)
+        limit = 6.0 / math.sqrt(m.contact.relative_stiffness)
         side, tau, _, slope = search(m, z, limit)
         values = scanned(m, z, np.linspace(0.0, tau, 600)[1:])[0]
         top = values.max()
@@ -108,14 +108,14 @@ def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: i
     """Half a forcing period of 1e5 oscillations of the contact; with r near 1 they all fast."""
     m = model(k, tension, r)
     # Pressed by the force, with a fast part as weak as a hundredth of the pressure.
-    gap = -1.0 / m.touch.relative_stiffness
+    gap = -1.0 / m.contact.relative_stiffness
     z = (0.0, 0.0, 1.01 * gap, 0.0, -1.0, 0.0)
     side, tau, steps, _ = search(m, z, 25.0)
     assert side == FOUND
     assert 1.0 < tau < 25.0
     assert steps < (100 if r < 0.999 else 400)
     # A scan in the slow time, and around the end in the fast one, sees nothing before.
-    fast = 1.0 / math.sqrt(m.touch.relative_stiffness)
+    fast = 1.0 / math.sqrt(m.contact.relative_stiffness)
     times = [*np.linspace(0.0, tau, 400)[:-1], *(tau - fast * np.linspace(30.0, 0.01, 300)), tau]
     values = scanned(m, z, np.array(times))[0]
     assert values[:-1].min() > 0.0
@@ -169,7 +169,7 @@ def test_fourth_derivative_stays_below_its_bound(by_energy: bool) -> None:
             continue
         used += 1
         bound, growth = bound_at_start(m, z)
-        for span in (0.1 / m.touch.rate, 3.0 / m.touch.rate, 1.0):
+        for span in (0.1 / m.contact.rate, 3.0 / m.contact.rate, 1.0):
             fourth = np.abs(scanned(m, z, np.linspace(0.0, span, 80))[1])
             assert fourth.max() <= (bound + growth * span) * (1 + 1e-9)
         assert fourth[0] > 1e-6 * bound or by_energy

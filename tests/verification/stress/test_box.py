@@ -5,7 +5,7 @@ import math
 import pytest
 
 from damper.engine.compiled import plain
-from damper.engine.segment import CAUSE, GAP, IMPACT, RATE, SPEED
+from damper.engine.segment import CAUSE, GAP, GAP_RATE, IMPACT, SPEED
 from damper.models import start_run
 from damper.sweep.points import read_point
 from damper.verification.stress.box import STARTS, corners, part, random_points, start_of
@@ -76,11 +76,11 @@ def first_row(start, clearance):
 def test_starts_are_what_they_are_called():
     centre, wall, approaching, grazing = (first_row(name, 1.0) for name in STARTS)
     assert centre[0][GAP] == 1.0
-    assert wall[0][GAP] == wall[0][RATE] == 0.0
+    assert wall[0][GAP] == wall[0][GAP_RATE] == 0.0
     assert approaching[1][CAUSE] == IMPACT
     assert approaching[1][SPEED] == 1.0
     # It comes within a hundredth of a percent of the wall without momentum to speak of.
-    gap, rate = grazing[0][GAP], grazing[0][RATE]
+    gap, rate = grazing[0][GAP], grazing[0][GAP_RATE]
     assert rate == pytest.approx(-math.sqrt(2.0 * gap), rel=1e-7)
     assert gap == pytest.approx(1e-8, rel=1e-6)
 

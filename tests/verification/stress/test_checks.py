@@ -14,10 +14,10 @@ from damper.engine.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    GAP_RATE,
     IMPACT,
     MODE,
     NOTHING,
-    RATE,
     RELEASE,
     SIDE,
     SPEED,
@@ -168,12 +168,12 @@ def test_a_wall_passed_and_left_again_is_found(run, side, deep):
     forcing = trajectory.model.free.forcing
     row[0, TIME] = (-forcing.phase % (2.0 * math.pi)) / forcing.omega
     # Down to -deep and back to the start.
-    row[0, [GAP, RATE, DURATION]] = deep, -2.0 * math.sqrt(deep), 4.0 * math.sqrt(deep)
+    row[0, [GAP, GAP_RATE, DURATION]] = deep, -2.0 * math.sqrt(deep), 4.0 * math.sqrt(deep)
     assert "penetration" in violated(trajectory, row)
     assert laws(trajectory, row)["penetration"] == pytest.approx(deep / 2.0, rel=0.2)
     # In half that time it is still out there; at a quarter of the speed it does not get there.
     assert "penetration" in violated(trajectory, changed(row, 0, DURATION, -row[0, DURATION] / 2))
-    slow = changed(row, 0, RATE, 1.5 * math.sqrt(deep))
+    slow = changed(row, 0, GAP_RATE, 1.5 * math.sqrt(deep))
     assert "penetration" not in violated(trajectory, slow)
 
 
@@ -197,7 +197,7 @@ def test_lost_momentum_is_found(run, size):
 def test_another_restitution_is_found(run):
     trajectory, log = run
     row = impact_row(log)
-    new = changed(log, row, RATE, 1e-10)
+    new = changed(log, row, GAP_RATE, 1e-10)
     # Momentum is kept: the primary takes what the free mass gives.
     mass_ratio, side = trajectory.model.mass_ratio, log[row, SIDE]
     new[row, V] += side * mass_ratio / (1.0 + mass_ratio) * 1e-10
@@ -230,7 +230,7 @@ def test_time_that_goes_back_is_found(run):
     assert "clock" in violated(trajectory, back)
 
 
-@pytest.mark.parametrize(("column", "value"), [(X, math.nan), (RATE, math.inf)])
+@pytest.mark.parametrize(("column", "value"), [(X, math.nan), (GAP_RATE, math.inf)])
 def test_what_is_not_finite_is_found(run, column, value):
     trajectory, log = run
     row = impact_row(log)

@@ -5,7 +5,7 @@ be tensile, N = max(0, N), and the contact ends where N vanishes, or the contact
 reopens (`contact_tension`). Every regime is linear, so the motion is exact: free flight as in the
 rigid model, contact by `damper.models.compliant.flow`.
 
-The log has more kinds of row than the rigid one: CONTACT from the moment of touch, with the
+The log has more kinds of row than the rigid one: CONTACT from the moment of contact, with the
 approach speed and no jump; STICKING once a contact has lasted one period 2 pi / sqrt(k (1 + mu) /
 mu) of its own oscillation; FLIGHT with the cause SEPARATION after a contact that ends sooner. A
 contact without tension ends while the gap is negative still: that flight has a row of its own, up
@@ -57,17 +57,17 @@ from damper.models import rigid
 from damper.models import tangent as declared_tangent
 from damper.models.compliant import tangent
 from damper.models.compliant.flow import (
+    ContactConstants,
     Pair,
-    Touch,
     advance,
+    contact_constants,
     derivative,
     propagators,
-    touch_of,
     unit_state,
 )
 from damper.models.compliant.restitution import contact_damping, contact_phase
 from damper.models.compliant.search import (
-    Contact,
+    ContactMotion,
     EventFunction,
     Split,
     contact_point,
@@ -77,7 +77,7 @@ from damper.models.compliant.search import (
     split_of,
 )
 from damper.models.rigid import FlightGap, Rigid, flight_at, flight_point, free_flight
-from damper.models.walls import slack
+from damper.models.walls import EVENT, slack
 from damper.parameters import Parameters
 
 #: Part of the usual duration of a contact at which the search for its end begins where nothing
@@ -104,7 +104,7 @@ class Compliant(NamedTuple):
     """Duration of a contact between free bodies; 0 where it lasts for ever."""
     after_usual: np.ndarray
     """(3, 6) event function and its first two derivatives then, from the state at touch."""
-    touch: Touch
+    contact: ContactConstants
     table: np.ndarray
     """Propagators of the contact."""
     split: Split
@@ -118,37 +118,37 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     tension = bool(p.contact_tension)
     damping = contact_damping(p.restitution, tension)
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
-    *values, levels, shift = touch_of(
+    *values, levels, shift = contact_constants(
         p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.contact_stiffness_ratio, damping
     )
-    touch = Touch(*[*values, int(levels), shift])
-    split = split_of(touch)
+    contact = ContactConstants(*[*values, int(levels), shift])
+    split = split_of(contact)
     ending = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
     if not tension:
-        ending[2:4] = -touch.stiffness, -touch.damping
+        ending[2:4] = -contact.stiffness, -contact.damping
     usual = contact_phase(damping, tension) / frequency
-    table = propagators(touch)
+    table = propagators(contact)
     after_usual = np.zeros((3, 6))
-    _fill_rows(touch, table, ending, usual, after_usual)
+    _fill_rows(contact, table, ending, usual, after_usual)
     return Compliant(
         *rigid.prepare(p, law, accuracy),
         float(tension),
         min(2.0 * math.pi / frequency, HORIZON),
         usual,
         after_usual,
-        touch,
+        contact,
         table,
         split,
-        event_function(touch, split, ending),
+        event_function(contact, split, ending),
     )
 
 
 @compiled
-def _fill_rows(touch, table, ending, tau, rows):
+def _fill_rows(contact, table, ending, tau, rows):
     for column in range(6):
-        z = advance(touch, table, unit_state(column), tau)
-        z1 = derivative(touch, z)
-        z2 = derivative(touch, z1)
+        z = advance(contact, table, unit_state(column), tau)
+        z1 = derivative(contact, z)
+        z2 = derivative(contact, z1)
         rows[0, column] = ending[2] * z[2] + ending[3] * z[3]
         rows[1, column] = ending[2] * z1[2] + ending[3] * z1[3]
         rows[2, column] = ending[2] * z2[2] + ending[3] * z2[3]
@@ -176,12 +176,12 @@ def pair_at(model: Compliant, segment: Segment) -> Pair:
     """State of the pair at the start of a segment, as `damper.models.compliant.flow` has it."""
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    beta = model.touch.reduced
+    beta = model.contact.reduced
     return (
         s.side * s.x - beta * s.gap,
-        s.side * s.v - beta * s.rate,
+        s.side * s.v - beta * s.gap_rate,
         s.gap,
-        s.rate,
+        s.gap_rate,
         s.side * phase.sin,
         s.side * phase.cos,
     )
@@ -198,15 +198,15 @@ def _motion(model, segment, tau):
         if s.gap >= 0.0:
             return flight_at(model, s, _begin(model, s), tau)
         dx, dv, _ = increments(model.free, _begin(model, s), tau)
-        gap = s.gap + s.rate * tau + s.side * dx
-        return s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv
-    return _of_pair(model, s.side, advance(model.touch, model.table, pair_at(model, s), tau))
+        gap = s.gap + s.gap_rate * tau + s.side * dx
+        return s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv
+    return _of_pair(model, s.side, advance(model.contact, model.table, pair_at(model, s), tau))
 
 
 @compiled
 def _of_pair(model, side, z):
     """Displacement and velocity of the primary, gap and its rate in a state of the pair."""
-    beta = model.touch.reduced
+    beta = model.contact.reduced
     return side * (z[0] + beta * z[2]), side * (z[1] + beta * z[3]), z[2], z[3]
 
 
@@ -243,9 +243,9 @@ def _touches(model, segment):
     """Whether the contact acts from now on; an approach from gap 0 is still a flight."""
     s = segment
     if s.gap < 0.0:
-        touch = model.touch
-        return model.tension != 0.0 or touch.stiffness * s.gap + touch.damping * s.rate < 0.0
-    if s.gap > 0.0 or s.rate != 0.0:
+        pull = model.contact.stiffness * s.gap + model.contact.damping * s.gap_rate
+        return model.tension != 0.0 or pull < 0.0
+    if s.gap > 0.0 or s.gap_rate != 0.0:
         return False
     motion = _begin(model, s)
     snap, _, _ = higher_derivatives(model.free, motion)
@@ -261,7 +261,7 @@ def _settled(model, segment):
     if mode == FLIGHT and s.gap <= 0.0:
         if _touches(model, s):
             mode = CONTACT
-        elif model.clearance == 0.0 and s.gap == 0.0 and s.rate == 0.0:
+        elif model.clearance == 0.0 and s.gap == 0.0 and s.gap_rate == 0.0:
             # At rest between walls without a clearance: where one draws away the other acts.
             side = -side
             mode = CONTACT
@@ -271,7 +271,7 @@ def _settled(model, segment):
         s.x,
         s.v,
         s.gap,
-        s.rate,
+        s.gap_rate,
         side,
         mode,
         s.cause,
@@ -311,15 +311,15 @@ def _next(model, s, duration, x, v, gap, rate, mode, cause, speed, side):
 def _fly(model, s, start):
     """A flight between the walls, up to the touch of one."""
     end = free_flight(model, s, start)
-    if end.hit == 0.0 or end.hit == GAVE_UP:
-        new = _next(
-            model, s, end.duration, end.x, end.v, end.gap, end.rate, FLIGHT, NOTHING, 0.0, s.side
-        )
-        return Step(end.duration, False, end.hit != 0.0, end.steps, new, _begin(model, new))
-    speed = abs(end.rate)
+    if end.outcome != EVENT:
+        gave_up = end.outcome == GAVE_UP
+        tau, gap, rate = end.duration, end.gap, end.gap_rate
+        new = _next(model, s, tau, end.x, end.v, gap, rate, FLIGHT, NOTHING, 0.0, s.side)
+        return Step(end.duration, False, gave_up, end.steps, new, _begin(model, new))
+    speed = abs(end.gap_rate)
     mode = CONTACT if speed > 0.0 else FLIGHT
     cause = IMPACT if speed > 0.0 else NOTHING
-    new = _next(model, s, end.duration, end.x, end.v, 0.0, -speed, mode, cause, speed, end.hit)
+    new = _next(model, s, end.duration, end.x, end.v, 0.0, -speed, mode, cause, speed, end.wall)
     new = _settled(model, new)
     return Step(end.duration, True, False, end.steps, new, _begin(model, new))
 
@@ -328,24 +328,24 @@ def _fly(model, s, start):
 def _touch(model, s):
     """A contact, up to its end; or to where it has lasted, and so counts as sticking."""
     z = pair_at(model, s)
-    moving = Contact(model.touch, model.table, model.ending, z)
+    moving = ContactMotion(model.contact, model.table, model.ending, z)
     point = contact_point(moving, 0.0, z)
     limit = model.lasting if s.mode == CONTACT else HORIZON
     hint = _likely_end(model, z) if s.cause == IMPACT else 0.0
-    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
-    root = first_root(moving, point, math.inf, leaving, limit, hint)
+    lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, lifts_off, limit, hint)
     tau = root.point.tau + root.step
     if root.side != 1.0 or tau > limit:
-        z = advance(model.touch, model.table, z, limit)
+        z = advance(model.contact, model.table, z, limit)
         x, v, gap, rate = _of_pair(model, s.side, z)
         lasted = s.mode == CONTACT
         cause = STICK if lasted else NOTHING
         new = _next(model, s, limit, x, v, gap, rate, STICKING, cause, 0.0, s.side)
         return Step(limit, lasted, root.side == GAVE_UP, root.steps + 1, new, _begin(model, new))
-    z = _carry(model.touch, root.point.state.z, root.step)
+    z = _carry(model.contact, root.point.state.z, root.step)
     x, v, gap, rate = _of_pair(model, s.side, z)
     # What is left of the force, or of the gap, is roundoff.
-    gap = 0.0 if model.tension != 0.0 else -model.touch.damping / model.touch.stiffness * rate
+    gap = 0.0 if model.tension != 0.0 else -model.contact.damping / model.contact.stiffness * rate
     if gap >= 0.0:
         gap = 0.0
         rate = max(rate, 0.0)
@@ -359,12 +359,12 @@ def _touch(model, s):
 
 
 @compiled
-def _carry(touch, z, step):
+def _carry(contact, z, step):
     """State a short step later, by a Taylor polynomial."""
-    z1 = derivative(touch, z)
-    z2 = derivative(touch, z1)
-    z3 = derivative(touch, z2)
-    z4 = derivative(touch, z3)
+    z1 = derivative(contact, z)
+    z2 = derivative(contact, z1)
+    z3 = derivative(contact, z2)
+    z4 = derivative(contact, z3)
     a = 0.5 * step
     b = step / 3.0
     c = 0.25 * step
@@ -428,25 +428,25 @@ def _wall_point(moving, p):
 @compiled
 def _spring_back(model, s, start):
     """A flight that began below the wall's surface: the gap reopens, or the wall catches up."""
-    below = FlightGap(model.free, start, -s.side, -s.gap, -s.rate)
-    point = flight_point(below, 0.0, -s.gap, -s.rate, 0.0, 0.0, start)
+    below = FlightGap(model.free, start, -s.side, -s.gap, -s.gap_rate)
+    point = flight_point(below, 0.0, -s.gap, -s.gap_rate, 0.0, 0.0, start)
     opening = first_root(below, point, math.inf, False, HORIZON, 0.0)
-    wall = WallForce(below, model.touch.stiffness, model.touch.damping)
+    wall = WallForce(below, model.contact.stiffness, model.contact.damping)
     opens = opening.point.tau + opening.step if opening.side == 1.0 else math.inf
     catches = math.inf
     steps = opening.steps
-    lost = opening.side == GAVE_UP
+    gave_up = opening.side == GAVE_UP
     force = _wall_point(wall, point)
     if not _lags(model, s, start, force.slope, opens):
         catching = first_root(wall, force, math.inf, False, min(opens, HORIZON), 0.0)
         steps += catching.steps
-        lost = lost or catching.side == GAVE_UP
+        gave_up = gave_up or catching.side == GAVE_UP
         if catching.side == 1.0:
             catches = catching.point.tau + catching.step
     tau = min(opens, catches, HORIZON)
     dx, dv, _ = increments(model.free, start, tau)
-    gap = s.gap + s.rate * tau + s.side * dx
-    rate = s.rate + s.side * dv
+    gap = s.gap + s.gap_rate * tau + s.side * dx
+    rate = s.gap_rate + s.side * dv
     caught = catches < opens
     if tau == opens:
         # What is left of either is roundoff.
@@ -458,7 +458,7 @@ def _spring_back(model, s, start):
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
         caught = True
-    return Step(tau, caught, lost, steps, new, _begin(model, new))
+    return Step(tau, caught, gave_up, steps, new, _begin(model, new))
 
 
 @compiled
@@ -468,7 +468,7 @@ def _lags(model, s, start, slope, span):
     At the start the force is zero and grows by `slope`.
     """
     bound2, bound3 = bounds_ahead(model.free, start, min(span, HORIZON))
-    second = model.touch.stiffness * bound2 + model.touch.damping * bound3
+    second = model.contact.stiffness * bound2 + model.contact.damping * bound3
     return slope > 0.5 * span * second
 
 

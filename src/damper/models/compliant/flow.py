@@ -30,7 +30,7 @@ from damper.engine.compiled import compiled
 from damper.engine.search import HORIZON
 from damper.engine.trigonometry import sine_cosine
 
-#: State of the pair: U, U', g, g', S, C; or, for propagators, see Touch.shift.
+#: State of the pair: U, U', g, g', S, C; or, for propagators, see ContactConstants.shift.
 Pair = tuple[float, float, float, float, float, float]
 
 #: Rate times the shortest interval of the binary split.
@@ -41,7 +41,7 @@ _REMAINDER = 1e-19
 ENTRIES = 26
 
 
-class Touch(NamedTuple):
+class ContactConstants(NamedTuple):
     """Constants of the motion in contact."""
 
     share: float
@@ -71,14 +71,14 @@ class Touch(NamedTuple):
 
 
 @compiled
-def touch_of(
+def contact_constants(
     mass_ratio: float,
     damping_ratio: float,
     frequency_ratio: float,
     stiffness: float,
     contact_damping: float,
 ) -> tuple[float, ...]:
-    """Fields of `Touch`; `contact_damping` is the damping ratio of the contact oscillation."""
+    """Fields of `ContactConstants`, from the damping ratio of the contact oscillation."""
     reduced = mass_ratio / (1.0 + mass_ratio)
     frequency = math.sqrt(stiffness / reduced)
     relative_damping = 2.0 * contact_damping * frequency
@@ -106,36 +106,37 @@ def touch_of(
 
 
 @compiled
-def derivative(touch: Touch, z: Pair) -> Pair:
+def derivative(contact: ContactConstants, z: Pair) -> Pair:
     """Time derivative of a state, or of any derivative of it."""
     u, w, g, h, s, c = z
-    p = s - touch.drag * (w + touch.reduced * h) - (u + touch.reduced * g)
-    wall = touch.relative_stiffness * g + touch.relative_damping * h
-    return w, touch.share * p, h, p - wall, touch.omega * c, -touch.omega * s
+    p = s - contact.drag * (w + contact.reduced * h) - (u + contact.reduced * g)
+    wall = contact.relative_stiffness * g + contact.relative_damping * h
+    return w, contact.share * p, h, p - wall, contact.omega * c, -contact.omega * s
 
 
 @compiled
-def energy_size(touch: Touch, z: Pair) -> float:
+def energy_size(contact: ContactConstants, z: Pair) -> float:
     """Root of twice the energy of masses and springs, of a state or of a derivative of it.
 
     In a time t it grows by at most the forcing's amplitude times t, since the dashpots only take.
     """
     u, w, g, h, _, _ = z
-    x = u + touch.reduced * g
-    return math.sqrt(w * w / touch.share + touch.reduced * h * h + x * x + touch.stiffness * g * g)
+    x = u + contact.reduced * g
+    energy = w * w / contact.share + contact.reduced * h * h + x * x
+    return math.sqrt(energy + contact.stiffness * g * g)
 
 
 @compiled
-def short_increment(touch: Touch, z: Pair, tau: float) -> Pair:
+def short_increment(contact: ContactConstants, z: Pair, tau: float) -> Pair:
     """Change of the state over a time of at most the shortest interval, by its Taylor series."""
-    reach = touch.rate * tau
+    reach = contact.rate * tau
     u, w, g, h, s, c = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     term = z
     remainder = 1.0
     n = 1.0
     while remainder > _REMAINDER:
         part = tau / n
-        a, b, d, e, f, k = derivative(touch, term)
+        a, b, d, e, f, k = derivative(contact, term)
         term = (part * a, part * b, part * d, part * e, part * f, part * k)
         u += term[0]
         w += term[1]
@@ -148,28 +149,28 @@ def short_increment(touch: Touch, z: Pair, tau: float) -> Pair:
     return u, w, g, h, s, c
 
 
-def propagators(touch: Touch) -> np.ndarray:
+def propagators(contact: ContactConstants) -> np.ndarray:
     """E = propagator - 1 over the intervals shortest * 2**k, one row each.
 
     Returns
     -------
     float64 array (levels + 1, ENTRIES)
     """
-    table = np.zeros((touch.levels + 1, ENTRIES))
-    _fill(touch, table)
+    table = np.zeros((contact.levels + 1, ENTRIES))
+    _fill(contact, table)
     return table
 
 
 @compiled
-def shifted(touch: Touch, z: Pair) -> Pair:
+def shifted(contact: ContactConstants, z: Pair) -> Pair:
     """State as propagators have it."""
-    return z[0] + touch.shift * z[2], z[1] + touch.shift * z[3], z[2], z[3], z[4], z[5]
+    return z[0] + contact.shift * z[2], z[1] + contact.shift * z[3], z[2], z[3], z[4], z[5]
 
 
 @compiled
-def unshifted(touch: Touch, z: Pair) -> Pair:
+def unshifted(contact: ContactConstants, z: Pair) -> Pair:
     """State of the pair, from one as propagators have it."""
-    return z[0] - touch.shift * z[2], z[1] - touch.shift * z[3], z[2], z[3], z[4], z[5]
+    return z[0] - contact.shift * z[2], z[1] - contact.shift * z[3], z[2], z[3], z[4], z[5]
 
 
 @compiled
@@ -186,19 +187,19 @@ def unit_state(column: int) -> tuple[float, ...]:
 
 
 @compiled
-def _fill(touch, table):
+def _fill(contact, table):
     for column in range(6):
-        z = unshifted(touch, unit_state(column))
-        change = shifted(touch, short_increment(touch, z, touch.shortest))
+        z = unshifted(contact, unit_state(column))
+        change = shifted(contact, short_increment(contact, z, contact.shortest))
         for row in range(4):
             table[0, 6 * row + column] = change[row]
-    length = touch.shortest
-    for level in range(touch.levels + 1):
-        sine, _, less_1 = sine_cosine(touch.omega * length)
+    length = contact.shortest
+    for level in range(contact.levels + 1):
+        sine, _, less_1 = sine_cosine(contact.omega * length)
         table[level, 24] = less_1
         table[level, 25] = sine
         length *= 2.0
-    for level in range(touch.levels):
+    for level in range(contact.levels):
         e = table[level]
         for row in range(4):
             for column in range(6):
@@ -229,19 +230,19 @@ def leap(e: np.ndarray, z: Pair) -> Pair:
 
 
 @compiled
-def advance(touch: Touch, table: np.ndarray, z: Pair, tau: float) -> Pair:
+def advance(contact: ContactConstants, table: np.ndarray, z: Pair, tau: float) -> Pair:
     """State after a time `tau` in contact."""
-    if tau >= touch.shortest:
-        own = shifted(touch, z)
-        length = touch.shortest * math.ldexp(1.0, touch.levels)
-        for level in range(touch.levels, -1, -1):
+    if tau >= contact.shortest:
+        own = shifted(contact, z)
+        length = contact.shortest * math.ldexp(1.0, contact.levels)
+        for level in range(contact.levels, -1, -1):
             # At most once, but for a time longer than all of them together.
             while tau >= length:
                 own = leap(table[level], own)
                 tau -= length
             length *= 0.5
-        z = unshifted(touch, own)
+        z = unshifted(contact, own)
     if tau > 0.0:
-        a, b, d, e, f, k = short_increment(touch, z, tau)
+        a, b, d, e, f, k = short_increment(contact, z, tau)
         z = (z[0] + a, z[1] + b, z[2] + d, z[3] + e, z[4] + f, z[5] + k)
     return z

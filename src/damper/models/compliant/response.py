@@ -36,7 +36,7 @@ from damper.models.compliant.flow import (
     unit_state,
     unshifted,
 )
-from damper.models.compliant.search import Contact, EventFunction, dot, event_function
+from damper.models.compliant.search import ContactMotion, EventFunction, dot, event_function
 from damper.models.response import (
     Part,
     energy_in,
@@ -64,10 +64,10 @@ class Tables(NamedTuple):
 
 def prepare(model: Compliant) -> Tables:
     """Make what `part_of` needs beside the model, once for a run."""
-    forms = np.zeros((model.touch.levels + 1, _FORMS, 6, 6))
-    _fill(model.touch, model.table, forms)
-    row = np.array([1.0, 0.0, model.touch.reduced, 0.0, 0.0, 0.0])
-    return Tables(forms, event_function(model.touch, model.split, row))
+    forms = np.zeros((model.contact.levels + 1, _FORMS, 6, 6))
+    _fill(model.contact, model.table, forms)
+    row = np.array([1.0, 0.0, model.contact.reduced, 0.0, 0.0, 0.0])
+    return Tables(forms, event_function(model.contact, model.split, row))
 
 
 @impact_loss.of(Compliant)
@@ -82,7 +82,7 @@ def _energy_in(model, segment, mass_ratio, state):
     # Both walls are one case: the free mass moves at v - side * rate.
     u = v - segment.side * rate
     depth = min(gap, 0.0)
-    return 0.5 * (v * v + x * x + mass_ratio * u * u + model.touch.stiffness * depth * depth)
+    return 0.5 * (v * v + x * x + mass_ratio * u * u + model.contact.stiffness * depth * depth)
 
 
 @part_of.of(Compliant)
@@ -95,36 +95,36 @@ def _part_of(model, tables, segment, low, high, peak):
         for k in range(2):
             _, _, gap, _ = motion(model, segment, high if k == 1 else low)
             gap = min(gap, 0.0)
-            loss += (1.0 if k == 0 else -1.0) * 0.5 * model.touch.stiffness * gap * gap
+            loss += (1.0 if k == 0 else -1.0) * 0.5 * model.contact.stiffness * gap * gap
     return Part(part.square, part.speed_square, part.work, loss, 0.0, 0.0, part.peak)
 
 
 @compiled
-def _fill(touch, table, forms):
+def _fill(contact, table, forms):
     """Quadratic forms over the shortest interval by a Gauss sum, then by doubling."""
     propagator = np.zeros((6, 6))
     form = np.zeros((_FORMS, 6, 6))
     # X less the first variable, over the gap.
-    beta = touch.reduced - touch.shift
+    beta = contact.reduced - contact.shift
     for a, b in ((0, 0), (0, 2), (2, 0), (2, 2)):
         factor = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
         form[0, a, b] = factor
         form[1, a + 1, b + 1] = factor
     form[2, 4, 1] = form[2, 1, 4] = 0.5
     form[2, 4, 3] = form[2, 3, 4] = 0.5 * beta
-    form[3, 3, 3] = touch.damping
+    form[3, 3, 3] = contact.damping
     for node in range(_NODES):
-        tau = touch.shortest * float(NODES[_NODES - FEWEST, node])
-        weight = touch.shortest * float(WEIGHTS[_NODES - FEWEST, node])
+        tau = contact.shortest * float(NODES[_NODES - FEWEST, node])
+        weight = contact.shortest * float(WEIGHTS[_NODES - FEWEST, node])
         for column in range(6):
             unit = unit_state(column)
-            z = unshifted(touch, unit)
-            change = shifted(touch, short_increment(touch, z, tau))
+            z = unshifted(contact, unit)
+            change = shifted(contact, short_increment(contact, z, tau))
             for row in range(6):
                 propagator[row, column] = unit[row] + change[row]
         for kind in range(_FORMS):
             _accumulate(form[kind], propagator, weight, forms[0, kind])
-    for level in range(touch.levels):
+    for level in range(contact.levels):
         for column in range(6):
             after = leap(table[level], unit_state(column))
             for row in range(6):
@@ -166,34 +166,34 @@ def _quadratic(form, z):
     return total
 
 
-@moment_at.of(Contact)
+@moment_at.of(ContactMotion)
 def _moment_at(moving, tau):
-    touch = moving.touch
-    z = advance(touch, moving.table, moving.start, tau) if tau > 0.0 else moving.start
-    first = derivative(touch, z)
-    beta = touch.reduced
+    contact = moving.contact
+    z = advance(contact, moving.table, moving.start, tau) if tau > 0.0 else moving.start
+    first = derivative(contact, z)
+    beta = contact.reduced
     return Moment(tau, z[0] + beta * z[2], z[1] + beta * z[3], first[1] + beta * first[3], z)
 
 
-@bounds_of.of(Contact)
+@bounds_of.of(ContactMotion)
 def _bounds_of(moving, moment, span):
     # The displacement's second and third derivative are velocities of derived motions.
-    touch = moving.touch
-    first = derivative(touch, moment.motion)
+    contact = moving.contact
+    first = derivative(contact, moment.motion)
     return (
-        energy_size(touch, first) + touch.omega * span,
-        energy_size(touch, derivative(touch, first)) + touch.omega * touch.omega * span,
+        energy_size(contact, first) + contact.omega * span,
+        energy_size(contact, derivative(contact, first)) + contact.omega * contact.omega * span,
     )
 
 
-@integrands.of(Contact)
+@integrands.of(ContactMotion)
 def _integrands(moving, moment):
     z = moment.motion
-    loss = moving.touch.damping * z[3] * z[3]
+    loss = moving.contact.damping * z[3] * z[3]
     return moment.x * moment.x, moment.v * moment.v, z[4] * moment.v, loss
 
 
-@stays_below.of(Contact)
+@stays_below.of(ContactMotion)
 def _stays_below(moving, start, end, limit):
     """Slow and fast part together cannot exceed `limit`, or cannot turn, in a step."""
     event = moving.event
@@ -215,7 +215,7 @@ def _stays_below(moving, start, end, limit):
     largest = max(abs(dot(event.slow[0], z)), abs(dot(event.slow[0], end.motion)))
     if largest + bound2 * eighth + level <= limit:
         return True
-    force1 = event.force * moving.touch.omega
+    force1 = event.force * moving.contact.omega
     bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + force1 * span
     one_way = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
     return one_way and min(abs(f1), abs(g1)) - bound3 * eighth > speed
@@ -224,14 +224,14 @@ def _stays_below(moving, start, end, limit):
 @compiled
 def _contact(model, tables, segment, low, high, peak):
     """What a contact adds on [low, high]."""
-    touch = model.touch
-    moving = Contact(touch, model.table, tables.displacement, pair_at(model, segment))
+    contact = model.contact
+    moving = ContactMotion(contact, model.table, tables.displacement, pair_at(model, segment))
     start = moment_at(moving, low)
     square = speed_square = work = loss = 0.0
-    own = shifted(touch, start.motion)
+    own = shifted(contact, start.motion)
     duration = high - low
-    length = touch.shortest * math.ldexp(1.0, touch.levels)
-    for level in range(touch.levels, -1, -1):
+    length = contact.shortest * math.ldexp(1.0, contact.levels)
+    for level in range(contact.levels, -1, -1):
         while duration >= length:
             forms = tables.forms[level]
             square += _quadratic(forms[0], own)
@@ -241,7 +241,7 @@ def _contact(model, tables, segment, low, high, peak):
             own = leap(model.table[level], own)
             duration -= length
         length *= 0.5
-    rest = Contact(touch, model.table, tables.displacement, unshifted(touch, own))
+    rest = ContactMotion(contact, model.table, tables.displacement, unshifted(contact, own))
     sums = gauss_sums(rest, 0.0, duration, _NODES, math.inf)
     if peak < math.inf:  # nothing is above that
         peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))

@@ -30,14 +30,14 @@ from damper.engine.compiled import compiled
 from damper.engine.search import (
     ROUNDOFF,
     EventPoint,
-    further,
-    inside,
+    longer_step,
     parabola_root,
     point_at,
+    proves_inside,
     rates_of,
     stays_inside,
 )
-from damper.models.compliant.flow import Pair, Touch, advance, derivative, energy_size
+from damper.models.compliant.flow import ContactConstants, Pair, advance, derivative, energy_size
 
 #: Iterations in which the split must converge; else the contact counts as not faster than the rest.
 _ITERATIONS = 60
@@ -89,7 +89,7 @@ class EventFunction(NamedTuple):
     """Fastest rate of the slow part."""
 
 
-def split_of(touch: Touch) -> Split:
+def split_of(contact: ContactConstants) -> Split:
     """Split a contact into slow and fast variables."""
     split = Split(
         1.0,
@@ -100,26 +100,26 @@ def split_of(touch: Touch) -> Split:
         np.zeros((2, 2)),
         np.zeros((4, 2)),
     )
-    return split._replace(separated=_separate(touch, split))
+    return split._replace(separated=_separate(contact, split))
 
 
-def event_function(touch: Touch, split: Split, row: np.ndarray) -> EventFunction:
+def event_function(contact: ContactConstants, split: Split, row: np.ndarray) -> EventFunction:
     """Prepare an event function; `row` has its coefficients on (U, U', g, g', S, C)."""
     slow = np.zeros((5, 6))
     fast = np.zeros((2, 6))
-    numbers = _fill_event_function(touch, split, row, slow, fast)
+    numbers = _fill_event_function(contact, split, row, slow, fast)
     return EventFunction(split.separated, float(row[2]), float(row[3]), slow, fast, *numbers)
 
 
 @compiled
-def _separate(touch, split):
+def _separate(contact, split):
     """Fill a split; 1 if it converged to slow variables and a fast part that decays."""
-    beta = touch.reduced
-    alpha = touch.share
-    drag = touch.drag
-    omega = touch.omega
-    stiff = touch.relative_stiffness + beta
-    damp = touch.relative_damping + drag * beta
+    beta = contact.reduced
+    alpha = contact.share
+    drag = contact.drag
+    omega = contact.omega
+    stiff = contact.relative_stiffness + beta
+    damp = contact.relative_damping + drag * beta
     manifold = split.manifold
     matrix = split.matrix
     # p on the manifold, by the slow variables.
@@ -204,7 +204,7 @@ def _times(row, matrix, result):
 
 
 @compiled
-def _fill_event_function(touch, split, row, slow, fast):
+def _fill_event_function(contact, split, row, slow, fast):
     """Fill the rows of an event function; return its numbers."""
     if split.separated == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0
@@ -222,7 +222,7 @@ def _fill_event_function(touch, split, row, slow, fast):
     # What drives f: (D^2 + 2 B D + K) f is a sum of S and C.
     stiffness = -float(split.matrix[1, 0])
     drag = -float(split.matrix[1, 1])
-    omega = touch.omega
+    omega = contact.omega
     driving_sin = float(split.matrix[1, 2])
     driving_cos = float(split.matrix[1, 3])
     detuning = stiffness - omega * omega
@@ -274,10 +274,10 @@ def dot(row: np.ndarray, z: Pair) -> float:
     )
 
 
-class Contact(NamedTuple):
+class ContactMotion(NamedTuple):
     """A contact, as the search sees it."""
 
-    touch: Touch
+    contact: ContactConstants
     table: np.ndarray
     """Its propagators."""
     event: EventFunction
@@ -298,25 +298,25 @@ class Parts(NamedTuple):
     """Bound on the fast part."""
 
 
-@point_at.of(Contact)
+@point_at.of(ContactMotion)
 def _point_at(moving, tau):
     z = moving.start
     if tau > 0.0:
-        z = advance(moving.touch, moving.table, z, tau)
+        z = advance(moving.contact, moving.table, z, tau)
     return contact_point(moving, tau, z)
 
 
 @compiled
-def contact_point(moving: Contact, tau: float, z: Pair) -> EventPoint:
+def contact_point(moving: ContactMotion, tau: float, z: Pair) -> EventPoint:
     """Event function in a state of the contact."""
-    touch = moving.touch
+    contact = moving.contact
     event = moving.event
-    z1 = derivative(touch, z)
-    z2 = derivative(touch, z1)
-    z3 = derivative(touch, z2)
-    z4 = derivative(touch, z3)
-    z5 = derivative(touch, z4)
-    omega = touch.omega
+    z1 = derivative(contact, z)
+    z2 = derivative(contact, z1)
+    z3 = derivative(contact, z2)
+    z4 = derivative(contact, z3)
+    z5 = derivative(contact, z4)
+    omega = contact.omega
     omega3 = omega * omega * omega
     if event.separated != 0.0:
         slow, slow1, slow2, slow3, slow4, level, fast4 = _parts(event, z)
@@ -325,11 +325,11 @@ def contact_point(moving: Contact, tau: float, z: Pair) -> EventPoint:
         growth = event.force * omega3
         parts = Parts(z, slow, slow1, slow2, slow3, slow_bound, level)
     else:
-        swing = 1.0 / math.sqrt(touch.reduced)
-        bound4 = abs(event.gap) * swing * energy_size(touch, z3)
+        swing = 1.0 / math.sqrt(contact.reduced)
+        bound4 = abs(event.gap) * swing * energy_size(contact, z3)
         growth = abs(event.gap) * swing * omega3
         if event.gap_rate != 0.0:
-            bound4 += abs(event.gap_rate) * swing * energy_size(touch, z4)
+            bound4 += abs(event.gap_rate) * swing * energy_size(contact, z4)
             growth += abs(event.gap_rate) * swing * omega3 * omega
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return EventPoint(
@@ -342,25 +342,25 @@ def contact_point(moving: Contact, tau: float, z: Pair) -> EventPoint:
         event.gap * z5[2] + event.gap_rate * z5[3],
         bound4,
         growth,
-        _roundoff(touch, event, z, tau),
+        _roundoff(contact, event, z, tau),
         parts,
     )
 
 
-@rates_of.of(Contact)
+@rates_of.of(ContactMotion)
 def _rates_of(moving):
-    rate = moving.touch.rate
+    rate = moving.contact.rate
     return rate, rate, rate
 
 
-@inside.of(Contact)
-def _inside(moving, start, end, width):
+@proves_inside.of(ContactMotion)
+def _proves_inside(moving, start, end, width):
     """The slow part stays above all that the fast one can take from it."""
     p = start.state
     q = end.state
     if moving.event.separated == 0.0 or p.slow <= p.level:
         return False
-    omega = moving.touch.omega
+    omega = moving.contact.omega
     growth = moving.event.force * omega * omega * omega
     return stays_inside(
         _slow_point(start, p, p.level, growth), _slow_point(end, q, p.level, growth), width
@@ -384,8 +384,8 @@ def _slow_point(point, parts, level, growth):
     )
 
 
-@further.of(Contact)
-def _further(moving, point):
+@longer_step.of(ContactMotion)
+def _longer_step(moving, point):
     """Close to where the slow part may come down to the fast one."""
     p = point.state
     if moving.event.separated == 0.0 or p.slow <= p.level:
@@ -422,11 +422,11 @@ def force_size(drag: float, x: float, v: float, sin: float, cos: float) -> float
 
 
 @compiled
-def _roundoff(touch, event, z, tau):
+def _roundoff(contact, event, z, tau):
     """Roundoff of the event function: that of the forces, while it lasts."""
-    forces = force_size(touch.drag, z[0], z[1], z[4], z[5])
-    reach = min(0.5 * tau * tau, 1.0 / max(touch.relative_stiffness, 1e-300))
-    passing = min(math.sqrt(2.0 * reach), 1.0 / max(touch.relative_damping, 1e-300))
+    forces = force_size(contact.drag, z[0], z[1], z[4], z[5])
+    reach = min(0.5 * tau * tau, 1.0 / max(contact.relative_stiffness, 1e-300))
+    passing = min(math.sqrt(2.0 * reach), 1.0 / max(contact.relative_damping, 1e-300))
     weight = abs(event.gap)
     damping = abs(event.gap_rate)
     return ROUNDOFF * (

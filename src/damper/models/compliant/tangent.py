@@ -36,17 +36,17 @@ def velocities_after(model: Any, s: Segment, time: float) -> tuple[float, float]
 @compiled
 def damping_in(model: Any, s: Segment) -> float:
     """Rate at which volumes of (x, v, y, u) shrink in a segment."""
-    return model.touch.drag + (0.0 if s.mode == FLIGHT else model.touch.relative_damping)
+    return model.contact.drag + (0.0 if s.mode == FLIGHT else model.contact.relative_damping)
 
 
 @compiled
 def over_event(model: Any, s: Segment, deviations: np.ndarray) -> None:
     """Take deviations, the columns of a (4, n) array, over what begins a segment."""
     if s.cause == IMPACT:
-        _push(model, -model.touch.damping, deviations)
+        _push(model, -model.contact.damping, deviations)
     elif model.tension != 0.0 and s.mode == FLIGHT and s.cause in (RELEASE, SEPARATION):
         # Without tension the force has vanished by itself.
-        _push(model, model.touch.damping, deviations)
+        _push(model, model.contact.damping, deviations)
 
 
 @compiled
@@ -61,12 +61,12 @@ def _push(model, strength, deviations):
 @compiled
 def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
     """Take deviations over a time of contact, which is linear: they are a motion without force."""
-    beta = model.touch.reduced
+    beta = model.contact.reduced
     for k in range(deviations.shape[1]):
         x, v = s.side * deviations[0, k], s.side * deviations[1, k]
         gap, rate = x - s.side * deviations[2, k], v - s.side * deviations[3, k]
         z = x - beta * gap, v - beta * rate, gap, rate, 0.0, 0.0
-        z = advance(model.touch, model.table, z, tau)
+        z = advance(model.contact, model.table, z, tau)
         x, v = z[0] + beta * z[2], z[1] + beta * z[3]
         deviations[0, k], deviations[1, k] = s.side * x, s.side * v
         deviations[2, k], deviations[3, k] = s.side * (x - z[2]), s.side * (v - z[3])

@@ -43,7 +43,7 @@ from damper.engine.segment import FLIGHT, RELEASE
 from damper.models import tangent, walls
 from damper.models.rigid import FlightGap, Primary, Rigid, bounce_in
 from damper.models.tangent import oscillator_flow
-from damper.models.walls import End
+from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
 
 #: Rate of the support times a time, above which its motion is formed as such.
@@ -130,7 +130,7 @@ def _begin(model, segment):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
     y = s.x + s.side * (model.clearance - s.gap)
-    u = s.v - s.side * s.rate
+    u = s.v - s.side * s.gap_rate
     primary = motion_from(model.free, s.x, s.v, phase)
     free_mass = motion_from(model.support, y, u, phase)
     if s.cause == RELEASE:
@@ -149,7 +149,7 @@ class GroundedGap(NamedTuple):
     start: BothMotions
     side: float
     gap: float
-    rate: float
+    gap_rate: float
 
 
 @compiled
@@ -208,7 +208,7 @@ def _apart(free, support, start, side, gap0, rate0, tau):
 def _point_of_gap(moving, tau):
     start = moving.start
     gap, rate, roundoff, dx, dv, dy, u, phase = _apart(
-        moving.free, moving.support, start, moving.side, moving.gap, moving.rate, tau
+        moving.free, moving.support, start, moving.side, moving.gap, moving.gap_rate, tau
     )
     primary = motion_from(moving.free, start.primary.x + dx, start.primary.v + dv, phase)
     free_mass = motion_from(moving.support, start.free_mass.x + dy, u, phase)
@@ -225,30 +225,31 @@ def _rates_of_gap(moving):
 @walls.fly.of(Grounded)
 def _fly(model, segment, start):
     s = segment
-    moving = GroundedGap(model.free, model.support, start, s.side, s.gap, s.rate)
+    moving = GroundedGap(model.free, model.support, start, s.side, s.gap, s.gap_rate)
     point = _gap_point(
-        moving, 0.0, s.gap, s.rate, ROUNDOFF * s.gap, 0.0, start.primary, start.free_mass
+        moving, 0.0, s.gap, s.gap_rate, ROUNDOFF * s.gap, 0.0, start.primary, start.free_mass
     )
-    leaving = s.gap == 0.0 and s.rate == 0.0 and point.second == 0.0
-    root = first_root(moving, point, 2.0 * model.clearance, leaving, HORIZON, 0.0)
+    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
+    root = first_root(moving, point, 2.0 * model.clearance, lifts_off, HORIZON, 0.0)
     p = root.point
     if root.side == 0.0:
         x, v = arrive(model.free, start.primary, p.tau)
         # Not by the free mass's place, which rounds in units of the clearance.
         _, _, _, _, _, dy, u, _ = _apart(
-            model.free, model.support, start, s.side, s.gap, s.rate, p.tau
+            model.free, model.support, start, s.side, s.gap, s.gap_rate, p.tau
         )
         gap = s.gap + s.side * ((x - s.x) - dy)
-        return End(p.tau, 0.0, x, v, gap, s.side * (v - u), root.steps)
+        return End(p.tau, NO_EVENT, 0.0, x, v, gap, s.side * (v - u), root.steps)
     step = root.step
     # The gap's derivatives carry its rate; the primary's own are not in the point.
-    rate = p.slope + step * (
+    gap_rate = p.slope + step * (
         p.second
         + step * (0.5 * p.third + step * (p.fourth * (1.0 / 6.0) + step * p.fifth * (1.0 / 24.0)))
     )
     dx, v = advance(model.free, start.primary, p.tau + step)
-    hit = GAVE_UP if root.side == GAVE_UP else root.side * s.side
-    return End(p.tau + step, hit, s.x + dx, v, 0.0, rate, root.steps)
+    outcome = GAVE_UP if root.side == GAVE_UP else EVENT
+    wall = root.side * s.side
+    return End(p.tau + step, outcome, wall, s.x + dx, v, 0.0, gap_rate, root.steps)
 
 
 class SupportedForce(NamedTuple):
@@ -297,14 +298,14 @@ def _stick(model, segment):
     together = motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v, phase)
     if s.side == 0.0:
         dx, v = advance(model.stuck, together, HORIZON)
-        return End(HORIZON, 0.0, s.x + dx, v, 0.0, 0.0, 1)
+        return End(HORIZON, NO_EVENT, 0.0, s.x + dx, v, 0.0, 0.0, 1)
     moving = _contact_force(model, s, phase)
     point = _force_point(moving, 0.0, moving.start)
-    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
-    root = first_root(moving, point, math.inf, leaving, HORIZON, 0.0)
+    lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, lifts_off, HORIZON, 0.0)
     tau = root.point.tau + root.step
     dx, v = advance(model.stuck, together, tau)
-    return End(tau, root.side, s.x + dx, v, 0.0, 0.0, root.steps)
+    return End(tau, root.side, 0.0, s.x + dx, v, 0.0, 0.0, root.steps)
 
 
 @compiled
@@ -349,7 +350,7 @@ def _time_to_completion(model, segment, start):
     a, b = start.primary, start.free_mass
     side = segment.side
     force = -side * (a.a - b.a)
-    size = (
+    snap_scale = (
         free.strength * bound_of(free.forcing, 2)
         + 2.0 * free.damping * abs(a.j)
         + abs(a.a)
@@ -357,9 +358,12 @@ def _time_to_completion(model, segment, start):
         + support.stiffness * abs(b.a)
         + (free.stiffness + support.stiffness) * force
     )
-    drag = (free.damping * model.mass_ratio + support.damping) / (1.0 + model.mass_ratio)
-    lag = 2.0 * (free.damping + support.damping)
-    return completion(model.law, drag, lag, size, force, side * (a.j - b.j), segment.rate)
+    impact_damping = (free.damping * model.mass_ratio + support.damping) / (1.0 + model.mass_ratio)
+    dashpot_rate = 2.0 * (free.damping + support.damping)
+    jerk = side * (a.j - b.j)
+    return completion(
+        model.law, impact_damping, dashpot_rate, snap_scale, force, jerk, segment.gap_rate
+    )
 
 
 @walls.complete.of(Grounded)
@@ -373,7 +377,9 @@ def _complete(model, segment, start):
 def _together(model, s, phase):
     """Motion of both masses' centre from a segment in contact, about their place of rest."""
     share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
-    return motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v - share * s.rate, phase)
+    return motion_from(
+        model.stuck, s.x + rest_shift(model, s.side), s.v - share * s.gap_rate, phase
+    )
 
 
 @declared.motion.of(Grounded)
@@ -382,7 +388,7 @@ def _motion(model, segment, tau):
     if s.mode == FLIGHT:
         start = _begin(model, s)
         gap, rate, _, dx, dv, _, _, _ = _apart(
-            model.free, model.support, start, s.side, s.gap, s.rate, tau
+            model.free, model.support, start, s.side, s.gap, s.gap_rate, tau
         )
         return s.x + dx, s.v + dv, min(max(gap, 0.0), 2.0 * model.clearance), rate
     share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side

@@ -30,7 +30,7 @@ from damper.engine.search import (
 )
 from damper.engine.segment import FLIGHT, TAIL, Segment
 from damper.models import tangent, walls
-from damper.models.walls import End
+from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
 
 
@@ -84,7 +84,7 @@ class FlightGap(NamedTuple):
     start: Motion
     side: float
     gap: float
-    rate: float
+    gap_rate: float
 
 
 class Primary(NamedTuple):
@@ -99,7 +99,7 @@ def flight_point(
     moving: FlightGap,
     tau: float,
     gap: float,
-    rate: float,
+    gap_rate: float,
     roundoff: float,
     dx: float,
     motion: Motion,
@@ -110,7 +110,7 @@ def flight_point(
     return EventPoint(
         tau,
         gap,
-        rate,
+        gap_rate,
         side * motion.a,
         side * motion.j,
         side * snap,
@@ -127,11 +127,11 @@ def _point_of_gap(moving, tau):
     start = moving.start
     side = moving.side
     dx, dv, phase = increments(moving.osc, start, tau)
-    gap = moving.gap + moving.rate * tau + side * dx
-    roundoff = ROUNDOFF * (moving.gap + abs(moving.rate) * tau + abs(dx))
+    gap = moving.gap + moving.gap_rate * tau + side * dx
+    roundoff = ROUNDOFF * (moving.gap + abs(moving.gap_rate) * tau + abs(dx))
     dx += start.v * tau
     motion = motion_from(moving.osc, start.x + dx, start.v + dv, phase)
-    return flight_point(moving, tau, gap, moving.rate + side * dv, roundoff, dx, motion)
+    return flight_point(moving, tau, gap, moving.gap_rate + side * dv, roundoff, dx, motion)
 
 
 @rates_of.of(FlightGap)
@@ -150,21 +150,23 @@ def _fly(model, segment, start):
 def free_flight(model: Any, segment: Segment, start: Motion) -> End:
     """The next impact of a free mass that nothing acts on."""
     s = segment
-    moving = FlightGap(model.free, start, s.side, s.gap, s.rate)
-    point = flight_point(moving, 0.0, s.gap, s.rate, 0.0, 0.0, start)
-    leaving = s.gap == 0.0 and s.rate == 0.0 and start.a == 0.0
-    root = first_root(moving, point, 2.0 * model.clearance, leaving, HORIZON, 0.0)
+    moving = FlightGap(model.free, start, s.side, s.gap, s.gap_rate)
+    point = flight_point(moving, 0.0, s.gap, s.gap_rate, 0.0, 0.0, start)
+    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and start.a == 0.0
+    root = first_root(moving, point, 2.0 * model.clearance, lifts_off, HORIZON, 0.0)
     p = root.point
     if root.side == 0.0:
         # Formed as such: how the errors of many such segments add up is all that matters.
         x, v = arrive(model.free, start, p.tau)
-        gap = s.gap + ((s.rate * p.tau) + s.side * ((x - s.x) - s.v * p.tau))
-        return End(p.tau, 0.0, x, v, gap, s.rate + s.side * (v - s.v), root.steps)
+        gap = s.gap + ((s.gap_rate * p.tau) + s.side * ((x - s.x) - s.v * p.tau))
+        gap_rate = s.gap_rate + s.side * (v - s.v)
+        return End(p.tau, NO_EVENT, 0.0, x, v, gap, gap_rate, root.steps)
     dx, dv = carry(p, s.side, root.step)
     # Not by a difference of velocities: the rate of a small bounce keeps its digits.
-    rate = p.slope + s.side * dv
-    hit = GAVE_UP if root.side == GAVE_UP else root.side * s.side
-    return End(p.tau + root.step, hit, s.x + dx, p.state.v + dv, 0.0, rate, root.steps)
+    gap_rate = p.slope + s.side * dv
+    outcome = GAVE_UP if root.side == GAVE_UP else EVENT
+    tau, wall = p.tau + root.step, root.side * s.side
+    return End(tau, outcome, wall, s.x + dx, p.state.v + dv, 0.0, gap_rate, root.steps)
 
 
 @compiled
@@ -231,22 +233,23 @@ def _stick(model, segment):
     start = motion_from(model.stuck, s.x, s.v, phase)
     if s.side == 0.0:
         x, v = arrive(model.stuck, start, HORIZON)
-        return End(HORIZON, 0.0, x, v, 0.0, 0.0, 1)
+        return End(HORIZON, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)
     moving = Force(model.stuck, start, s.side)
     point = _force_point(moving, 0.0, 0.0, start)
-    leaving = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
-    root = first_root(moving, point, math.inf, leaving, HORIZON, 0.0)
+    lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    root = first_root(moving, point, math.inf, lifts_off, HORIZON, 0.0)
     p = root.point
     step = root.step
     if root.side == 0.0:
         x, v = arrive(model.stuck, start, p.tau)
-        return End(p.tau, 0.0, x, v, 0.0, 0.0, root.steps)
+        return End(p.tau, NO_EVENT, 0.0, x, v, 0.0, 0.0, root.steps)
     a = -s.side * p.value
     j = -s.side * p.slope
     snap = -s.side * p.second
     dx = step * (p.state.v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap / 24.0)))
     v = p.state.v + step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
-    return End(p.tau + step, root.side, s.x + (p.state.dx + dx), v, 0.0, 0.0, root.steps)
+    x = s.x + (p.state.dx + dx)
+    return End(p.tau + step, root.side, 0.0, x, v, 0.0, 0.0, root.steps)
 
 
 @walls.stays.of(Rigid)
@@ -268,21 +271,22 @@ def rigid_completion(
     free = model.free
     side = segment.side
     force = -side * start.a
-    size = (
+    snap_scale = (
         free.strength * bound_of(free.forcing, 2)
         + 2.0 * free.damping * abs(start.j)
         + free.stiffness * force
     )
-    drag = free.damping * mass_ratio / (1.0 + mass_ratio)
+    impact_damping = free.damping * mass_ratio / (1.0 + mass_ratio)
+    dashpot_rate, jerk = 2.0 * free.damping, side * start.j
     return completion(
-        model.law, drag, 2.0 * free.damping, size, force, side * start.j, segment.rate
+        model.law, impact_damping, dashpot_rate, snap_scale, force, jerk, segment.gap_rate
     )
 
 
 @walls.complete.of(Rigid)
 def _complete(model, segment, start):
     s = segment
-    common = s.v - s.side * model.mass_ratio / (1.0 + model.mass_ratio) * s.rate
+    common = s.v - s.side * model.mass_ratio / (1.0 + model.mass_ratio) * s.gap_rate
     together = motion_from(model.stuck, s.x, common, start.phase)
     dx, v = advance(model.stuck, together, s.completion)
     return s.x + dx, v
@@ -295,7 +299,7 @@ def _motion(model, segment, tau):
     s = segment
     share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
-    together = motion_from(model.stuck, s.x, s.v - share * s.rate, phase)
+    together = motion_from(model.stuck, s.x, s.v - share * s.gap_rate, phase)
     dx, v = advance(model.stuck, together, tau)
     gap, bounce = bounce_in(model, s, tau)
     # The pair's centre follows the sticking flow; the bounces go on about it.
@@ -309,16 +313,16 @@ def flight_at(
     """As `damper.engine.model.motion`, in a flight of a free mass on which nothing acts."""
     s = segment
     dx, dv, _ = increments(model.free, start, tau)
-    gap = min(max(s.gap + s.rate * tau + s.side * dx, 0.0), 2.0 * model.clearance)
-    return s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv
+    gap = min(max(s.gap + s.gap_rate * tau + s.side * dx, 0.0), 2.0 * model.clearance)
+    return s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv
 
 
 @compiled
 def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
     """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
-    if segment.mode != TAIL or segment.rate == 0.0:
+    if segment.mode != TAIL or segment.gap_rate == 0.0:
         return 0.0, 0.0
-    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.rate, tau)
+    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.gap_rate, tau)
 
 
 @tangent.free_mass_flow.of(Rigid)

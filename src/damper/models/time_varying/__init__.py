@@ -75,7 +75,7 @@ def _stick(model, segment):
     tau, released, dx, v = step_together(
         model.free, model.mass, s.periods, s.time, s.side, s.x, s.v, phase
     )
-    return End(tau, released, s.x + dx, v, 0.0, 0.0, 1)
+    return End(tau, released, 0.0, s.x + dx, v, 0.0, 0.0, 1)
 
 
 @walls.time_to_completion.of(TimeVarying)
@@ -124,7 +124,7 @@ def _motion(model, segment, tau):
 def _contact(model, s, phase, tau):
     """Change of the displacement, and velocity, of both masses' centre a time after the start."""
     mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
-    common = s.v - s.side * mass_ratio / (1.0 + mass_ratio) * s.rate
+    common = s.v - s.side * mass_ratio / (1.0 + mass_ratio) * s.gap_rate
     return advance_together(model.free, model.mass, s.periods, s.time, s.x, common, phase, tau)
 
 

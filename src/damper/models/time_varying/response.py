@@ -44,7 +44,7 @@ def _part_of(model, tables, segment, low, high, peak):
     s = segment
     if s.mode == FLIGHT:
         part = oscillation(swing_of(model, model.mass_ratio, s, 0.0), low, high, peak)
-        u = s.v - s.side * s.rate
+        u = s.v - s.side * s.gap_rate
         before, _, _ = modulation(model.mass, s.periods, s.time + low)
         after, _, _ = modulation(model.mass, s.periods, s.time + high)
         gain = 0.5 * u * u * (after - before)
@@ -67,7 +67,7 @@ def _centre(model, mass_ratio, segment):
     drag = 2.0 * model.free.damping
     phase = phase_at(model.free.forcing, s.periods, s.time)
     force, force1, _, _, _ = force_rates(model.free.forcing, phase)
-    v = s.v - s.side * mass_ratio / heavier * s.rate
+    v = s.v - s.side * mass_ratio / heavier * s.gap_rate
     a = (force - drag * v - s.x) / heavier
     return Motion(s.x, v, a, (force1 - drag * a - v) / heavier, phase)
 

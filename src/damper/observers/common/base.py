@@ -168,6 +168,6 @@ def visible_in_tail(law: Any, tail: Segment, limit: float) -> int:
     """
     # The impact after the rebound speed has it as approach speed to first order.
     restitution = restitution_at(law, 0.0)
-    if not (restitution > 0.0 and 0.0 < limit <= tail.rate):
+    if not (restitution > 0.0 and 0.0 < limit <= tail.gap_rate):
         return 0
-    return 1 + math.floor(math.log(limit / tail.rate) / math.log(restitution))
+    return 1 + math.floor(math.log(limit / tail.gap_rate) / math.log(restitution))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from damper.engine.loop import FINISHED
-from damper.engine.segment import DURATION, FLIGHT, GAP, MODE, RATE, SIDE, V, X
+from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, SIDE, V, X
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Beside, follow_change
@@ -74,7 +74,7 @@ class Pass:
             duration = float(row[DURATION])
             count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
             # After a slow impact the gap turns soon: not before this part of the flight.
-            soon = 0.1 * row[RATE] / (1.0 + abs(row[X]) + abs(row[V])) / duration
+            soon = 0.1 * row[GAP_RATE] / (1.0 + abs(row[X]) + abs(row[V])) / duration
             soon = min(max(soon, 1e-9), 1.0)
             early = duration * np.geomspace(soon, 1.0, 2 - int(4.0 * np.log(soon)))
             times = np.union1d(np.linspace(0.0, duration, count), early)

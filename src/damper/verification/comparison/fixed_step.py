@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model, by_model_or_default
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import (
@@ -92,19 +92,19 @@ class Tally(NamedTuple):
 _WHEN, _KIND, _WALL, _SPEED = range(4)
 
 
-@by_model
+@by_class
 def begin(method: Any, start: Masses, time: float) -> Any:
     """State of a method at the start of a run: what it keeps from piece to piece."""
 
 
-@by_model
+@by_class
 def settle(
     method: Any, state: Any, time: float, index: int, notes: np.ndarray, tally: Tally
 ) -> Any:
     """State and tally after the events at the end of a piece, in step `index` (0: the start)."""
 
 
-@by_model
+@by_class
 def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
     """Go to the end of a piece, or up to an event before that.
 
@@ -112,7 +112,7 @@ def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
     """
 
 
-@by_model_or_default
+@by_class_or_default
 def masses(method: Any, state: Any) -> Masses:
     """Absolute displacements and velocities of a state."""
     return Masses(state.x, state.v, state.y, state.u)

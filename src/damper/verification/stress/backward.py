@@ -19,9 +19,9 @@ from damper.engine.segment import (
     DURATION,
     FLIGHT,
     GAP,
+    GAP_RATE,
     IMPACT,
     MODE,
-    RATE,
     RELEASE,
     SIDE,
     SPEED,
@@ -60,7 +60,9 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     """
     rows, after = log[:-1], log[1:]
     mu, zeta, omega = (np.longdouble(v) for v in (p.mass_ratio, p.damping_ratio, p.frequency_ratio))
-    x, v, gap, rate, tau = (rows[:, c].astype(np.longdouble) for c in (X, V, GAP, RATE, DURATION))
+    x, v, gap, rate, tau = (
+        rows[:, c].astype(np.longdouble) for c in (X, V, GAP, GAP_RATE, DURATION)
+    )
     side, mode = rows[:, SIDE], rows[:, MODE]
     flies = mode == FLIGHT
     share = mu / (1 + mu)
@@ -83,7 +85,7 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     lost = after[:, V] - (v + dv + np.where(hits, kick, 0))
     lost = _part(lost, velocity + np.where(hits, _double(abs(kick)), 0.0))
     gap1, rate1 = gap + (rate * tau + side * bend), rate + side * dv
-    free = np.maximum(_part(after[:, GAP] - gap1, near), _part(after[:, RATE] - rate1, speed))
+    free = np.maximum(_part(after[:, GAP] - gap1, near), _part(after[:, GAP_RATE] - rate1, speed))
     # At the wall from which it came the gap itself vanishes, at the other one what is left.
     across = wall != side
     left = np.where(across, 2 * np.longdouble(p.clearance) - gap1, gap1)

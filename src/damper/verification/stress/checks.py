@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_model
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import rate_of
 from damper.engine.impact import restitution_at
 from damper.engine.model import mass_ratio_at, motion
@@ -107,32 +107,32 @@ class Laws(Observer):
         self._put({name: found[name] for name in (*LAW_NAMES, "segments")})
 
 
-@by_model
+@by_class
 def flight_start(model: Any, segment: Segment) -> Any:
     """What a flight follows from."""
 
 
-@by_model
+@by_class
 def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
     """Motion in flight a time `tau` after the segment's start."""
 
 
-@by_model
+@by_class
 def contact_force(model: Any, segment: Segment, tau: float, at: Sample) -> tuple[float, float]:
     """Contact force in sticking over the free mass, and the size of its terms."""
 
 
-@by_model
+@by_class
 def support_stiffness(model: Any) -> float:
     """Stiffness that ties the free mass to the frame, over that of the primary."""
 
 
-@by_model
+@by_class
 def support_speed(model: Any, x: float, v: float, duration: float) -> float:
     """Speed that the support gives or takes in a time; `x` and `v` are sizes of the primary's."""
 
 
-@by_model
+@by_class
 def contact_speed(model: Any, segment: Segment) -> float:
     """Speed at which a lasting contact would swing: what slow velocities in it round by."""
 
@@ -222,17 +222,17 @@ def _compare(model, last, end, s, found):
     if s.cause == IMPACT and s.mode != CONTACT:
         found.touch = _larger(found.touch, _part(gap, size))
         rebound = -restitution_at(model.law, -rate) * rate
-        law = _part(s.rate - rebound, abs(last.rate) + abs(rate) + added)
+        law = _part(s.gap_rate - rebound, abs(last.rate) + abs(rate) + added)
         found.restitution_law = _larger(found.restitution_law, law)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
-        change = (s.v - end.v) + mass_ratio * ((s.v - end.v) - s.side * (s.rate - rate))
+        change = (s.v - end.v) + mass_ratio * ((s.v - end.v) - s.side * (s.gap_rate - rate))
         momentum = _part(change, speeds * (1.0 + mass_ratio))
         found.momentum = _larger(found.momentum, momentum)
     else:
         jump = _larger(jump, _part(s.gap - gap, size))
         jump = _larger(jump, _part(s.v - end.v, speeds))
-        jump = _larger(jump, _part(s.rate - rate, speeds))
+        jump = _larger(jump, _part(s.gap_rate - rate, speeds))
     found.continuity = _larger(found.continuity, jump)
 
 
@@ -251,9 +251,9 @@ def _sample_flight(model, s, found):
     elif swings > _SAMPLES:
         samples = _MOST_SAMPLES if swings > _MOST_SAMPLES else int(swings)
     tau = 0.0
-    rate = s.rate
+    rate = s.gap_rate
     depth = 0.0
-    end = Sample(s.x, s.v, s.gap, s.rate, s.gap)
+    end = Sample(s.x, s.v, s.gap, s.gap_rate, s.gap)
     # Where the gap turns between two samples, to look there too.
     turn = -1.0
     k = 0
@@ -305,7 +305,7 @@ def _sample_contact(model, s, found):
         part = (k + 0.5) / samples
         tau = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
         x, v, gap, rate = motion(model, s, tau)
-        size = abs(gap) + (abs(s.v) + abs(s.rate)) * s.duration
+        size = abs(gap) + (abs(s.v) + abs(s.gap_rate)) * s.duration
         at = Sample(x, v, gap, rate, size)
         if not math.isfinite(x + v + gap + rate):
             found.not_finite += 1.0
@@ -322,7 +322,7 @@ def _energy_size(model, s):
     mass_ratio = mass_ratio_at(model, s.periods, s.time)
     y = abs(s.x) + model.clearance
     springs = 0.5 * (s.x * s.x + support_stiffness(model) * y * y)
-    kinetic = _kinetic_size(mass_ratio, s.v, s.rate, s.v - s.side * s.rate)
+    kinetic = _kinetic_size(mass_ratio, s.v, s.gap_rate, s.v - s.side * s.gap_rate)
     if s.cause == IMPACT:
         before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)
         kinetic = max(kinetic, before)

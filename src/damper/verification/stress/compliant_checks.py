@@ -30,7 +30,7 @@ def _flight_start(model, segment):
 
 @contact_speed.of(Compliant)
 def _contact_speed(model, segment):
-    return math.sqrt(model.touch.stiffness) * max(-segment.gap, 0.0)
+    return math.sqrt(model.contact.stiffness) * max(-segment.gap, 0.0)
 
 
 @contact_force.of(Compliant)
@@ -38,11 +38,11 @@ def _contact_force(model, segment, tau, at):
     if model.tension != 0.0:
         return 0.0, 1.0
     s = segment
-    k = model.touch.stiffness
-    c = model.touch.damping
+    k = model.contact.stiffness
+    c = model.contact.damping
     # Terms of the rate: what the contact's own oscillation makes of the depth at its start.
-    speed = abs(at.rate) + abs(s.rate) + math.sqrt(k) * abs(s.gap)
+    speed = abs(at.rate) + abs(s.gap_rate) + math.sqrt(k) * abs(s.gap)
     # What the rest of the masses' forces comes to at the wall.
     other = 1.0 + abs(at.x) + abs(s.x) + 2.0 * model.free.damping * (abs(at.v) + abs(s.v))
-    size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.touch.reduced * other
+    size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.contact.reduced * other
     return -(k * at.gap + c * at.rate), size

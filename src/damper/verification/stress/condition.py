@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import RATE, SPEED, V, X
+from damper.engine.segment import GAP_RATE, SPEED, V, X
 from damper.parameters import Parameters, State
 from damper.verification.stress.runs import Events, ShortRun, events_of, noisy_run
 from damper.verification.stress.verdicts import EPS
@@ -71,7 +71,7 @@ def scale_of(run: ShortRun, events: Events) -> Scale:
     """Sizes of a run: its largest displacement and speed at events and at the start."""
     p: Parameters = run.parameters
     length = float(np.abs(run.log[:, X]).max())
-    speed = float(np.abs(run.log[:, [V, RATE, SPEED]]).max())
+    speed = float(np.abs(run.log[:, [V, GAP_RATE, SPEED]]).max())
     if run.end is not None:
         length = max(length, abs(float(events.values[0, -1])))
         speed = max(speed, abs(float(events.values[1, -1])))

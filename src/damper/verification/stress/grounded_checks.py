@@ -30,9 +30,9 @@ def _flight_at(model, segment, start, tau):
     y = start.free_mass
     dx, dv, _ = increments(model.free, start.primary, tau)
     dy, du, _ = increments(model.support, y, tau)
-    gap = s.gap + s.rate * tau + s.side * (dx - dy)
-    size = s.gap + (abs(s.rate) + abs(s.v) + abs(y.v)) * tau + abs(y.x)
-    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * (dv - du), size)
+    gap = s.gap + s.gap_rate * tau + s.side * (dx - dy)
+    size = s.gap + (abs(s.gap_rate) + abs(s.v) + abs(y.v)) * tau + abs(y.x)
+    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * (dv - du), size)
 
 
 @contact_force.of(Grounded)

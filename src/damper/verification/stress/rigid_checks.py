@@ -22,9 +22,9 @@ flight_start.of(Rigid)(primary_motion)
 def _flight_at(model, segment, start, tau):
     s = segment
     dx, dv, _ = increments(model.free, start, tau)
-    size = s.gap + (abs(s.rate) + abs(s.v)) * tau
-    gap = s.gap + s.rate * tau + s.side * dx
-    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.rate + s.side * dv, size)
+    size = s.gap + (abs(s.gap_rate) + abs(s.v)) * tau
+    gap = s.gap + s.gap_rate * tau + s.side * dx
+    return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv, size)
 
 
 @contact_force.of(Rigid)

@@ -10,9 +10,9 @@ from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
+    GAP_RATE,
     IMPACT,
     PERIODS,
-    RATE,
     SIDE,
     SPEED,
     TIME,
@@ -126,7 +126,7 @@ def noisy_run(
             break
         # The segment in which it stopped is run again, from a start that is a little off.
         done -= 1
-        row[X : RATE + 1] *= factors[event]
+        row[X : GAP_RATE + 1] *= factors[event]
         row[TIME] = min(max(row[TIME] + shifts[event], 0.0), latest)
     log = log[:done]
     return ShortRun(parameters, log, _end_of(trajectory, log) if code == FINISHED else None)
