@@ -271,7 +271,7 @@ DECLARED = sorted(
     }.items()
 )
 #: Aids of searches: without them they take more steps.
-AIDS = ("further", "inside", "stays_below")
+AIDS = ("longer_step", "proves_inside", "stays_below")
 
 
 @pytest.mark.parametrize(("name", "function"), DECLARED)
