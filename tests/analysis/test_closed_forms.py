@@ -94,6 +94,12 @@ def test_several_borders_are_told() -> None:
     assert found["border"].to_numpy() == pytest.approx([0.15, 0.05])
 
 
+def test_a_border_is_unknown_where_a_run_stops_early(light: xr.Dataset) -> None:
+    cube = light.isel(frequency_ratio=[0]).sel(clearance=[0.2])
+    cube.attrs["max_events"] = 30
+    assert small_mass_border(cube)["border"].isna().all()
+
+
 # --- two impacts per period
 
 SECTION = {"stroboscopic_section": {"at": 0.25, "free_mass": False}}

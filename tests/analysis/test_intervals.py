@@ -12,7 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from damper import simulate
-from damper.analysis.intervals import PREDICATES, ChatterAt, chatter_intervals, intervals
+from damper.analysis.intervals import (
+    PREDICATES,
+    ChatterAt,
+    chatter_in_range,
+    chatter_intervals,
+    intervals,
+)
 from damper.analysis.places import rows_at
 from damper.sweep.runs import run_points
 
@@ -367,3 +373,13 @@ def test_cubes_whose_points_cannot_be_run_are_refused(cube: xr.Dataset) -> None:
     drawn = simulate(**given, periods=1, initial=draws).isel(mass_ratio=0)
     with pytest.raises(ValueError, match="the cube has lost 'initial_position'"):
         chatter_intervals(drawn.isel(draw=0, drop=True), "restitution")
+
+
+def test_chatter_in_a_range_leaves_out_what_is_unknown() -> None:
+    chatter = xr.DataArray([[0, 2], [np.nan, 1], [np.nan, 0], [0, 0]], dims=("clearance", "draw"))
+    cube = xr.Dataset({"chatter": chatter}, {"clearance": [1.0, 2.0, 3.0, 4.0]})
+    counts = chatter_in_range(cube, "clearance", 1.0, 3.0)
+    assert counts == {
+        "lowest": 1.0, "highest": 2.0, "in_range": 2, "chatter_in_range": 2,
+        "outside": 1, "chatter_outside": 0, "unknown": 1,
+    }  # fmt: skip

@@ -157,23 +157,27 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
     -------
     dict of str to float
         ``lowest`` and ``highest`` value with chatter, NaN without any; of the values ``in_range``
-        and ``outside`` those that chatter: ``chatter_in_range``, ``chatter_outside``.
+        and ``outside`` those that chatter: ``chatter_in_range``, ``chatter_outside``; those of
+        neither, because a run stopped early and no other chatters: ``unknown``.
     """
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
     if not real("low", low) <= real("high", high):
         raise ValueError(f"low = {low!r}, high = {high!r}: low must be at most high")
     grid = cube[along].values
-    chatter = cube.chatter.max([dim for dim in cube.chatter.dims if dim != along]).values > 0
+    others = [dim for dim in cube.chatter.dims if dim != along]
+    chatter = (cube.chatter > 0).any(others).values
+    known = chatter | cube.chatter.notnull().all(others).values
     inside = within(grid, low, high)
     ends = (grid[chatter].min(), grid[chatter].max()) if chatter.any() else (np.nan, np.nan)
     return {
         "lowest": float(ends[0]),
         "highest": float(ends[1]),
-        "in_range": int(inside.sum()),
+        "in_range": int((known & inside).sum()),
         "chatter_in_range": int((chatter & inside).sum()),
-        "outside": int((~inside).sum()),
+        "outside": int((known & ~inside).sum()),
         "chatter_outside": int((chatter & ~inside).sum()),
+        "unknown": int((~known).sum()),
     }
 
 

@@ -44,7 +44,7 @@ def small_mass_border(cube: xr.Dataset, resolution: float = 1e-4) -> pd.DataFram
         - ``reduced_gap``: G = 2 d / A, A the steady amplitude of the primary alone;
         - ``critical_restitution``: the limit r_crit(G), NaN beyond G = pi;
         - ``border``: largest restitution up to which all bursts are complete, NaN if it is not on
-          the axis;
+          the axis, or if a run that should find it stopped early;
         - ``difference``: border less limit;
         - ``single``: False where bursts are all complete at some larger restitution again.
 
@@ -96,8 +96,13 @@ def _bisect(
 ) -> float:
     from damper.sweep.runs import run_points
 
+    stopped = False
+
     def all_complete(restitution: float) -> bool:
+        nonlocal stopped
         arrays, _ = run_points([{**fixed, "restitution": restitution}], **run)
+        stopped = stopped or bool(arrays["status"][0])
         return bool(arrays["complete_fraction"][0] >= _ALL)
 
-    return 0.5 * sum(bisected(low, high, all_complete, resolution))
+    border = 0.5 * sum(bisected(low, high, all_complete, resolution))
+    return math.nan if stopped else border
