@@ -323,4 +323,4 @@ def test_a_flight_that_is_cut_goes_on_as_it_was_however_far_the_walls_are() -> N
         before, after = segment_at(log[k]), segment_at(log[k + 1])
         _, _, gap, rate = motion(run.model, before, before.duration)
         assert after.gap == pytest.approx(gap, abs=1e-15)
-        assert after.rate == pytest.approx(rate, abs=1e-16)
+        assert after.gap_rate == pytest.approx(rate, abs=1e-16)
