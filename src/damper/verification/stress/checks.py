@@ -217,12 +217,12 @@ def _compare(model, last, end, s, found):
     added = (1.0 + abs(last.x)) * min(last.duration, 1.0)
     added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
     added += support_speed(model, abs(end.x), abs(last.v), last.duration)
-    speeds = abs(last.v) + abs(last.rate) + abs(end.v) + abs(rate) + added
+    speeds = abs(last.v) + abs(last.gap_rate) + abs(end.v) + abs(rate) + added
     jump = _larger(_part(s.x - end.x, size), _part(s.v_before - end.v, speeds))
     if s.cause == IMPACT and s.mode != CONTACT:
         found.touch = _larger(found.touch, _part(gap, size))
         rebound = -restitution_at(model.law, -rate) * rate
-        law = _part(s.gap_rate - rebound, abs(last.rate) + abs(rate) + added)
+        law = _part(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
         found.restitution_law = _larger(found.restitution_law, law)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
