@@ -192,7 +192,7 @@ def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> Non
     with pytest.raises(ConfigError) as error:
         load_study(path)
     message = str(error.value)
-    assert "initial.primary\n    phase = 0.4: the steady response knows" in message
+    assert "initial\n    phase = 0.4: the steady response knows" in message
     assert "figures.one.interactive\n    the page does not know phase" in message
     assert message.count("its formulas do not know phase") == 2
 

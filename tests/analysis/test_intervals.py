@@ -369,8 +369,8 @@ def test_cubes_whose_points_cannot_be_run_are_refused(cube: xr.Dataset) -> None:
     followed = simulate(**given, periods=1, follow={"mass_ratio": "up"})
     with pytest.raises(ValueError, match="a dimension 'direction'"):
         chatter_intervals(followed.isel(mass_ratio=1, direction=0), "restitution")
-    draws = {"draws": 2, "seed": 1, "initial_position": [-1, 1]}
-    drawn = simulate(**given, periods=1, initial=draws).isel(mass_ratio=0)
+    draws = {"count": 2, "seed": 1, "initial_position": [-1, 1]}
+    drawn = simulate(**given, periods=1, draws=draws).isel(mass_ratio=0)
     with pytest.raises(ValueError, match="the cube has lost 'initial_position'"):
         chatter_intervals(drawn.isel(draw=0, drop=True), "restitution")
 

@@ -69,7 +69,7 @@ def test_worst_of_several_runs_counts() -> None:
         restitution=[0.3, 0.8],
         transient=30,
         periods=10,
-        initial={"draws": 3, "seed": 1, "initial_relative_velocity": [-1, 1]},
+        draws={"count": 3, "seed": 1, "initial_relative_velocity": [-1, 1]},
         observers=["response", "impacts", "bursts"],
     )
     found = best_clearance(several, worst=["draw"])

@@ -24,7 +24,7 @@ def cube() -> xr.Dataset:
         transient=20,
         periods=5,
         follow={"frequency_ratio": "both"},
-        initial={"draws": 2, "seed": 1, "initial_relative_velocity": [-1, 1]},
+        draws={"count": 2, "seed": 1, "initial_relative_velocity": [-1, 1]},
         observers=["response", "bursts"],
     )
 

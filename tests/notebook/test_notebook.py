@@ -99,7 +99,7 @@ STARTS = {
     "branch in SI": {"gap": [6e-6, 8e-6, 7.5e-6], "follow": {"gap": "both"}},
     "steady": {"initial": "steady"},
     "initial values": {"initial_displacement": [0.5, 1.0], "initial_relative_velocity": 0.3},
-    "draws": {"initial": {"draws": 3, "seed": 1, "initial_position": [-1, 1]}},
+    "draws": {"draws": {"count": 3, "seed": 1, "initial_position": [-1, 1]}},
 }
 
 

@@ -22,6 +22,7 @@ from damper.sweep.points import read_point
 ROOT = Path(__file__).parents[2]
 TEMPLATE = ROOT / "workflow/report/page.html"
 RUN = {"transient": 20, "periods": 6}
+REST: dict[str, Any] = {"primary": "rest", "draws": {}}
 FIXED = {"mass_ratio": 0.1, "phase": 0.4}
 #: Of the free motion: none, little, critical and more than critical damping; chatter and sticking.
 DIAGRAM = {
@@ -58,7 +59,7 @@ def made(name: str) -> tuple[xr.Dataset, dict[str, Any]]:
     """A cube, and what the page is given of it."""
     observers = ["stroboscopic_section", "response", "bursts"]
     cube = damper.simulate(**FIXED, **AXES[name], observers=observers, **RUN)
-    study = {"fixed": FIXED, "axes": AXES[name], "initial": {}, "follow": {}, "run": RUN}
+    study = {"fixed": FIXED, "axes": AXES[name], "follow": {}, "run": RUN, **REST}
     return cube, interactive(cube, SETTINGS[name], study)
 
 
@@ -111,7 +112,7 @@ def test_few_runs_are_kept_and_a_followed_axis_is_run_as_a_whole(
     study = {
         "fixed": fixed,
         "axes": axes,
-        "initial": {},
+        **REST,
         "run": RUN,
         "follow": {"frequency_ratio": "both"},
     }
@@ -145,7 +146,7 @@ def test_at_one_value_of_the_followed_axis_runs_are_those_of_their_branch() -> N
     observers = ["stroboscopic_section", "response"]
     cube = damper.simulate(**fixed, **axes, follow=follow, observers=observers, **RUN)
     settings = {"kind": "bifurcation", "along": "restitution", "variables": ["displacement"]}
-    study = {"fixed": fixed, "axes": axes, "initial": {}, "run": RUN, "follow": follow}
+    study = {"fixed": fixed, "axes": axes, "run": RUN, "follow": follow, **REST}
     data = interactive(cube, settings | {"at": at}, study)
     shown = [unpacked(run["rows"], "<f8").reshape(6, -1)[1, 0] for run in data["runs"]]
     there = cube.sel(at).transpose("direction", "restitution", ...)
@@ -157,10 +158,11 @@ def test_at_one_value_of_the_followed_axis_runs_are_those_of_their_branch() -> N
 def test_si_runs_are_scaled() -> None:
     study = load_study(ROOT / "config/studies/machine_frame.yaml")
     axes = {"forcing_frequency": [190.0, 200.0], "gap": [2e-4, 4e-4]}
-    initial = study.initial.settings()
+    draws = study.draw_settings()
     observers = ["response", "impacts"]
-    cube = damper.simulate(**study.fixed, **axes, initial=initial, observers=observers, **RUN)
-    plan = {"fixed": study.fixed, "axes": axes, "initial": initial, "follow": {}, "run": RUN}
+    cube = damper.simulate(**study.fixed, **axes, draws=draws, observers=observers, **RUN)
+    plan = {"fixed": study.fixed, "axes": axes, "primary": "rest", "draws": draws}
+    plan |= {"follow": {}, "run": RUN}
     data = interactive(cube, study.interactive["amplitude"], plan)
     # Colours are those of the worst draw; a drop-down chooses one, whose run is shown.
     assert data["overlaid"] == ["draw"]

@@ -4,18 +4,20 @@ import random
 from itertools import product as combinations
 from typing import Any
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from new_process import in_new_process
 
-from damper.sweep.branches import DIRECTIONS, branches, draws
+from damper.sweep.branches import DIRECTIONS, branches, draw
 from damper.sweep.grid import product
 
 DRAWS: dict[str, Any] = {
-    "draws": 3,
+    "count": 3,
     "seed": 7,
-    "initial_velocity": (-2.0, 1.0),
-    "initial_position": (-1.0, 1.0),
+    "initial_velocity": {"range": (-2.0, 1.0)},
+    "initial_position": {"range": (-1.0, 1.0)},
 }
 
 
@@ -42,8 +44,8 @@ def test_predecessors_by_brute_force(
     """Same direction, same draw, same other axes, and the neighbouring value, however listed."""
     named = dict(zip(NAMES, axes, strict=False))
     followed = list(named)[place % len(named)]
-    initial = {**DRAWS, "draws": drawn} if drawn else {}
-    plan = branches(product(named, {"phase": 0.0}), named, initial, {followed: way})
+    draws = {**DRAWS, "count": drawn} if drawn else {}
+    plan = branches(product(named, {"phase": 0.0}), named, draws, {followed: way})
     directions = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[way]
     numbers = list(range(drawn)) or [0]
     lanes = list(combinations(*named.values(), directions, numbers))
@@ -66,8 +68,7 @@ def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:
     axes = {"clearance": [0.1, 0.2]}
     plan = branches(product(axes, {}), axes, {}, {})
     assert plan.points == [{"clearance": 0.1}, {"clearance": 0.2}]
-    assert (plan.dimensions, plan.labels, plan.after, plan.primary) == ({}, {}, None, "rest")
-    assert branches([{}], {}, {"primary": "steady"}, {}).primary == "steady"
+    assert (plan.dimensions, plan.labels, plan.after) == ({}, {}, None)
 
 
 def test_draws_are_those_of_pythons_generator() -> None:
@@ -78,17 +79,22 @@ def test_draws_are_those_of_pythons_generator() -> None:
         for values, low, high in ((velocities, -2.0, 1.0), (positions, -1.0, 1.0)):
             part = generator.random()
             values.append(low * (1.0 - part) + high * part)
-    found = draws(DRAWS)
+    found = draw(DRAWS)
     assert found == {"initial_velocity": velocities, "initial_position": positions}
     # Whatever the order in which the file names them.
-    assert draws(dict(reversed(DRAWS.items()))) == found
+    assert draw(dict(reversed(DRAWS.items()))) == found
 
 
-@given(seed=st.integers(0, 2**64), low=st.floats(-1, 1, exclude_max=True), width=st.floats(1e-6, 2))
-def test_draws_lie_within_their_range(seed: int, low: float, width: float) -> None:
-    high = min(low + width, 1.0)
-    settings = {"draws": 20, "seed": seed, "initial_position": (low, high)}
-    (values,) = draws(settings).values()
+@given(
+    seed=st.integers(0, 2**64),
+    low=st.floats(1e-300, 1, exclude_max=True),
+    width=st.floats(1e-6, 1e9),
+    spacing=st.sampled_from(["linear", "log"]),
+)
+def test_draws_lie_within_their_range(seed: int, low: float, width: float, spacing: str) -> None:
+    high = low + width
+    rule = {"range": (low, high), "spacing": spacing}
+    (values,) = draw({"count": 20, "seed": seed, "clearance": rule}).values()
     assert len(values) == 20
     assert all(low <= value <= high for value in values)
     if high - low > 1e-3:
@@ -96,20 +102,35 @@ def test_draws_lie_within_their_range(seed: int, low: float, width: float) -> No
 
 
 def test_more_draws_begin_with_the_fewer_and_seeds_differ() -> None:
-    few, many = draws(DRAWS), draws({**DRAWS, "draws": 50})
+    few, many = draw(DRAWS), draw({**DRAWS, "count": 50})
     assert all(many[name][:3] == values for name, values in few.items())
-    other = draws({**DRAWS, "seed": 8})
+    other = draw({**DRAWS, "seed": 8})
     assert all(set(other[name]).isdisjoint(values) for name, values in few.items())
-    wide = draws({"draws": 2000, "seed": 0, "initial_position": (-1.0, 1.0)})["initial_position"]
-    assert abs(sum(wide) / 2000) < 0.05
-    assert min(wide) < -0.99
-    assert max(wide) > 0.99
+
+
+def test_draws_are_spread_as_the_rule_says() -> None:
+    rules = {
+        "clearance": {"range": (1e-4, 1e4), "spacing": "log", "values": (0.0, 1e6), "share": 0.2},
+        "contact_tension": {"values": (0.0, 1.0)},
+        "initial_position": {"range": (-1.0, 1.0)},
+    }
+    found = {name: np.array(v) for name, v in draw({"count": 4000, "seed": 0, **rules}).items()}
+    uniform, logarithms = found["initial_position"], np.log10(found["clearance"].clip(1e-9, 1e9))
+    for value, part in ((0.0, 0.1), (1e6, 0.1)):
+        assert np.mean(found["clearance"] == value) == pytest.approx(part, abs=0.02)
+    inside = abs(logarithms) <= 4.0
+    for spread in (4.0 * uniform, logarithms[inside]):
+        counts, _ = np.histogram(spread, 8, (-4.0, 4.0))
+        assert counts.sum() == spread.size
+        assert np.all(abs(counts / spread.size - 0.125) < 0.02)
+    assert np.mean(found["contact_tension"]) == pytest.approx(0.5, abs=0.03)
+    assert set(found["contact_tension"]) == {0.0, 1.0}
 
 
 def test_draws_do_not_depend_on_the_process() -> None:
     code = (
         "import json, random; random.seed(99)\n"
-        "from damper.sweep.branches import draws\n"
-        f"print(json.dumps(draws({DRAWS!r})))"
+        "from damper.sweep.branches import draw\n"
+        f"print(json.dumps(draw({DRAWS!r})))"
     )
-    assert in_new_process(code, PYTHONHASHSEED="4242") == draws(DRAWS)
+    assert in_new_process(code, PYTHONHASHSEED="4242") == draw(DRAWS)

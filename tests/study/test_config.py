@@ -210,7 +210,7 @@ MISTAKES = {
         "",
         "good.yaml:3  parameters.clearance",
         "'clearance' is not given",
-        "clearance >= 0, under parameters or as an axis",
+        "clearance >= 0, under parameters, axes or draws",
     ),
     "list as a key": ("periods:", "? [1]\n: 2\nperiods:", "a key must be a name, not a list"),
     "parameter and axis": (

@@ -54,11 +54,11 @@ def studies(draw: st.DrawFn) -> Study:
     inner = [name for name, axis in axes.items() if not axis["fan"]]
     if inner and draw(st.booleans()):
         axes[inner[0]]["follow"] = draw(st.sampled_from(["up", "down", "both"]))
-    initial: dict[str, Any] = {}
-    if draws := draw(st.integers(0, 3)):
-        initial = {"draws": draws, "seed": 1, "initial_position": [-1, 1]}
+    drawn: dict[str, Any] = {}
+    if count := draw(st.integers(0, 3)):
+        drawn = {"count": count, "seed": 1, "initial_position": [-1, 1]}
     fixed = {name: 0.1 for name in NAMES if name not in axes}
-    return Study.model_validate(LARGE | {"parameters": fixed, "axes": axes, "initial": initial})
+    return Study.model_validate(LARGE | {"parameters": fixed, "axes": axes, "draws": drawn})
 
 
 @given(studies())
@@ -66,7 +66,7 @@ def test_slices_points_and_runs_are_those_that_are_made(study: Study) -> None:
     found = estimate(study)
     axes = {name: study.axis_values[name] for name in study.inner_axes}
     grid = product(axes, {})
-    runs = branches(grid, axes, study.initial.settings(), study.follow).points
+    runs = branches(grid, axes, study.draw_settings(), study.follow).points
     assert found.slices == len(study.slices())
     assert found.points == found.slices * len(grid)
     assert found.job.runs == len(runs)
@@ -130,8 +130,8 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
             "    allowed: at most 256 GB: fewer values or observers, or several studies",
         ),
         (
-            {"initial": {"draws": 100_000, "seed": 1, "initial_position": [-1, 1]}},
-            "initial.draws\n"
+            {"draws": {"count": 100_000, "seed": 1, "initial_position": [-1, 1]}},
+            "draws.count\n"
             "    clearance (100) x restitution (100) x draws (100000): 1000000000 runs",
         ),
     ],

@@ -1,4 +1,4 @@
-"""Where runs start: axes, draws and steady starts, in Python and in study files."""
+"""Where runs start, and what is drawn at random: in Python and in study files."""
 
 import itertools
 from pathlib import Path
@@ -9,10 +9,13 @@ import pytest
 import xarray as xr
 
 from damper import State, simulate
-from damper.parameters.quantities import INITIAL_NAMES, INITIAL_QUANTITIES
+from damper.analysis.basins import basin_fractions
+from damper.analysis.reduction import share, worst
+from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import attributes_of
 from damper.study.config import ConfigError, Study, load_config, load_study
-from damper.sweep.branches import draws
+from damper.study.estimate import estimate
+from damper.sweep.branches import draw
 from damper.sweep.cube import CONVENTIONS, gather, write_cube
 from damper.sweep.slices import read_slice, simulate_slice, write_slice
 
@@ -26,15 +29,19 @@ SCENE: dict[str, Any] = {
 }
 SEEN: dict[str, Any] = {"stroboscopic_section": {"free_mass": True}, "impacts": {}, "bursts": {}}
 RUN: dict[str, Any] = {"transient": 0, "periods": 4, "observers": SEEN}
-RANGES = {"initial_position": [-1, 1], "initial_relative_velocity": [-0.5, 2]}
+#: Of parameters and initial quantities, in every way, in the order of the language.
+RULES: dict[str, Any] = {
+    "damping_ratio": {"values": [0.01, 0.05, 0.1]},
+    "clearance": {"range": [0.1, 10], "spacing": "log", "values": [0, 1], "share": 0.4},
+    "restitution": {"range": [0.2, 0.8]},
+    "initial_position": {"range": [-1, 1]},
+    "initial_relative_velocity": {"range": [-0.5, 2]},
+}
+DRAWS: dict[str, Any] = {"count": 4, "seed": 11, **RULES}
+REST: dict[str, Any] = {name: value for name, value in SCENE.items() if name not in RULES}
 
 
-def state(x: float, v: float, place: float, relative: float, d: float = 0.5) -> State:
-    """The start by hand."""
-    return State(x, v, x + place * d, v + relative)
-
-
-# --- grids
+# --- starts
 
 
 def test_grid_of_initial_quantities() -> None:
@@ -42,15 +49,15 @@ def test_grid_of_initial_quantities() -> None:
     axes = {
         "initial_displacement": [0.3, -0.2],
         "initial_velocity": [0.5],
-        "initial_position": [-1, 0, 0.25, 1],
-        "initial_relative_velocity": [0.0, -0.4, 0.4],
+        "initial_position": [-1, 0.25, 1],
+        "initial_relative_velocity": [0.0, -0.4],
     }
     cube = simulate(**SCENE, **axes, **RUN)
     assert cube.displacement.dims == (*axes, "sample")
-    for place in itertools.product(*axes.values()):
-        where = dict(zip(axes, place, strict=True))
-        alone = simulate(**SCENE, **RUN, state=state(*place))
-        for name, variable in alone.data_vars.items():
+    for x, v, place, relative in itertools.product(*axes.values()):
+        where = dict(zip(axes, (x, v, place, relative), strict=True))
+        by_hand = simulate(**SCENE, **RUN, state=State(x, v, x + place * 0.5, v + relative))
+        for name, variable in by_hand.data_vars.items():
             # Not chaotic within four periods: y of a state rounds otherwise.
             np.testing.assert_allclose(
                 cube[name].sel(where).values, variable.values, rtol=1e-6, atol=1e-8, err_msg=name
@@ -59,9 +66,7 @@ def test_grid_of_initial_quantities() -> None:
         # The attributes count runs.
         alone, part = (one.drop_attrs(deep=False) for one in (alone, cube.sel(where)))
         xr.testing.assert_identical(part, alone)
-        assert cube.displacement.sel(where)[0] == place[0]
-        found = float(cube.free_displacement.sel(where)[0])
-        assert found == pytest.approx(place[0] + 0.5 * place[2], abs=1e-15)
+        assert cube.displacement.sel(where)[0] == x
 
 
 def test_position_follows_the_clearance() -> None:
@@ -74,26 +79,6 @@ def test_position_follows_the_clearance() -> None:
     np.testing.assert_allclose(found.transpose("clearance", "initial_position"), expected)
 
 
-def test_coordinates_are_described(tmp_path: Path) -> None:
-    cube = simulate(
-        **SCENE,
-        **RUN,
-        initial_displacement=[0.0, 0.1],
-        initial_velocity=0.5,
-        initial={"draws": 2, "seed": 0, **RANGES},
-    )
-    dims = [cube[name].dims for name in INITIAL_NAMES]
-    assert dims == [("initial_displacement",), (), ("draw",), ("draw",)]
-    for quantity in INITIAL_QUANTITIES:
-        attrs = cube[quantity.name].attrs
-        assert attrs == {"long_name": quantity.long_name, **attributes_of(quantity.units)}
-    assert cube.draw.values.tolist() == [0, 1]
-    assert cube.draw.attrs["long_name"] == "random initial state"
-    write_cube(cube, tmp_path / "cube.nc")
-    with xr.open_dataset(tmp_path / "cube.nc") as back:
-        xr.testing.assert_identical(back.load(), cube.assign_attrs(Conventions=CONVENTIONS))
-
-
 def test_zero_is_rest() -> None:
     zeros = dict.fromkeys(INITIAL_NAMES, 0.0)
     cube, rest = simulate(**SCENE, **zeros, **RUN), simulate(**SCENE, **RUN)
@@ -104,28 +89,62 @@ def test_zero_is_rest() -> None:
 # --- draws
 
 
-def test_draws_are_a_dimension() -> None:
-    """The same ones at every point, each as if given by itself."""
-    settings = {"draws": 4, "seed": 11, **RANGES}
-    cube = simulate(**{**SCENE, "restitution": [0.2, 0.8]}, **RUN, initial=settings)
-    assert cube.displacement.dims == ("restitution", "draw", "sample")
-    expected = draws(settings)
-    for name, (low, high) in RANGES.items():
-        assert cube[name].values.tolist() == expected[name]
-        assert (low <= cube[name]).all()
-        assert (cube[name] <= high).all()
-        assert len(set(expected[name])) == 4
-    for number, r in itertools.product(range(4), (0.2, 0.8)):
-        drawn = {name: expected[name][number] for name in RANGES}
-        alone = simulate(**{**SCENE, "restitution": r}, **drawn, **RUN)
+def test_draws_are_a_dimension(tmp_path: Path) -> None:
+    """The same ones at every point, each as if given by itself, and again by the accessor."""
+    import damper.notebook  # noqa: F401 - registers it
+
+    given = {**REST, "frequency_ratio": [0.8, 1.1]}
+    cube = simulate(**given, **RUN, draws=DRAWS)
+    assert cube.displacement.dims == ("frequency_ratio", "draw", "sample")
+    assert cube.draw.values.tolist() == [0, 1, 2, 3]
+    expected = draw(DRAWS)
+    assert list(expected) == list(RULES)
+    for name, values in expected.items():
+        assert (cube[name].dims, cube[name].values.tolist()) == (("draw",), values)
+        attrs = {"long_name": ALL[name].long_name, **attributes_of(ALL[name].units)}
+        assert cube[name].attrs == attrs
+    for number, omega in itertools.product(range(4), (0.8, 1.1)):
+        drawn = {name: values[number] for name, values in expected.items()}
+        alone = simulate(**{**REST, "frequency_ratio": omega}, **drawn, **RUN)
         for name, variable in alone.data_vars.items():
-            found = cube[name].sel(restitution=r, draw=number)
+            found = cube[name].sel(frequency_ratio=omega, draw=number)
             np.testing.assert_array_equal(found.values, variable.values)
+    again = cube.damper.run(frequency_ratio=1.1, draw=2)
+    assert again.parameters.restitution == expected["restitution"][2]
+    assert again.cube.displacement.values.tolist() == cube.displacement[1, 2].values.tolist()
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as back:
+        xr.testing.assert_identical(back.load(), cube.assign_attrs(Conventions=CONVENTIONS))
+
+
+def test_draws_are_reduced_and_are_starts_where_states_are_drawn() -> None:
+    run = {"transient": 5, "periods": 5, "observers": ["response", "motion"]}
+    cube = simulate(**{**REST, "frequency_ratio": [0.8, 1.1]}, **run, draws=DRAWS)
+    worst_of = worst(cube.peak_displacement, "draw")
+    assert worst_of.values.tolist() == cube.peak_displacement.max("draw").values.tolist()
+    assert "restitution" not in worst_of.coords
+    assert (share(cube.peak_displacement, "draw", above=0.0) == 1.0).all()
+    assert basin_fractions(cube, "frequency_ratio").of.max() == 4
+    others = {name: rule for name, rule in DRAWS.items() if name not in INITIAL_NAMES}
+    with pytest.raises(ValueError, match="the cube has no starts"):
+        basin_fractions(simulate(**REST, **run, draws=others))
+
+
+def test_draws_in_si_units() -> None:
+    """All parameters of a unit are drawn: each draw has units of its own."""
+    given = {"primary_mass": 2, "damping": 1.6, "force_amplitude": 5, "forcing_frequency": 22}
+    draws = {"count": 3, "seed": 2, "stiffness": [700, 900], "gap": [0.01, 0.02]}
+    cube = simulate(**given, free_mass=0.2, restitution=0.5, draws=draws, **RUN)
+    assert cube.displacement.attrs["units"] == "m"
+    for number in range(3):
+        drawn = {name: float(cube[name][number]) for name in ("stiffness", "gap")}
+        alone = simulate(**given, free_mass=0.2, restitution=0.5, **drawn, **RUN)
+        assert alone.displacement.values.tolist() == cube.displacement[number].values.tolist()
 
 
 def test_draws_go_with_a_steady_start() -> None:
-    initial = {"primary": "steady", "draws": 3, "seed": 1, "initial_position": [-1, 1]}
-    cube = simulate(**SCENE, **RUN, initial=initial)
+    draws = {"count": 3, "seed": 1, "initial_position": [-1, 1]}
+    cube = simulate(**SCENE, **RUN, initial="steady", draws=draws)
     steady = simulate(**SCENE, **RUN, initial="steady")
     assert (cube.displacement.isel(sample=0) == steady.displacement[0]).all()
     apart = cube.free_displacement.isel(sample=0) - cube.displacement.isel(sample=0)
@@ -134,72 +153,71 @@ def test_draws_go_with_a_steady_start() -> None:
 
 def test_draws_through_slices_and_files(tmp_path: Path) -> None:
     """However the study is cut into jobs, each has the same draws."""
-    fan = ("phase", "restitution")
-    axes = {"restitution": [0.2, 0.8], "phase": [0.0, 1.0]}
-    fixed = {name: value for name, value in SCENE.items() if name not in axes}
-    initial = {"draws": 3, "seed": 4, **RANGES}
+    fan = ("phase", "frequency_ratio")
+    axes = {"frequency_ratio": [0.8, 1.1], "phase": [0.0, 1.0]}
+    fixed = {name: value for name, value in REST.items() if name not in axes}
     parts = []
     for place in itertools.product(*(axes[name] for name in fan)):
-        part = simulate_slice(
-            fixed | dict(zip(fan, place, strict=True)),
-            {name: values for name, values in axes.items() if name not in fan},
-            initial=initial,
-            accuracy=1e-12,
-            max_events=10**6,
-            **RUN,
-        )
-        assert part.branches == {"draw": [0, 1, 2]}
+        part = simulate_slice(fixed | dict(zip(fan, place, strict=True)), {}, draws=DRAWS, **RUN)
+        assert part.branches == {"draw": [0, 1, 2, 3]}
         write_slice(part, tmp_path / "a.npz")
-        write_slice(read_slice(tmp_path / "a.npz"), tmp_path / "b.npz")
-        assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
-        parts.append(read_slice(tmp_path / "b.npz"))
+        parts.append(read_slice(tmp_path / "a.npz"))
     cube = gather(parts, axes, fan, fixed, {})
-    whole = simulate(**fixed, **axes, **RUN, initial=initial)
+    whole = simulate(**fixed, **axes, **RUN, draws=DRAWS)
     for name in whole.variables:
         xr.testing.assert_identical(cube[name].variable, whole[name].variable)
 
 
-# --- refusals in Python
+def test_numpy_numbers_will_do() -> None:
+    """As they do for every parameter."""
+    plain = simulate(**REST, **RUN, draws=DRAWS)
+    numpy = {name: {k: np.array(v) for k, v in rule.items()} for name, rule in RULES.items()}
+    other = simulate(**REST, **RUN, draws={"count": np.int64(4), "seed": np.int64(11), **numpy})
+    assert other.identical(plain)
+
+
+ONE = {"count": 2, "seed": 1}
 
 
 @pytest.mark.parametrize(
     ("change", "parts"),
     [
         ({"initial": "stedy"}, ["initial: ", "'stedy'", "mean 'steady'?): must be rest, steady"]),
-        ({"initial": {"draws": 2, "initial_position": [-1, 1]}}, ["initial.seed", "'seed' is mi"]),
-        ({"initial": {"draws": 2.0, "seed": 1, **RANGES}}, ["initial.draws", "write 2"]),
         (
-            {"initial": {"draws": 2, "seed": 1, "initial_position": [-1.5, 1]}},
-            ["initial.initial_position[0]", "-1.5", ">= -1 and <= 1"],
+            {"initial": {"draws": 2, "seed": 1, "initial_position": [-1, 1]}},
+            ["initial: rest, and beside it draws: {count: 2, seed: 1, initial_position: [-1, 1]}"],
         ),
+        ({"draws": 3}, ["draws = 3: must be a mapping of count, seed and quantities"]),
+        ({"draws": {"count": 2, "initial_position": [-1, 1]}}, ["draws.seed", "'seed' is mi"]),
+        ({"draws": {"count": 2.0, "seed": 1, "yield_speed": [1, 2]}}, ["draws.count", "write 2"]),
         (
-            {"initial": {"draws": 2, "seed": 1, **RANGES}, "initial_position": 0.5},
-            ["initial_position is given, and random"],
+            {"draws": ONE | {"initial_position": [-1.5, 1]}},
+            ["[0]", "-1.5", "-1 <= initial_position <= 1"],
+        ),
+        ({"draws": ONE | {"restitution": [0, 1]}}, ["restitution is given, and drawn as well"]),
+        (
+            {"draws": ONE | {"initial_velocity": [0, 1]}, "initial": "steady"},
+            ["initial_velocity is given, but the primary starts on its steady response"],
         ),
         (
             {"initial": "steady", "initial_velocity": [0.5]},
             ["initial_velocity is given, but the primary starts on its steady response"],
         ),
         ({"initial": "steady", "state": State(0, 0, 0, 0)}, ["state stands alone"]),
-        ({"initial_position": 0.0, "state": State(0, 0, 0, 0)}, ["state stands alone"]),
+        (
+            {"draws": ONE | {"initial_position": [0, 1]}, "state": State(0, 0, 0, 0)},
+            ["state stands alone"],
+        ),
         ({"initial_position": 1.01}, ["initial_position = 1.01", "-1 at the left wall"]),
     ],
     ids=str,
 )
 def test_refused_in_python(change: dict[str, Any], parts: list[str]) -> None:
-    with pytest.raises(ValueError, match=r"initial|state") as caught:
+    with pytest.raises((ValueError, TypeError), match=r"initial|state|draw") as caught:
         simulate(**SCENE, transient=10**8, periods=1, **change)
     for part in parts:
         assert part in str(caught.value)
     assert "pydantic" not in str(caught.value)
-
-
-def test_numpy_numbers_will_do() -> None:
-    """As they do for every parameter."""
-    plain = simulate(**SCENE, **RUN, initial={"draws": 2, "seed": 1, "initial_position": [-1, 1]})
-    ranges = {"initial_position": np.array([-1.0, 1.0])}
-    other = simulate(**SCENE, **RUN, initial={"draws": np.int64(2), "seed": np.int64(1), **ranges})
-    assert other.identical(plain)
 
 
 # --- study files
@@ -212,7 +230,7 @@ parameters:
   mass_ratio: 0.1
   damping_ratio: 0.05
   frequency_ratio: 0.8
-  restitution: 0.6
+  phase: 0.1
 axes:
   clearance: {values: [0.5, 1, 2]}
 transient: 1
@@ -220,7 +238,13 @@ periods: 2
 observers:
   bursts:
 """
-INITIAL = "initial: {draws: 5, seed: 1, initial_position: [-1, 1], initial_velocity: [0, 2]}\n"
+RANDOM = """\
+draws:
+  count: 5
+  seed: 1
+  initial_position: [-1, 1]
+  restitution: {range: [1e-3, 1], spacing: log, values: [0, 1], share: 0.1, assumed: ours}
+"""
 
 
 def load(folder: Path, text: str) -> Study:
@@ -238,41 +262,47 @@ def blame(folder: Path, text: str) -> str:
     return message.replace(f"{folder}/", "")
 
 
-def test_canonical_text_is_a_fixed_point(tmp_path: Path) -> None:
-    more = INITIAL.replace("initial_velocity: [0, 2]", "primary: steady")
-    text = (STUDY + more).replace("[0.5, 1, 2]", "[0.5, 1, 2], follow: both")
-    study = load(tmp_path, text)
-    assert study.follow == {"clearance": "both"}
+def test_draws_of_a_study(tmp_path: Path) -> None:
+    study = load(tmp_path, STUDY.replace("[0.5, 1, 2]", "[0.5, 1, 2], follow: both") + RANDOM)
     again = load(tmp_path, study.to_yaml())
     assert again == study
     assert again.to_yaml() == study.to_yaml()
-    assert again.initial.settings() == study.initial.settings()
-
-
-def test_settings_of_draws(tmp_path: Path) -> None:
-    study = load(tmp_path, STUDY + INITIAL)
-    assert study.initial.settings() == {
-        "primary": "rest",
-        "draws": 5,
+    assert list(study.drawn) == ["restitution", "initial_position"]
+    assert study.ends["restitution"] == (1e-3, 1.0, 0.0, 1.0)
+    assert study.values["restitution"] == "at random: 0.001 to 1, log-uniform or 0, 1 (10%)"
+    assert study.origins["restitution"] == "assumed: ours"
+    assert study.draw_settings() == {
+        "count": 5,
         "seed": 1,
-        "initial_position": (-1.0, 1.0),
-        "initial_velocity": (0.0, 2.0),
+        "restitution": {
+            "range": (1e-3, 1.0),
+            "spacing": "log",
+            "values": (0.0, 1.0),
+            "share": 0.1,
+        },
+        "initial_position": {"range": (-1.0, 1.0), "spacing": "linear"},
     }
-    assert study.initial.random == ("initial_velocity", "initial_position")
+    assert estimate(study).runs == 3 * 2 * 5
     # As text, too: Snakemake's reader makes text of 1e-3.
     (tmp_path / "config" / "studies").mkdir(parents=True)
-    (tmp_path / "config" / "studies" / "starts.yaml").write_text(STUDY)
-    mapping = {"draws": "5", "seed": "1", "initial_velocity": ["1e-3", "2"]}
-    config = load_config(
-        {"studies": ["starts"], "overrides": {"starts": {"initial": mapping}}}, tmp_path
-    )
-    settings = config.studies["starts"].initial.settings()
-    assert settings["initial_velocity"] == (0.001, 2.0)
-    assert (settings["draws"], settings["seed"]) == (5, 1)
+    (tmp_path / "config" / "studies" / "starts.yaml").write_text(STUDY + RANDOM)
+    mapping = {"count": "7", "restitution": {"range": ["1e-3", "2e-3"]}}
+    config = {"studies": ["starts"], "overrides": {"starts": {"draws": mapping}}}
+    settings = load_config(config, tmp_path).studies["starts"].draw_settings()
+    assert (settings["count"], settings["restitution"]["range"]) == (7, (1e-3, 2e-3))
+
+
+def test_a_drawn_quantity_decides_the_model(tmp_path: Path) -> None:
+    """Any of its values counts."""
+    text = STUDY.replace("axes:\n", "  restitution: 0.5\naxes:\n") + RANDOM.rpartition("  rest")[0]
+    assert load(tmp_path, text).model == "rigid"
+    support = "{range: [1e-3, 1], values: [0], share: 0.5}"
+    study = load(tmp_path, text + f"  support_stiffness_ratio: {support}\n")
+    assert study.model == "grounded"
 
 
 def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
-    text = STUDY.replace("parameters:\n", "parameters:\n  initial_velocity: 0.5\n")
+    text = STUDY.replace("  phase: 0.1\n", "  initial_velocity: 0.5\n  restitution: 0.6\n")
     text = text.replace("axes:\n", "axes:\n  initial_position: {values: [-1, 1], fan: true}\n")
     study = load(tmp_path, text)
     assert study.fixed["initial_velocity"] == 0.5
@@ -281,64 +311,80 @@ def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
 
 
 TABLE = "tables:\n  edges: {kind: intervals, along: clearance}\n"
-UP = ("[0.5, 1, 2]", "[0.5, 1, 2], follow: up")
 MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
     "word": (("", ""), "initial: stedy\n", ["initial\n", "(value: 'stedy')", "rest, steady"]),
-    "symbol": (
-        ("", ""),
-        INITIAL.replace("initial_velocity", "v0"),
-        ["starts.yaml:14  initial.v0", "did you mean 'initial_velocity'?"],
-    ),
-    "no seed": (
-        ("", ""),
-        INITIAL.replace("seed: 1, ", ""),
-        ["starts.yaml:14  initial.seed", "'seed' is missing: draws are random", "integer >= 0"],
-    ),
-    "no draws": (
-        ("", ""),
-        INITIAL.replace("draws: 5, ", ""),
-        ["initial.draws", "'initial_velocity' is for random initial states, but 'draws' is mis"],
-    ),
-    "no range": (
-        ("", ""),
-        "initial: {draws: 5, seed: 1}\n",
-        ["starts.yaml:14  initial\n", "no quantity has a range", "initial_position: [low, high]"],
-    ),
-    "out of the box": (
-        ("", ""),
-        INITIAL.replace("[-1, 1]", "[-1, 1.5]"),
+    "old form": (
+        (RANDOM, ""),
+        "initial: {primary: steady, draws: 5, seed: 1, initial_position: [-1, 1]}\n"
+        "figures:\n  f: {kind: map, x: clearance, y: phase, variable: chatter, worst: [draw]}\n",
         [
-            "starts.yaml:14  initial.initial_position[1]",
-            "out of range (value: 1.5)\n    allowed: number >= -1 and <= 1",
+            "starts.yaml:14  initial",
+            "allowed: initial: steady, and beside it "
+            "draws: {count: 5, seed: 1, initial_position: [-1, 1]}",
+            "1 error ",
         ],
     ),
-    "backwards": (("", ""), INITIAL.replace("[0, 2]", "[2, 0]"), ["low must be less than high"]),
-    "random and fixed": (
-        ("parameters:\n", "parameters:\n  initial_position: 0.5\n"),
-        INITIAL,
+    "symbol": (("initial_position", "p0"), "", ["17  draws.p0", "mean 'initial_position'?"]),
+    "no seed": (("  seed: 1\n", ""), "", ["draws.seed", "'seed' is missing", "integer >= 0"]),
+    "no quantity": (
+        (RANDOM, "draws: {count: 5, seed: 1}\n"),
+        "",
+        ["draws\n", "no quantity is drawn"],
+    ),
+    "out of range": (("1e-3, 1]", "1e-3, 1.5]"), "", ["18  draws.restitution.range[1]", "<= 1"]),
+    "backwards": (("[-1, 1]", "[1, -1]"), "", ["low must be less than high"]),
+    "no share": ((", share: 0.1", ""), "", ["draws.restitution.share", "how often it takes"]),
+    "share of a range": ((", values: [0, 1]", ""), "", ["share is of both a range and values"]),
+    "log from zero": (("1e-3, 1]", "0, 1]"), "", ["restitution.spacing", "low > 0"]),
+    "range of whole numbers": (
+        ("initial_position: [-1, 1]", "modulation_order: [1, 4]"),
+        "",
+        ["draws.modulation_order", "'modulation_order' is a whole number", "values: its values"],
+    ),
+    "drawn and fixed": (
+        ("initial_position", "phase"),
+        "",
         [
-            "starts.yaml:15  initial.initial_position",
-            "'initial_position' is random here and given under parameters as well",
+            "17  draws.phase",
+            "'phase' is given twice: under parameters and under draws",
             "one of the two",
         ],
     ),
+    "drawn and an axis": (
+        ("initial_position: [-1", "clearance: [0"),
+        "",
+        ["draws.clearance", "'clearance' is given twice: under axes and under draws"],
+    ),
+    "other models": (
+        ("initial_position: [-1, 1]", "modulation_depth: {values: [0, 0.1]}"),
+        "  support_stiffness_ratio: [0, 1]\n",
+        ["parameters\n", "modulation_depth"],
+    ),
+    "theory": (
+        ("", ""),
+        "figures:\n  f: {kind: bifurcation, along: clearance, variables: [approach_speed], "
+        "theory: two_impacts}\n",
+        ["figures.f", "its formulas take one restitution, which is drawn here", "at: {draw: 0}"],
+    ),
+    "orbits": (
+        ("", ""),
+        "orbits: {m: {along: clearance, start: 1}}\n",
+        ["orbits\n", "dimensionless parameters alone", "drawn parameters"],
+    ),
     "steady and displaced": (
-        ("parameters:\n", "parameters:\n  initial_displacement: 0.5\n"),
+        ("phase: 0.1", "initial_displacement: 0.5"),
         "initial: steady\n",
-        [
-            "starts.yaml:4  parameters.initial_displacement",
-            "given, but the primary starts on its steady response",
-        ],
+        ["7  parameters.initial_displacement", "the primary starts on its steady response"],
     ),
     "steady and random": (
-        ("", ""),
-        INITIAL.replace("{draws", "{primary: steady, draws"),
-        ["initial.initial_velocity", "given, but the primary starts on its steady response"],
+        ("initial_position", "initial_velocity"),
+        "initial: steady\n",
+        ["draws.initial_velocity", "given, but the primary starts on its steady response"],
     ),
     "resonance": (
         ("damping_ratio: 0.05\n  frequency_ratio: 0.8", "damping_ratio: 0\n  frequency_ratio: 1"),
         "initial: steady\n",
-        ["starts.yaml:14  initial.primary", "there is no steady linear response", "rest"],
+        ["19  initial", "there is no steady linear response", "rest"],
     ),
     "steady and missing": (
         ("  damping_ratio: 0.05\n", ""),
@@ -348,27 +394,26 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
     "fan and follow": (
         ("[0.5, 1, 2]", "[0.5, 1, 2], follow: both, fan: true"),
         "",
-        [
-            "starts.yaml:9  axes.clearance.fan",
-            "fan and follow (both) are both given",
-            "cannot be cut into jobs",
-            "1 error ",
-        ],
+        ["axes.clearance.fan", "fan and follow (both)", "cannot be cut into jobs", "1 error "],
     ),
     "follow two": (
-        ("[0.5, 1, 2]}", "[0.5, 1, 2], follow: up}\n  phase: {values: [0, 1], follow: down}"),
+        (
+            "  phase: 0.1\naxes:\n",
+            "axes:\n  damping_ratio: {values: [0, 1], follow: down}\n  phase: {values: [0, 1], "
+            "follow: down}\n",
+        ),
         "",
-        ["starts.yaml:10  axes.phase.follow", "'clearance' is followed already", "one axis"],
+        ["axes.phase.follow", "'damping_ratio' is followed already", "one axis"],
     ),
     "follow a start": (
-        ("axes:\n", "axes:\n  initial_position: {values: [0, 1], follow: up}\n"),
+        ("axes:\n", "axes:\n  initial_velocity: {values: [0, 1], follow: up}\n"),
         "",
-        ["axes.initial_position.follow", "sets where a run starts, so it cannot be followed"],
+        ["axes.initial_velocity.follow", "sets where a run starts, so it cannot be followed"],
     ),
     "follow and a table": (
-        UP,
+        ("[0.5, 1, 2]", "[0.5, 1, 2], follow: up"),
         TABLE,
-        ["tables.edges", "several at each point (direction)", "without follow and without draws"],
+        ["several at each point (direction, draw)", "without follow and without draws"],
     ),
 }
 
@@ -376,17 +421,22 @@ MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
 @pytest.mark.parametrize("name", MISTAKES)
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
     (old, new), more, parts = MISTAKES[name]
-    assert not old or STUDY.count(old) == 1
-    message = blame(tmp_path, STUDY.replace(old, new) + more if old else STUDY + more)
+    text = STUDY + RANDOM
+    assert not old or text.count(old) == 1
+    message = blame(tmp_path, (text.replace(old, new) if old else text) + more)
     for part in parts:
         assert part in message, message
 
 
 def test_resonance_in_a_grid_is_told(tmp_path: Path) -> None:
-    text = STUDY.replace("  damping_ratio: 0.05\n  frequency_ratio: 0.8\n", "").replace(
-        "axes:\n",
-        "axes:\n  damping_ratio: {start: 0, stop: 0.1, num: 3}\n"
-        "  frequency_ratio: {start: 0.5, stop: 1.5, step: 0.1}\n",
+    text = (
+        (STUDY + RANDOM)
+        .replace("  damping_ratio: 0.05\n  frequency_ratio: 0.8\n", "")
+        .replace(
+            "axes:\n",
+            "axes:\n  damping_ratio: {start: 0, stop: 0.1, num: 3}\n"
+            "  frequency_ratio: {start: 0.5, stop: 1.5, step: 0.1}\n",
+        )
     )
     assert "no steady linear response" in blame(tmp_path, text + "initial: steady\n")
     load(tmp_path, text.replace("stop: 1.5", "stop: 0.9") + "initial: steady\n")
@@ -394,4 +444,5 @@ def test_resonance_in_a_grid_is_told(tmp_path: Path) -> None:
 
 def test_table_beside_a_steady_start(tmp_path: Path) -> None:
     """One state at each point, so edges can be bisected from it."""
-    load(tmp_path, STUDY + "initial: steady\n" + TABLE)
+    text = STUDY.replace("  phase: 0.1\n", "  restitution: 0.6\n")
+    load(tmp_path, text + "initial: steady\n" + TABLE)

@@ -335,13 +335,13 @@ def test_basins_need_starts(tmp_path: Path) -> None:
     for along, axes in (("clearance", {}), ("initial_displacement", starts)):
         message = blame(tmp_path, figure | {"along": along}, axes=GOOD["axes"] | axes, **given)
         assert "needs several starts" in message
-        assert "allowed: draws, or axes of initial quantities" in message
+        assert "allowed: draws, or axes, of initial quantities" in message
     load(tmp_path, figure, axes=GOOD["axes"] | starts, **given)
-    load(tmp_path, figure, initial={"draws": 3, "seed": 1, "initial_position": [-1, 1]}, **given)
+    load(tmp_path, figure, draws={"count": 3, "seed": 1, "initial_position": [-1, 1]}, **given)
 
 
 def test_draws_may_be_reduced(tmp_path: Path) -> None:
-    given: dict[str, Any] = {"initial": {"draws": 3, "seed": 1, "initial_position": [-1, 1]}}
+    given: dict[str, Any] = {"draws": {"count": 3, "seed": 1, "initial_position": [-1, 1]}}
     given |= followed("both")
     branches = ["draw", "direction"]
     load(tmp_path, MAP | {"each": "mass_ratio", "worst": branches}, **given)
@@ -364,16 +364,16 @@ def test_draws_may_be_reduced(tmp_path: Path) -> None:
 
 
 def test_draws_need_a_place_but_in_bifurcations(tmp_path: Path) -> None:
-    initial = {"draws": 3, "seed": 1, "initial_position": [-1, 1]}
-    message = blame(tmp_path, TRAJECTORY, initial=initial)
+    draws = {"count": 3, "seed": 1, "initial_position": [-1, 1]}
+    message = blame(tmp_path, TRAJECTORY, draws=draws)
     assert "several runs at each point (draw)" in message
     assert "give its value: at: {draw: 0}" in message
-    load(tmp_path, TRAJECTORY | {"at": POINT | {"draw": 2}}, initial=initial)
+    load(tmp_path, TRAJECTORY | {"at": POINT | {"draw": 2}}, draws=draws)
     figure = BIFURCATION | {"rows": "mass_ratio", "at": {"clearance": 0.5}}
-    load(tmp_path, figure, initial=initial)
-    message = blame(tmp_path, TRAJECTORY | {"at": POINT | {"draw": -1}}, initial=initial)
+    load(tmp_path, figure, draws=draws)
+    message = blame(tmp_path, TRAJECTORY | {"at": POINT | {"draw": -1}}, draws=draws)
     assert "figures.one.at.draw\n    out of range (value: -1)" in message
-    message = blame(tmp_path, figure | {"each": "draw"}, initial=initial)
+    message = blame(tmp_path, figure | {"each": "draw"}, draws=draws)
     assert "unknown axis 'draw'" in message
 
 

@@ -24,14 +24,14 @@ from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Strict
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
-from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial, Threshold
+from damper.study.settings import OBSERVER_SETTINGS, Axis, DrawKeys, Drawn, Fixed, Threshold
 from damper.study.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "config/studies").glob("*.yaml"))
 CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
 TEMPLATE = ROOT / "config/studies/template.yaml"
-CLASSES = [Study, Fixed, Axis, Initial, Threshold, Settings, *OBSERVER_SETTINGS.values()]
+CLASSES = [Study, Fixed, Axis, DrawKeys, Drawn, Threshold, Settings, *OBSERVER_SETTINGS.values()]
 CLASSES += [*FIGURES.values(), *TABLES.values(), *STUDIES.values()]
 CLASSES += [entry for kind in STUDIES.values() for entry in kind.entries.values()]
 CLASSES += [
@@ -62,7 +62,7 @@ DIMENSIONLESS = {
         "frequency_ratio": {"start": 0.5, "stop": 2, "num": 4, "spacing": "log", "follow": "up"},
         "restitution": {"start": 0, "stop": 1, "step": 0.25, "spacing": "linear", "fan": False},
     },
-    "initial": {"primary": "rest", "draws": 2, "seed": 0, "initial_velocity": [-1, 1]},
+    "draws": {"count": 2, "seed": 0, "initial_velocity": [-1, 1], "yield_speed": {"values": [1]}},
     "transient": 0,
     "periods": 1,
     "observers": {
@@ -94,7 +94,8 @@ POINT = {
     "parameters": {"mass_ratio": 1, "damping_ratio": 0, "frequency_ratio": 1, "clearance": 0}
     | {"restitution": 1},
     "axes": None,
-    "initial": {"draws": 1, "seed": 3, "initial_position": [-1, 1], "primary": "steady"},
+    "initial": "steady",
+    "draws": {"count": 1, "seed": 3, "initial_position": [-1, 1]},
     "transient": 5,
     "periods": 10,
     "observers": {"impacts": {"threshold": {"fraction": 0.5}}},
@@ -187,14 +188,15 @@ def paths(cls: type[Strict], path: str) -> Iterator[str]:
     for key, field in cls.model_fields.items():
         yield f"{path}{key}"
         settings = reference.settings_of(field)
-        if settings is not None and key != "initial":
+        if settings is not None:
             yield from paths(settings, f"{path}{key}.")
 
 
 def test_reference_has_every_key_and_variable_once_in_its_section():
     text = (ROOT / "docs/reference.md").read_text()
     keys = [*paths(Study, ""), *paths(Settings, ""), *paths(Fixed, "parameters.<name>.")]
-    keys += [*paths(Axis, "axes.<name>."), *paths(Initial, "initial.")]
+    keys += [*paths(Axis, "axes.<name>."), *paths(DrawKeys, "draws.")]
+    keys += paths(Drawn, "draws.<name>.")
     for name, cls in OBSERVER_SETTINGS.items():
         keys += paths(cls, f"observers.{name}.")
     kinds = text.index("\n## Studies that check the engine")
@@ -324,7 +326,8 @@ MISTAKES: dict[str, Any] = {
     "axes.frequency_ratio.spacing": "lin",
     "axes.restitution.step": 0,
     "initial": "moving",
-    "initial.initial_velocity": [1, 2, 3],
+    "draws.initial_velocity": [1, 2, 3],
+    "draws.count": 0,
     "observers": ...,
     "observers.impact": {},
     "observers.bursts.threshold": 1,
@@ -428,7 +431,8 @@ def test_template_has_every_key(whole):
         Study: [whole],
         Fixed: [p for p in whole["parameters"].values() if isinstance(p, dict)],
         Axis: whole["axes"].values(),
-        Initial: [whole["initial"]],
+        DrawKeys: [{key: whole["draws"][key] for key in DrawKeys.model_fields}],
+        Drawn: [drawn for drawn in whole["draws"].values() if isinstance(drawn, dict)],
         Threshold: [whole["observers"]["bursts"]["threshold"]],
     }
     entries |= {cls: [whole["observers"][name] or {}] for name, cls in OBSERVER_SETTINGS.items()}

@@ -160,7 +160,7 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
     values = {"clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2], "phase": [0.1, 0.0]}
     axes = {name: values[name] for name in order}
     fixed = {name: value for name, value in SCENE.items() if name not in axes}
-    initial = {"draws": 2, "seed": 3, "initial_position": (-1.0, 1.0)}
+    draws = {"count": 2, "seed": 3, "initial_position": {"range": (-1.0, 1.0)}}
     follow = {"clearance": "both"}
     fan = [name for name in axes if name != "clearance"][:fanned]
     parts: list[Slice] = []
@@ -171,7 +171,7 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
             observers=SEEN,
             accuracy=1e-12,
             max_events=1_000_000,
-            initial=initial,
+            draws=draws,
             follow=follow,
             **RUN,
         )
@@ -179,7 +179,7 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
         parts.append(read_slice(tmp_path / "part.npz"))
     cube = gather(parts, axes, fan, fixed, {})
     assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
-    whole = simulate(**fixed | values, **RUN, observers=SEEN, initial=initial, follow=follow)
+    whole = simulate(**fixed | values, **RUN, observers=SEEN, draws=draws, follow=follow)
     assert set(cube.variables) == set(whole.variables)
     for name in whole.variables:
         xr.testing.assert_identical(
@@ -191,7 +191,7 @@ def test_each_draw_is_followed_on_its_own() -> None:
     axes = {"clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2]}
     run = {**RUN, "observers": SEEN, "follow": {"clearance": "both"}}
     ranges = {"initial_position": [-1, 1], "initial_velocity": [0, 2]}
-    cube = simulate(**SCENE | axes, **run, initial={"draws": 3, "seed": 5, **ranges})
+    cube = simulate(**SCENE | axes, **run, draws={"count": 3, "seed": 5, **ranges})
     assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
     for number in range(3):
         drawn = {name: float(cube[name][number]) for name in ranges}

@@ -285,8 +285,8 @@ def test_cube_named_by_si_names(tmp_path: Path) -> None:
 def test_each_point_has_its_own_units() -> None:
     """Along axes that change every unit, with draws beside them."""
     axes = {"primary_mass": [1.0, 2.0], "stiffness": [100.0, 200.0], "force_amplitude": [5.0, 10.0]}
-    drawn = {"draws": 2, "seed": 1, "initial_velocity": [-1, 1], "initial_position": [-1, 1]}
-    cube = simulate(**SI | axes, **RUN, initial=drawn)
+    drawn = {"count": 2, "seed": 1, "initial_velocity": [-1, 1], "initial_position": [-1, 1]}
+    cube = simulate(**SI | axes, **RUN, draws=drawn)
     for place in itertools.product(*axes.values()):
         where = dict(zip(axes, place, strict=True))
         for number in range(2):
@@ -539,7 +539,7 @@ def test_undamped_resonance_in_a_study_in_si(tmp_path: Path) -> None:
     """Known when the file is read, as for a study in ratios."""
     text = STUDY.replace("damping: 4", "damping: 0").replace("frequency: 11", "frequency: 10")
     load(tmp_path, text)
-    with pytest.raises(ConfigError, match=r"initial\.primary\n.*no steady linear response"):
+    with pytest.raises(ConfigError, match=r"initial\n.*no steady linear response"):
         load(tmp_path, text + "initial: steady\n")
 
 

@@ -98,8 +98,8 @@ def test_written_and_read_back(tmp_path: Path) -> None:
 
 def test_branches_are_written_and_read_back(tmp_path: Path) -> None:
     """Directions, draws and their numbers to the last bit; lanes of every branch."""
-    initial = {"draws": 3, "seed": 5, "initial_velocity": (-0.1, 1 / 3)}
-    part = simulate_slice(FIXED, AXES, **RUN, initial=initial, follow={"restitution": "both"})
+    draws = {"count": 3, "seed": 5, "initial_velocity": {"range": (-0.1, 1 / 3)}}
+    part = simulate_slice(FIXED, AXES, **RUN, draws=draws, follow={"restitution": "both"})
     assert part.branches == {"direction": ["up", "down"], "draw": [0, 1, 2]}
     assert part.arrays["status"].shape == (3 * 2 * 3,)
     assert len(part.labels["initial_velocity"]) == 3

@@ -20,7 +20,7 @@ def gather_settings(study):
         "fan_axes": study.fan_axes,
         "fixed": study.fixed,
         "observers": study.observer_settings(),
-        "primary": study.initial.primary,
+        "primary": study.initial,
         "run": study.run | ENGINE,
         "followed": {name: study.axis_values[name] for name in study.follow},
         "code": digest("gather.py", *simulation_modules(study)),

@@ -15,7 +15,8 @@ def interactive_settings(figure):
         "study": {
             "fixed": study.fixed,
             "axes": study.axis_values,
-            "initial": study.initial.settings(),
+            "primary": study.initial,
+            "draws": study.draw_settings(),
             "follow": study.follow,
             "run": study.run | ENGINE,
         },

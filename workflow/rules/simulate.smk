@@ -24,7 +24,8 @@ def simulate_settings(study, place):
         "axes": {name: study.axis_values[name] for name in study.inner_axes},
         "run": study.run | ENGINE,
         "observers": study.observer_settings(),
-        "initial": study.initial.settings(),
+        "primary": study.initial,
+        "draws": study.draw_settings(),
         "follow": study.follow,
         "code": digest("simulate.py", *simulation_modules(study)),
     }

@@ -49,9 +49,10 @@ def basin_fractions(
         need_axes(cube, along)
     in_range("confidence", confidence, minimum=0, maximum=1, below=True)
     classes, names = attractors(cube)
-    if not {*INITIAL_NAMES, "draw"} & {*classes.dims} - {along}:
+    starts = {dim for name in INITIAL_NAMES if name in cube.coords for dim in cube[name].dims}
+    if not starts & {*classes.dims} - {along}:
         raise ValueError(
-            "the cube has no starts: make it with draws, or with axes of initial quantities"
+            "the cube has no starts: make it with draws, or with axes, of initial quantities"
         )
     rows = []
     for value in [None] if along is None else cube[along].values.tolist():

@@ -130,8 +130,7 @@ def _rigid_values(cube: xr.Dataset, variables: Sequence[str]) -> dict[str, float
         if name in cube.coords and cube[name].ndim and name not in contact:
             raise ValueError(f"axis {name!r}: only the contact may vary here")
     fixed = {name: value for name, value in fixed_values(cube).items() if name not in contact}
-    run = recorded(cube)
-    part = simulate_slice(fixed, {}, initial={"primary": run.pop("primary")}, **run)
+    part = simulate_slice(fixed, {}, **recorded(cube))
     dims = {variable.name: variable.dims for variable in part.variables}
     return {
         name: float(

@@ -38,7 +38,7 @@ def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     >>> import damper
     >>> cube = damper.simulate(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=[1.0, 1.3],
     ...                        clearance=9, restitution=0.2, transient=100, periods=20,
-    ...                        initial={"draws": 3, "seed": 1, "initial_position": [-1, 1],
+    ...                        draws={"count": 3, "seed": 1, "initial_position": [-1, 1],
     ...                                 "initial_relative_velocity": [-1, 1]},
     ...                        observers=["response"])
     >>> worst(cube.amplitude_ratio, "draw").values > 1

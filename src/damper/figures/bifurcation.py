@@ -35,6 +35,7 @@ from damper.figures.common.style import (
     VERMILION,
     label,
 )
+from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
 from damper.study.fields import Pair, Some, Text, one_of
 from damper.study.messages import Mistakes
@@ -102,7 +103,7 @@ _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 class Bifurcation(FigureSettings):
     """The section over one axis, with a row of panels for each value of a second one.
 
-    Both directions of a continuation are drawn, and all random initial states over each other.
+    Both directions of a continuation are drawn, and all draws over each other.
     """
 
     roles: ClassVar[Mapping[str, Role]] = {
@@ -369,7 +370,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
     grid = panel[along].values
     borders = np.concatenate([grid[:1], edges(grid)[1:-1], grid[-1:]])
     for direction, branch in _directions(panel):
-        # Of random initial states, the one with the most chatter.
+        # Of several draws, the one with the most chatter.
         chatter = branch.chatter.max([dim for dim in branch.chatter.dims if dim != along]).values
         for ax in row:
             if direction is not None:
@@ -418,7 +419,11 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
 
 
 def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
-    remarks = [f"{place.sizes['draw']} random initial states"] if "draw" in place.dims else []
+    remarks = []
+    if "draw" in place.dims:
+        drawn = [name for name in ALL if name in place.coords and place[name].dims == ("draw",)]
+        what = "initial states" if set(drawn) <= {*INITIAL_NAMES} else "draws"
+        remarks += [f"{place.sizes['draw']} random {what}"]
     sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]
     # "primary displacement once per forcing period" -> where the section lies
     text = place[sampled[0]].attrs.get("long_name", "") if sampled else ""

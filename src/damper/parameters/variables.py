@@ -54,7 +54,7 @@ OWN_DIMENSIONS = {
     "burst": ("burst in the record", "1"),
     "since": ("start of the part of the record, in forcing periods", "1"),
     "direction": ("direction in which the followed axis is run through", ""),
-    "draw": ("random initial state", "1"),
+    "draw": ("random draw", "1"),
     "complete_burst": ("complete burst in the record, from 1", "1"),
     "burst_impact": ("impact of the burst, from 1", "1"),
     "exponent": ("Lyapunov exponent, the largest first", "1"),

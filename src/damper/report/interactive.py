@@ -63,8 +63,8 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
     settings : mapping
         Of the figure, a bifurcation diagram or a map.
     study : mapping
-        ``fixed`` and ``axes`` with their values, ``initial``, ``follow``, and ``run``, the settings
-        of every run.
+        ``fixed`` and ``axes`` with their values, ``primary``, ``draws``, ``follow``, and ``run``,
+        the settings of every run.
     """
     at = settings.get("at") or {}
     choices = [settings[role] for role in ("each", "rows", "panels") if role in settings]
@@ -193,11 +193,11 @@ def _runs(
     axes = dict(study["axes"])
     for name in axes.keys() - study["follow"].keys():  # one that is followed needs the neighbours
         axes[name] = [at[name]] if name in at else values.get(name, axes[name])
-    plan = branches(product(axes, study["fixed"]), axes, study["initial"], study["follow"])
+    plan = branches(product(axes, study["fixed"]), axes, study["draws"], study["follow"])
     runs, _ = run_points(
         plan.points,
         {"segments": STRETCH, "motion": {}},
-        primary=plan.primary,
+        primary=study["primary"],
         after=plan.after,
         **study["run"],
     )

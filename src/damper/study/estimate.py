@@ -54,7 +54,7 @@ class Estimate(NamedTuple):
 
     @property
     def runs(self) -> int:
-        """Runs of all slices: points times directions times random states."""
+        """Runs of all slices: points times directions times draws."""
         return self.slices * self.job.runs
 
     @property
@@ -88,7 +88,11 @@ def estimate(study: Study) -> Estimate:
     sizes = {name: len(values) for name, values in study.axis_values.items()}
     slices = prod(sizes[name] for name in study.fan_axes)
     job = Job(
-        run_sizes({n: sizes[n] for n in study.inner_axes}, study.initial.draws, study.follow),
+        run_sizes(
+            {n: sizes[n] for n in study.inner_axes},
+            study.draw_settings().get("count"),
+            study.follow,
+        ),
         study.transient,
         study.periods,
         make_observers(study.observer_settings()),
@@ -128,7 +132,7 @@ def _place(study: Study, key: str) -> tuple[str, ...]:
         return "axes", key
     if key in study.observers:
         return "observers", key
-    return {"draws": ("initial", "draws"), "direction": ("axes",)}.get(key, (key,))
+    return {"draws": ("draws", "count"), "direction": ("axes",)}.get(key, (key,))
 
 
 def _fan(study: Study, found: Estimate) -> str:

@@ -58,12 +58,15 @@ class Strict(BaseModel):
 
     @classmethod
     def checked(cls, name: str, data: Any) -> Self:
-        """Return what a caller in Python gives for `name`, or raise ValueError in plain words."""
+        """Return what a caller in Python gives for `name`, or raise ValueError in plain words.
+
+        Without a name, what is given is a mapping of arguments.
+        """
         try:
             return cls.model_validate(data)
         except ValidationError as error:
             lines = [
-                f"{key_path((name, *loc))}: {report['message']}"
+                f"{key_path((name, *loc) if name else loc)}: {report['message']}"
                 + (f" (did you mean {report['near']!r}?)" if report["near"] else "")
                 + (f": must be {report['allowed']}" if report["allowed"] else "")
                 for loc, report in mistakes_of(error)
@@ -86,7 +89,7 @@ class Strict(BaseModel):
             model = handler(_as_read(cls, data))
             model.check_together(mistakes)
         if alone:
-            mistakes.lines = [line | {"loc": ()} for line in mistakes.lines]
+            mistakes.lines = [line | {"loc": line["loc"][1:]} for line in mistakes.lines]
         mistakes.settle()
         return model
 

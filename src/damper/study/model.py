@@ -21,9 +21,13 @@ from damper.study.products import Product, StudyContents
 from damper.study.settings import (
     OBSERVER_SETTINGS,
     Axis,
+    Drawn,
+    Draws,
     Fixed,
     FollowedOrbit,
-    Initial,
+    PrimaryStart,
+    draw_settings,
+    drawn_of,
     given_settings,
 )
 from damper.study.study_file import StudyFile
@@ -67,12 +71,8 @@ class Study(RunKeys, StudyFile):
             "dimensions. Without axes the study is one point."
         ),
     ] = _NONE
-    initial: Annotated[
-        Initial,
-        Field(
-            description="Where runs start, beside the initial quantities under parameters and axes."
-        ),
-    ] = Initial()
+    initial: PrimaryStart = "rest"
+    draws: Draws = _NONE
     observers: Annotated[
         dict[str, Strict],
         NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
@@ -107,19 +107,35 @@ class Study(RunKeys, StudyFile):
 
     @property
     def fixed(self) -> dict[str, float]:
-        """Value of every parameter that is not an axis, the phase included."""
+        """Value of every parameter that is neither axis nor drawn, the phase included."""
         values = {"phase": 0.0} | {name: fixed.value for name, fixed in self.parameters.items()}
-        return {name: values[name] for name in ALL if name in values and name not in self.axes}
+        varied = {*self.axes, *self.draws}
+        return {name: values[name] for name in ALL if name in values and name not in varied}
+
+    @property
+    def sections(self) -> dict[str, Mapping[str, Any]]:
+        """Sections that give quantities."""
+        return {"parameters": self.parameters, "axes": self.axes, "draws": self.drawn}
+
+    @property
+    def drawn(self) -> dict[str, Drawn]:
+        """Quantities that are drawn at random."""
+        return drawn_of(self.draws)
+
+    @property
+    def ends(self) -> dict[str, tuple[float, ...]]:
+        """Values of every quantity; of one that is drawn, the ends of its range and its values."""
+        fixed = {name: (value,) for name, value in self.fixed.items()}
+        return fixed | self.axis_values | {name: drawn.ends for name, drawn in self.drawn.items()}
 
     @property
     def corners(self) -> list[Parameters]:
-        """Parameters at the ends of all axes; ValueError when a value there is refused.
+        """Parameters at the ends of all axes and draws; ValueError when a value there is refused.
 
         Each dimensionless parameter is monotone in what it is formed from, so the ends show what
         the values between them are allowed to be and which model they ask for.
         """
-        given = self.axis_values | {name: (value,) for name, value in self.fixed.items()}
-        ends = {n: {min(v), max(v)} for n, v in given.items() if n not in INITIAL_NAMES}
+        ends = {n: {min(v), max(v)} for n, v in self.ends.items() if n not in INITIAL_NAMES}
         kind = SIParameters if is_si(ends) else Parameters
         points = (
             kind(**dict(zip(ends, values, strict=True))) for values in combinations(*ends.values())
@@ -137,15 +153,16 @@ class Study(RunKeys, StudyFile):
         values: dict[str, tuple[Any, ...]] = {}
         for way in self.follow.values():
             values["direction"] = DIRECTIONS[way]
-        if self.initial.draws is not None:
-            values["draw"] = tuple(range(self.initial.draws))
+        if self.draws:
+            values["draw"] = tuple(range(self.draw_settings()["count"]))
         return values
 
     @property
     def contents(self) -> StudyContents:
         """What there is to make figures and tables of."""
+        starts = tuple(name for name in self.drawn if name in INITIAL_NAMES)
         return StudyContents(
-            self.axis_values, self.branches, self.observers, self.orbits, self.periods
+            self.axis_values, self.branches, self.observers, self.orbits, self.periods, starts
         )
 
     @property
@@ -171,6 +188,10 @@ class Study(RunKeys, StudyFile):
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""
         return {name: given_settings(settings) for name, settings in self.observers.items()}
+
+    def draw_settings(self) -> dict[str, Any]:
+        """Return what is drawn as plain values, without remarks on its origin."""
+        return draw_settings(self.draws)
 
     @property
     def fan_axes(self) -> tuple[str, ...]:
@@ -199,8 +220,10 @@ class Study(RunKeys, StudyFile):
     def values(self) -> dict[str, str]:
         """What a page says of the study's settings: name -> value."""
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
-        si = is_si(given)
+        si = is_si({**given, **self.drawn})
         values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
+        for name, drawn in self.drawn.items():
+            values[name] = f"at random: {_drawn_text(name, drawn, si)}"
         for settings in self.observers.values():
             if (threshold := getattr(settings, "threshold", None)) is not None:
                 values["visibility_threshold"] = str(threshold)
@@ -236,14 +259,17 @@ class Study(RunKeys, StudyFile):
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        if not self.orbits:
-            del data["orbits"]
+        for section in ("orbits", "draws"):
+            if not data[section]:
+                del data[section]
         for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)
 
     def _origins(self, remark: str) -> dict[str, str]:
-        entries: dict[str, Any] = {**self.parameters, **self.axes}
+        entries: dict[str, Any] = {}
+        for section in self.sections.values():
+            entries |= section
         for settings in self.observers.values():
             # Two observers with a threshold: the one that counts bursts comes last and counts.
             if hasattr(settings, "threshold"):
@@ -257,13 +283,30 @@ class Study(RunKeys, StudyFile):
 
 def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
     """The values of a quantity, or their ends if they are many, with units."""
-    units = ALL[name].units
-    if si:
-        units = SI_UNITS.get(units, units)
-    after = "" if units == "1" else f" {units}"
+    after = _units_text(name, si)
     if len(values) <= 6:
         return ", ".join(f"{value:g}" for value in values) + after
     return f"{min(values):g} to {max(values):g}{after}, {len(values)} values"
+
+
+def _drawn_text(name: str, drawn: Drawn, si: bool) -> str:
+    """What a drawn quantity may be, with units."""
+    ways = []
+    if drawn.range is not None:
+        low, high = drawn.range
+        log = ", log-uniform" if drawn.spacing == "log" else ""
+        ways.append(f"{low:g} to {high:g}{_units_text(name, si)}{log}")
+    if drawn.values is not None:
+        ways.append(_values_text(name, drawn.values, si))
+    often = "" if drawn.share is None else f" ({drawn.share:.0%})"
+    return " or ".join(ways) + often
+
+
+def _units_text(name: str, si: bool) -> str:
+    units = ALL[name].units
+    if si:
+        units = SI_UNITS.get(units, units)
+    return "" if units == "1" else f" {units}"
 
 
 class Engine(Strict):

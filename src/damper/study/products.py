@@ -74,6 +74,8 @@ class StudyContents:
     """The periodic motions that are followed."""
     periods: int
     """Length of the record."""
+    starts: tuple[str, ...] = ()
+    """Initial quantities that are drawn."""
 
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...]]:
@@ -368,8 +370,8 @@ def need_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:
 
 def need_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> None:
     """Note that the study has one start at each point of an axis."""
-    if not {*INITIAL_NAMES, "draw"} & {*study.dimensions} - {along}:
-        mistakes.add((), "needs several starts", "draws, or axes of initial quantities")
+    if not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
+        mistakes.add((), "needs several starts", "draws, or axes, of initial quantities")
 
 
 def need_one_run(study: StudyContents, mistakes: Mistakes, bisected: str | None = None) -> None:

@@ -33,7 +33,7 @@ from damper.study.fields import Strict
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
 from damper.study.schema import Schema, first_line, limits_of, schema_of, sort_of
-from damper.study.settings import OBSERVER_SETTINGS, Axis, Fixed, Initial
+from damper.study.settings import OBSERVER_SETTINGS, Axis, DrawKeys, Drawn, Fixed
 from damper.study.study_file import StudyFile
 
 ROOT = Path(__file__).parents[3]
@@ -139,8 +139,10 @@ def reference() -> str:
         "Either `values`, or `start` and `stop` with one of `num` and `step`. The fanned axes "
         f"together make at most {MOST_SLICES} jobs.",
         _keys(Axis, "axes.<name>."),
-        "### Initial states: one word, or a mapping",
-        _keys(Initial, "initial."),
+        "### Draws",
+        "Beside `count` and `seed`, any quantity with its range alone, or a mapping.",
+        _keys(DrawKeys, "draws."),
+        _keys(Drawn, "draws.<name>."),
         *_observers(),
         "## Figures",
         *_products(FIGURES, "figures"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from itertools import combinations, product
 from typing import Any
 
@@ -27,13 +26,14 @@ def check_study(study: Study) -> None:
     """Check a study of which each part is sound by itself; ValidationError with all mistakes."""
     mistakes = Mistakes()
     _check_observers(study, mistakes)
-    _check_initial(study, mistakes)
+    _check_displaced(study, mistakes)
     _check_followed(study, mistakes)
     _check_slices(study, mistakes)
     _check_record(study, mistakes)
     if _given_once(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
+        _check_theories(study, mistakes)
         _check_steady(study, mistakes)
     for section, name, entry in study.products():
         with mistakes.at(section, name):
@@ -83,11 +83,11 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     from damper.sweep.orbits.periodic import FOLLOWED
 
     axes = study.axis_values
-    if is_si({**study.fixed, **axes}) or any(name in INITIAL_NAMES for name in axes):
+    drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
+    if is_si(study.ends) or drawn or any(name in INITIAL_NAMES for name in axes):
         message = "periodic motions are followed over dimensionless parameters alone"
-        mistakes.add(
-            ("orbits",), message, "a study without SI units and axes of initial quantities"
-        )
+        allowed = "a study without SI units, drawn parameters and axes of initial quantities"
+        mistakes.add(("orbits",), message, allowed)
     for name, entry in study.orbits.items():
         if entry.along not in axes:
             mistakes.unknown(("orbits", name, "along"), "axis", entry.along, axes)
@@ -160,17 +160,26 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         mistakes.add(place, message, "a study of the rigid damper with constant restitution")
 
 
+def _check_theories(study: Study, mistakes: Mistakes) -> None:
+    """Refuse theories of one damper where its parameters are drawn, unless one draw is shown."""
+    drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
+    for section, stem, made in study.products() if drawn else ():
+        if made.theoretical and "draw" not in (getattr(made, "at", None) or {}):
+            message = f"its formulas take one {drawn[0]}, which is drawn here"
+            mistakes.add((section, stem), message, "at: {draw: 0}, or a fixed value")
+
+
 def _check_steady(study: Study, mistakes: Mistakes) -> None:
     """Refuse a start on a steady response that does not exist."""
-    if study.initial.primary != "steady":
+    if study.initial != "steady":
         return
     try:
         for point in study.corners:
             need_steady(point)
     except ValueError as error:
-        mistakes.add(("initial", "primary"), str(error), "rest")
+        mistakes.add(("initial",), str(error), "rest")
         return
-    given = study.axis_values | {name: (value,) for name, value in study.fixed.items()}
+    given = study.ends
     if is_si(given):
         # The frequency ratio as `SIParameters` forms it.
         sizes = (given[n] for n in ("primary_mass", "stiffness", "forcing_frequency"))
@@ -183,16 +192,18 @@ def _check_steady(study: Study, mistakes: Mistakes) -> None:
         try:
             steady_gain(0.0, 1.0)
         except ValueError as error:
-            mistakes.add(("initial", "primary"), str(error), "rest")
+            mistakes.add(("initial",), str(error), "rest")
 
 
 def _given_once(study: Study, mistakes: Mistakes) -> bool:
     """Whether every quantity that a damper has to have is given, in one system of units."""
-    given = (*study.parameters, *study.axes)
-    for name in study.parameters:
-        if name in study.axes:
-            message = f"'{name}' is given twice: under parameters and under axes"
-            mistakes.add(("axes", name), message, "one of the two")
+    given: dict[str, str] = {}
+    for section, entries in study.sections.items():
+        for name in entries:
+            first = given.setdefault(name, section)
+            if first != section:
+                message = f"'{name}' is given twice: under {first} and under {section}"
+                mistakes.add((section, name), message, "one of the two")
     try:
         si = is_si(given)
     except ValueError as error:
@@ -205,23 +216,18 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
     ]
     for quantity in missing:
         units = f" in {quantity.units}" if si and quantity.units != "1" else ""
-        allowed = f"{quantity.allowed}{units}, under parameters or as an axis"
+        allowed = f"{quantity.allowed}{units}, under parameters, axes or draws"
         mistakes.add(("parameters", quantity.name), f"'{quantity.name}' is not given", allowed)
     return not missing
 
 
-def _check_initial(study: Study, mistakes: Mistakes) -> None:
-    given: dict[str, Mapping[str, Any]] = {"parameters": study.parameters, "axes": study.axes}
-    for name in INITIAL_NAMES:
-        places = [place for place, entries in given.items() if name in entries]
-        places += ["initial"] if name in study.initial.random else []
-        if "initial" in places and len(places) > 1:
-            message = f"'{name}' is random here and given under {places[0]} as well"
-            mistakes.add(("initial", name), message, "one of the two")
-        moved = name in ("initial_displacement", "initial_velocity")
-        if study.initial.primary == "steady" and places and moved:
-            message = f"'{name}' is given, but the primary starts on its steady response"
-            mistakes.add((places[0], name), message, "one of the two")
+def _check_displaced(study: Study, mistakes: Mistakes) -> None:
+    """Refuse to move a primary that starts on its steady response."""
+    for section, entries in study.sections.items() if study.initial == "steady" else ():
+        for name in ("initial_displacement", "initial_velocity"):
+            if name in entries:
+                message = f"'{name}' is given, but the primary starts on its steady response"
+                mistakes.add((section, name), message, "one of the two")
 
 
 def _check_followed(study: Study, mistakes: Mistakes) -> None:

@@ -1,20 +1,21 @@
-"""The entries of a study: parameters, axes, initial states, observers.
+"""The entries of a study: parameters, axes, draws, where runs start, observers.
 
 The settings of an observer stand in its own file, `damper.observers`.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, create_model
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
-from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
-from damper.parameters.variables import LENGTH, SI_UNITS, SPEED
+from damper.parameters.quantities import ALL, PARAMETER_NAMES
+from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
     Coordinate,
@@ -45,11 +46,6 @@ Stated = Annotated[
 #: Nothing given; copied for each model.
 _NONE: Any = {}
 _WITH_SI = {units: f"{units}, {si}" for units, si in SI_UNITS.items()}
-
-
-def _bounds(name: str) -> Any:
-    """Return the bounds of a quantity."""
-    return Field(ge=ALL[name].minimum, le=ALL[name].maximum)
 
 
 class Fixed(Strict):
@@ -144,83 +140,158 @@ class Axis(Strict):
             mistakes.add((), str(error), ways)
 
 
-def _check_origin(entry: Fixed | Axis | Threshold, mistakes: Mistakes) -> None:
+def _check_origin(entry: Fixed | Axis | Drawn | Threshold, mistakes: Mistakes) -> None:
     if entry.assumed is not None and entry.stated is not None:
         mistakes.add((), "assumed and stated are both given", "one of the two")
 
 
-MOST_DRAWS = 100_000
-"""More random states at each point are a slip of the pen."""
+def _one_word(start: Any) -> Any:
+    """Refuse the mapping that once gave random initial states, and say what to write instead."""
+    if not isinstance(start, dict):
+        return start
+    keys = {"draws": "count", "primary": "initial"}
+    ranges = [f"{keys.get(key, key)}: {json.dumps(value)}" for key, value in start.items()]
+    drawn = [text for text in ranges if not text.startswith("initial: ")]
+    word = f"initial: {start.get('primary', 'rest')}"
+    mistakes = Mistakes()
+    mistakes.add(
+        (),
+        "where the primary starts is one word; random quantities stand under draws",
+        f"{word}, and beside it draws: {{{', '.join(drawn)}}}" if drawn else word,
+    )
+    mistakes.settle()
+    return start
 
 
-class Initial(Strict):
-    """Where runs start, beside the initial quantities among the parameters and axes."""
+PrimaryStart = Annotated[
+    Literal["rest", "steady"],
+    BeforeValidator(_one_word),
+    Field(
+        description="Where the primary starts: at rest in its middle, or on the steady response it "
+        "would have without the damper. Initial quantities under parameters, axes and draws move "
+        "it and the free mass from there."
+    ),
+]
 
-    shorthand = "primary"
-    primary: Annotated[
-        Literal["rest", "steady"],
-        Field(
-            description="The primary starts at rest in its middle, or on the steady response it "
-            "would have without the damper."
-        ),
-    ] = "rest"
-    draws: Annotated[
-        int | None,
-        Field(
-            ge=1,
-            le=MOST_DRAWS,
-            description="How many random initial states each point has; with a seed and a range "
-            "for at least one quantity.",
-        ),
-    ] = None
-    seed: Annotated[
-        int | None,
-        Field(
-            ge=0, description="Seed of the draws: the same states at every point, on every machine."
-        ),
-    ] = None
-    initial_displacement: Annotated[
-        Pair[Annotated[float, _bounds("initial_displacement")]] | None,
-        Unit(_WITH_SI[LENGTH]),
-        Field(description="Range of the primary's displacement, drawn uniformly."),
-    ] = None
-    initial_velocity: Annotated[
-        Pair[Annotated[float, _bounds("initial_velocity")]] | None,
-        Unit(_WITH_SI[SPEED]),
-        Field(description="Range of the primary's velocity, drawn uniformly."),
-    ] = None
-    initial_position: Annotated[
-        Pair[Annotated[float, _bounds("initial_position")]] | None,
-        Field(
-            description="Range of the free mass's place, -1 at the left wall, +1 at the right one."
-        ),
-    ] = None
-    initial_relative_velocity: Annotated[
-        Pair[Annotated[float, _bounds("initial_relative_velocity")]] | None,
-        Unit(_WITH_SI[SPEED]),
-        Field(description="Range of the free mass's relative velocity, drawn uniformly."),
-    ] = None
 
-    def settings(self) -> dict[str, Any]:
-        """Return what is given as plain values."""
-        return {name: value for name, value in self if value is not None}
+class Drawn(Strict):
+    """What a quantity may be at random: in a range, one of some values, or either."""
+
+    shorthand = "range"
+    range: Annotated[
+        Pair[Coordinate] | None,
+        Unit(THE_PARAMETERS),
+        Field(description="Where it lies; for a quantity that is a whole number give values."),
+    ] = None
+    spacing: Annotated[
+        Literal["linear", "log"],
+        Field(description="Uniform in the range, or uniform in its logarithm (low > 0)."),
+    ] = "linear"
+    values: Annotated[
+        Some[Coordinate] | None,
+        Field(description="Values of which it takes one, each as often as the others."),
+    ] = None
+    share: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            lt=1,
+            description="Part of the draws in which it takes one of the values; with both range "
+            "and values.",
+        ),
+    ] = None
+    assumed: Assumed = None
+    stated: Stated = None
 
     @property
-    def random(self) -> tuple[str, ...]:
-        """Names of the quantities that are drawn."""
-        return tuple(name for name in INITIAL_NAMES if getattr(self, name) is not None)
+    def ends(self) -> tuple[float, ...]:
+        """Ends of the range, and the values."""
+        return (*(self.range or ()), *(self.values or ()))
 
     def check_together(self, mistakes: Mistakes) -> None:
-        if self.draws is not None:
-            if self.seed is None:
-                mistakes.add(("seed",), "'seed' is missing: draws are random", "integer >= 0")
-            if not self.random:
-                message = "draws are asked for, but no quantity has a range to draw from"
-                mistakes.add((), message, ", ".join(f"{n}: [low, high]" for n in INITIAL_NAMES))
-        elif self.seed is not None or self.random:
-            given = self.random[0] if self.random else "seed"
-            message = f"'{given}' is for random initial states, but 'draws' is missing"
-            mistakes.add(("draws",), message, "integer >= 1")
+        _check_origin(self, mistakes)
+        if not self.ends:
+            mistakes.add((), "neither range nor values is given", "one of them, or both with share")
+        elif self.range is None or self.values is None:
+            if self.share is not None:
+                mistakes.add(("share",), "share is of both a range and values", "range and values")
+        elif self.share is None:
+            message = "range and values are given, but not how often it takes one of the values"
+            mistakes.add(("share",), message, "number > 0 and < 1")
+        if self.spacing == "log" and (self.range is None or self.range[0] <= 0.0):
+            mistakes.add(("spacing",), "spacing log needs a range with low > 0", "linear")
+
+
+MOST_DRAWS = 100_000
+"""More draws at each point are a slip of the pen."""
+
+
+class DrawKeys(Strict):
+    """What draws say beside the quantities that are drawn."""
+
+    count: Annotated[
+        int, Field(ge=1, le=MOST_DRAWS, description="How many draws each point of the axes has.")
+    ]
+    seed: Annotated[
+        int, Field(ge=0, description="Seed of the draws: the same values on every machine.")
+    ]
+
+
+_DRAW_KEYS = {key: field.rebuild_annotation() for key, field in DrawKeys.model_fields.items()}
+
+
+def _check_draws(draws: dict[str, Any]) -> dict[str, Any]:
+    """Note what draws lack, and quantities that cannot be drawn from a range."""
+    mistakes = Mistakes()
+    for key, allowed in (("count", "integer >= 1"), ("seed", "integer >= 0")):
+        if draws and key not in draws:
+            mistakes.add((key,), f"'{key}' is missing: draws are random", allowed)
+    for name, drawn in drawn_of(draws).items():
+        if ALL[name].whole and drawn.range is not None:
+            message = f"'{name}' is a whole number, and a range is drawn between"
+            mistakes.add((name,), message, "values: its values")
+    if draws and not drawn_of(draws):
+        message = "draws are asked for, but no quantity is drawn"
+        mistakes.add((), message, "quantities with a range, such as restitution: [0.5, 0.7]")
+    mistakes.settle()
+    return draws
+
+
+Draws = Annotated[
+    dict[str, int | Drawn],
+    NamedMapping(
+        "drawn quantity",
+        {**_DRAW_KEYS, **dict.fromkeys(ALL, Drawn)},
+        to="[low, high], or what else it may be; and count, seed",
+    ),
+    AfterValidator(_check_draws),
+    Field(
+        description="Quantities at random: `count` draws from a `seed`, the same ones at every "
+        "point of the axes, along the dimension `draw`."
+    ),
+]
+
+
+def drawn_of(draws: Mapping[str, Any]) -> dict[str, Drawn]:
+    """Return the quantities that are drawn, in their order."""
+    return {name: draws[name] for name in ALL if name in draws}
+
+
+def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
+    """Return draws as plain values, as `damper.sweep.branches.draw` takes them."""
+    keep = {"range", "spacing", "values", "share"}
+    rules = {
+        name: {key: value for key, value in drawn if key in keep and value is not None}
+        for name, drawn in drawn_of(draws).items()
+    }
+    return {key: draws[key] for key in _DRAW_KEYS if key in draws} | rules
+
+
+class Starts(Strict):
+    """Where the runs of `damper.simulate` start, and what is drawn at random."""
+
+    initial: PrimaryStart = "rest"
+    draws: Draws = _NONE
 
 
 Curves = Annotated[

@@ -1,5 +1,6 @@
 """`damper.simulate`: a parameter study in Python, without files."""
 
+import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature, signature
@@ -30,7 +31,8 @@ def simulate(
         "bursts",
     ),
     follow: Mapping[str, str] | None = None,
-    initial: str | Mapping[str, Any] = "rest",
+    initial: str = "rest",
+    draws: Mapping[str, Any] | None = None,
     state: State | None = None,
     workers: int | None = None,
     **given: Any,
@@ -56,10 +58,13 @@ def simulate(
     follow : mapping of str to str, optional
         Continuation: an axis -> "up", "down" or "both". Each of its points starts from its
         neighbour's end, and the dataset has a dimension ``direction``.
-    initial : {"rest", "steady"} or mapping
-        Where the primary starts: at rest or on its steady linear response. A mapping gives random
-        states along a dimension ``draw``:
-        ``{"draws": 20, "seed": 1, "initial_position": [-1, 1]}``.
+    initial : {"rest", "steady"}
+        Where the primary starts: at rest or on its steady linear response.
+    draws : mapping, optional
+        Quantities at random, the same draws at every point, along a dimension ``draw``:
+        ``{"count": 20, "seed": 1, "initial_position": [-1, 1], "restitution": [0.5, 0.7]}``. In
+        place of a range, a mapping of ``range``, ``spacing`` ("linear" or "log"), and ``values``
+        of which it takes one in a ``share`` of the draws.
     state : State, optional
         Start of every run, in place of all that.
     workers : int, optional
@@ -92,8 +97,10 @@ def simulate(
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
-    values = {"phase": 0.0} | {n: value for n, value in given.items() if value is not None}
-    quantities = {name: values[name] for name in ordered(values)}
+    given = {name: value for name, value in given.items() if value is not None}
+    random = _checked_starts(initial, draws, given, state)
+    values = {"phase": 0.0} | given
+    quantities = {name: values[name] for name in ordered(values) if name not in random}
     axes: dict[str, list[float]] = {}
     fixed: dict[str, float] = {}
     for name, value in quantities.items():
@@ -114,14 +121,14 @@ def simulate(
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
     observers = list(observers) if isinstance(observers, Iterator) else observers
-    settings = _checked_initial(initial, quantities, state)
     follow = _checked_follow(follow, axes)
     with progress_bar() as progress:
         part = simulate_slice(
             fixed,
             axes,
             observers=observers,
-            initial=settings,
+            primary=initial,
+            draws=random,
             follow=follow,
             state=state,
             progress=progress,
@@ -133,15 +140,15 @@ def simulate(
         "references": REFERENCES,
         **record(
             observers,
-            "" if state else settings.get("primary", "rest"),
+            "" if state else initial,
             {name: type(DEFAULTS[name])(value) for name, value in run.items()},
             {name: axes[name] for name in follow},
         ),
     }
     if state is not None:
         attributes["initial"] = repr(state)
-    elif settings:
-        attributes["initial"] = ", ".join(f"{k}: {v}" for k, v in settings.items())
+    if random:
+        attributes["draws"] = json.dumps(random)
     return gather([part], axes, (), fixed, attributes)
 
 
@@ -167,26 +174,31 @@ simulate.__doc__ = filled(simulate.__doc__, ALL.values(), kind="float or 1-D").r
 )
 
 
-def _checked_initial(
-    initial: str | Mapping[str, Any], given: Mapping[str, Any], state: State | None
+def _checked_starts(
+    initial: str, draws: Mapping[str, Any] | None, given: Mapping[str, Any], state: State | None
 ) -> dict[str, Any]:
-    """Check where runs start by the rules of the study language."""
-    names = [name for name in INITIAL_NAMES if name in given]
+    """Check where runs start and what is drawn by the rules of the study language; the latter."""
+    if not isinstance({} if draws is None else draws, Mapping):
+        raise TypeError(f"draws = {draws!r}: must be a mapping of count, seed and quantities")
+    names = [name for name in INITIAL_NAMES if name in given or name in (draws or ())]
     if state is not None and (names or initial != "rest"):
         raise ValueError("state stands alone: no initial quantities and no initial beside it")
-    if initial == "rest":
+    if initial == "rest" and not draws:
         return {}
-    from damper.study.settings import Initial  # pydantic with it
+    from damper.study.settings import Starts, draw_settings  # pydantic with it
 
-    data: Any = initial
-    if isinstance(initial, Mapping):
-        numpy = (np.generic, np.ndarray)
-        data = {k: v.tolist() if isinstance(v, numpy) else v for k, v in initial.items()}
-    settings = Initial.checked("initial", data).settings()
-    for name in names:
-        if name in settings:
-            raise ValueError(f"{name} is given, and random in initial as well: one of the two")
-    return settings
+    starts = Starts.checked("", {"initial": initial, "draws": _plain(draws or {})})
+    for name in starts.draws:
+        if name in given:
+            raise ValueError(f"{name} is given, and drawn as well: one of the two")
+    return draw_settings(starts.draws)
+
+
+def _plain(data: Any) -> Any:
+    """Return what is given with numpy's numbers and arrays as Python's."""
+    if isinstance(data, Mapping):
+        return {key: _plain(value) for key, value in data.items()}
+    return data.tolist() if isinstance(data, np.generic | np.ndarray) else data
 
 
 def _checked_follow(follow: Mapping[str, str] | None, axes: Mapping[str, Any]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Several runs at each point of a grid: directions of a continuation, random initial states."""
+"""Several runs at each point of a grid: directions of a continuation, random draws."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,7 @@ from itertools import pairwise
 from itertools import product as combinations
 from typing import Any
 
-from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.quantities import ALL
 
 #: What an axis may be followed in; both directions make two branches.
 DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
@@ -21,13 +21,12 @@ class Branches:
     dimensions: dict[str, list[Any]] = field(default_factory=dict)
     labels: dict[str, list[float]] = field(default_factory=dict)
     after: list[int] | None = None
-    primary: str = "rest"
 
 
 def branches(
     grid: list[dict[str, float]],
     axes: Mapping[str, Sequence[float]],
-    initial: Mapping[str, Any],
+    draws: Mapping[str, Any],
     follow: Mapping[str, str],
 ) -> Branches:
     """Expand the points of a grid into runs.
@@ -37,9 +36,8 @@ def branches(
     grid : list of mapping
         The product of `axes`, the last one fastest.
     axes : mapping of str to values
-    initial : mapping
-        ``primary``, ``draws``, ``seed`` and the range [low, high] of each random quantity. The
-        draws are the same at every point.
+    draws : mapping
+        As for `draw`, or empty. The draws are the same at every point.
     follow : mapping of str to str
         At most one axis -> "up", "down" or "both". Up is towards larger values, in whatever order
         the axis lists them.
@@ -52,9 +50,9 @@ def branches(
     for way in follow.values():
         dimensions["direction"] = list(DIRECTIONS[way])
     labels: dict[str, list[float]] = {}
-    if "draws" in initial:
-        dimensions["draw"] = list(range(initial["draws"]))
-        labels = draws(initial)
+    if draws:
+        dimensions["draw"] = list(range(draws["count"]))
+        labels = draw(draws)
     count = len(list(combinations(*dimensions.values())))
     drawn = [
         {name: values[number] for name, values in labels.items()}
@@ -70,27 +68,50 @@ def branches(
     after = None
     for name in follow:
         after = _predecessors(axes, name, directions, len(drawn), count)
-    return Branches(points, dimensions, labels, after, initial.get("primary", "rest"))
+    return Branches(points, dimensions, labels, after)
 
 
-def draws(initial: Mapping[str, Any]) -> dict[str, list[float]]:
-    """Draw the random initial quantities, uniformly.
+def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Draw random quantities: name -> a value for each draw.
 
     By Python's own generator, whose numbers for a seed are the same on every platform and version.
 
+    Parameters
+    ----------
+    draws : mapping
+        ``count``, ``seed``, and for each quantity a mapping: ``range`` [low, high], uniform or by
+        ``spacing`` "log" uniform in its logarithm; ``values``, of which it takes one; or both, the
+        values then in a ``share`` of the draws.
+
     Examples
     --------
-    >>> draws({"draws": 2, "seed": 1, "initial_position": [-1, 1]})
+    >>> draw({"count": 2, "seed": 1, "initial_position": {"range": [-1, 1]}})
     {'initial_position': [-0.7312715117751976, 0.6948674738744653]}
     """
-    generator = random.Random(initial["seed"])
-    ranges = {name: initial[name] for name in INITIAL_NAMES if initial.get(name)}
-    drawn: dict[str, list[float]] = {name: [] for name in ranges}
-    for _ in range(initial["draws"]):
-        for name, (low, high) in ranges.items():
-            part = generator.random()
-            drawn[name].append(low * (1.0 - part) + high * part)
+    generator = random.Random(draws["seed"])
+    rules = {name: draws[name] for name in ALL if name in draws}
+    drawn: dict[str, list[float]] = {name: [] for name in rules}
+    for _ in range(draws["count"]):
+        for name, rule in rules.items():
+            drawn[name].append(_draw_one(generator, rule))
     return drawn
+
+
+def _draw_one(generator: random.Random, rule: Mapping[str, Any]) -> float:
+    """Draw one value; as many random numbers for each rule, whatever comes out."""
+    values = rule.get("values", ())
+    listed = bool(values)
+    if values and "range" in rule:
+        listed = generator.random() < rule["share"]
+    part = generator.random()
+    if listed:
+        return float(values[int(part * len(values))])
+    low, high = rule["range"]
+    if rule.get("spacing") != "log":
+        return float(low * (1.0 - part) + high * part)
+    # The last digits of a power are not the same on every machine.
+    value = float(f"{low ** (1.0 - part) * high**part:.12g}")
+    return float(min(max(value, low), high))
 
 
 def _predecessors(

@@ -58,7 +58,7 @@ def dataset(
     branches : mapping, optional
         Coordinates of the dimensions after the axes: ``direction``, ``draw``.
     labels : mapping, optional
-        Initial quantities along ``draw``.
+        Drawn quantities along ``draw``.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def dataset(
         made = (*axes, *branches, *variable.dims), array.reshape(shape + array.shape[1:]), attrs
         counts = array.dtype.kind == "i" and variable is not STATUS
         data[variable.name] = integers(*made) if counts else made
-    si = is_si([*axes, *fixed])
+    si = is_si([*axes, *fixed, *(labels or ())])
     coords: dict[str, Any] = {}
     for name, quantity in ALL.items():
         units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units

@@ -168,7 +168,7 @@ class Job:
 def run_sizes(
     axes: Mapping[str, int], draws: int | None, follow: Mapping[str, str]
 ) -> dict[str, int]:
-    """Return the length of each dimension of the runs: axes, directions, random states."""
+    """Return the length of each dimension of the runs: axes, directions, draws."""
     sizes = dict(axes)
     for way in follow.values():
         sizes["direction"] = len(DIRECTIONS[way])

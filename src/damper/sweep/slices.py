@@ -31,7 +31,7 @@ class Slice:
     """What a simulation job made: arrays over its runs, their descriptions and coordinates.
 
     The runs are the product of the job's axes and of `branches`, such as both directions of a
-    continuation. `labels` are initial quantities along the branch dimension `draw`.
+    continuation. `labels` are drawn quantities along the branch dimension `draw`.
     """
 
     arrays: dict[str, np.ndarray]
@@ -46,7 +46,8 @@ def simulate_slice(
     axes: Mapping[str, Sequence[float]],
     *,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
-    initial: Mapping[str, Any] | None = None,
+    primary: str = "rest",
+    draws: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
     progress: Progress | None = None,
@@ -61,11 +62,10 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    observers, state, progress, workers, **run
+    observers, primary, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
-    initial : mapping, optional
-        ``primary``: "rest" or "steady"; ``draws``, ``seed`` and a range for each initial quantity
-        that is random.
+    draws : mapping, optional
+        As for `damper.sweep.branches.draw`.
     follow : mapping of str to str, optional
         The axis to be followed by continuation -> "up", "down" or "both".
 
@@ -85,14 +85,15 @@ def simulate_slice(
     settings = RunSettings(**run)
     observers = list(observers) if isinstance(observers, Iterator) else observers
     counts = {name: len(values) for name, values in axes.items()}
-    sizes = run_sizes(counts, (initial or {}).get("draws"), follow or {})
+    draws = draws or {}
+    sizes = run_sizes(counts, draws.get("count"), follow or {})
     made = make_observers(observers)
     Job(sizes, settings.transient, settings.periods, made).refuse_excess()
-    plan = branches(product(axes, fixed), axes, initial or {}, follow or {})
+    plan = branches(product(axes, fixed), axes, draws, follow or {})
     arrays, made = run_points(
         plan.points,
         observers,
-        primary=plan.primary,
+        primary=primary,
         state=state,
         after=plan.after,
         progress=progress,
@@ -100,7 +101,7 @@ def simulate_slice(
         **run,
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
-    if is_si([*fixed, *axes]):
+    if is_si([*fixed, *axes, *plan.labels]):
         variables = _in_si(arrays, variables, plan)
     return Slice(
         arrays,
@@ -117,7 +118,7 @@ def _in_si(
     """Scale arrays to SI units, each run by its own; return their descriptions."""
     from damper.sweep.points import read_point
 
-    units = [read_point(point, plan.primary).units for point in plan.points]
+    units = [read_point(point).units for point in plan.points]
     for variable in variables:
         if variable.units in SI_UNITS:
             array = arrays[variable.name]

@@ -109,7 +109,7 @@ MISTAKES = {
     ),
     "branches": (
         RANKING,
-        {"initial": {"draws": 2, "seed": 1, "initial_position": [-1, 1]}},
+        {"draws": {"count": 2, "seed": 1, "initial_position": [-1, 1]}},
         ("several runs at each point (draw)",),
     ),
 }
