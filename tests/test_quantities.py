@@ -21,7 +21,7 @@ from damper.engine import steady
 from damper.engine.compiled import plain
 from damper.engine.steady import FREE_MASS
 from damper.models import start_run
-from damper.models.sensitivity import beside, follow_change
+from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters.dampers import BASIC
 from damper.parameters.state import INITIAL_QUANTITIES
@@ -93,9 +93,9 @@ def sensitivity(values: dict[str, float]) -> Any:
     found = []
     for name in p.acting:
         trajectory = start_run(p, state)
-        change, near = np.zeros((4, 1)), beside(p, {name: 1.0})
+        change, stencil = np.zeros((4, 1)), neighbours(p, {name: 1.0})
         for log in trajectory.segments(1.0, 20.0):
-            follow_change(trajectory.model, near, log, change, False)
+            follow_change(trajectory.model, stencil, log, change, False)
         found.append(change.tolist())
     return found
 

@@ -9,7 +9,7 @@ import pytest
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, NOTHING, SIDE, TAIL, segment_at
 from damper.models import start_run
-from damper.models.sensitivity import beside, follow_change
+from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
 
@@ -122,11 +122,11 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
 
 def change_by(name: str, p: Parameters, start: np.ndarray, periods: float) -> np.ndarray:
     """Derivative of the end by a parameter, along the log."""
-    near = beside(p, {name: 1.0})
+    stencil = neighbours(p, {name: 1.0})
     trajectory = start_run(p, State(*start), accuracy=1e-15)
     change = np.zeros((4, 1))
     for index, log in enumerate(trajectory.segments(*trajectory.whole_periods(periods * p.period))):
-        follow_change(trajectory.model, near, log, change, index > 0)
+        follow_change(trajectory.model, stencil, log, change, index > 0)
     return change[:, 0]
 
 

@@ -34,7 +34,7 @@ def assert_summary(found: dict[str, np.ndarray], expected: dict[str, float]) -> 
         assert found[name] == pytest.approx(expected[name], abs=1e-9, nan_ok=True), name
 
 
-# --- the summary of a lane
+# --- the summary of a run
 
 
 @settings(max_examples=40)

@@ -32,7 +32,7 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.models import start_run
-from damper.models.response import Swing, longest_step
+from damper.models.response import ShiftedOscillator, longest_step
 from damper.observers import response
 from damper.observers.common.base import Window
 from damper.sweep.runs import run_points
@@ -423,7 +423,7 @@ def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int)
 @compiled
 def swing(zeta, omega, x, v, phase):
     osc = oscillator(zeta, 1.0, 1.0, Harmonic(omega, phase))
-    return Swing(osc, motion_from(osc, x, v, phase_at(osc.forcing, 0.0, 0.0)), 0.0)
+    return ShiftedOscillator(osc, motion_from(osc, x, v, phase_at(osc.forcing, 0.0, 0.0)), 0.0)
 
 
 @compiled

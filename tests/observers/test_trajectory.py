@@ -35,7 +35,7 @@ def parameters(name: str) -> dict[str, float]:
 
 
 def observed(values: dict[str, float], setting: dict | None = None, **run: object) -> dict:
-    """Arrays of one lane, without the filler; and the number of rows with it."""
+    """Arrays of one run, without the filler; and the number of rows with it."""
     arrays, _ = run_points([values], {"trajectory": setting or {}}, **run)
     found = {name.removeprefix("trajectory_"): array[0] for name, array in arrays.items()}
     return used(found)

@@ -48,20 +48,20 @@ def test_predecessors_by_brute_force(
     plan = branches(product(named, {"phase": 0.0}), named, draws, {followed: way})
     directions = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[way]
     numbers = list(range(drawn)) or [0]
-    lanes = list(combinations(*named.values(), directions, numbers))
-    assert len(plan.points) == len(plan.after) == len(lanes)
+    runs = list(combinations(*named.values(), directions, numbers))
+    assert len(plan.points) == len(plan.after) == len(runs)
     assert plan.dimensions == {"direction": directions} | ({"draw": numbers} if drawn else {})
-    for lane, (*where, direction, number) in enumerate(lanes):
+    for run, (*where, direction, number) in enumerate(runs):
         point = dict(zip(named, where, strict=True))
-        assert plan.points[lane].items() >= point.items()
+        assert plan.points[run].items() >= point.items()
         for name, values in plan.labels.items():
-            assert plan.points[lane][name] == values[number]
+            assert plan.points[run][name] == values[number]
         before = neighbour(named[followed], point[followed], direction)
         expected = -1
         if before is not None:
             there = point | {followed: before}
-            expected = lanes.index((*(there[name] for name in named), direction, number))
-        assert plan.after[lane] == expected
+            expected = runs.index((*(there[name] for name in named), direction, number))
+        assert plan.after[run] == expected
 
 
 def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:

@@ -1,4 +1,4 @@
-"""Continuation: every lane equals a chain made by hand, and finds what no start from rest does."""
+"""Continuation: every run equals a chain made by hand, and finds what no start from rest does."""
 
 import itertools
 from typing import Any
@@ -117,7 +117,7 @@ def test_followed_lanes_are_a_chain(name: str, start: State | None) -> None:
 
 
 def test_chain_is_worth_testing() -> None:
-    """Guards the test above: each lane differs from a start at rest, and up from down."""
+    """Guards the test above: each run differs from a start at rest, and up from down."""
     for name, values in AXES.items():
         both = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN, follow={name: "both"})
         rest = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN)
@@ -129,7 +129,7 @@ def test_chain_is_worth_testing() -> None:
             assert apart == 0.0 or apart > 1e-4
 
 
-# --- which lane follows which
+# --- which run follows which
 
 
 @pytest.mark.parametrize("name", ["mass_ratio", "clearance", "restitution"])
@@ -223,7 +223,7 @@ def test_progress_counts_every_run() -> None:
 
 @pytest.mark.parametrize("start", [None, State(0.1, 0.2, 0.1, 0.7)], ids=["rest", "state"])
 def test_successor_of_a_stopped_lane_starts_afresh(start: State | None) -> None:
-    """As the first lanes do; and the chain goes on from there."""
+    """As the first runs do; and the chain goes on from there."""
     # Elastic in a narrow gap: far more impacts than the limit.
     values = [1.0, 2.0, 0.0003, 1.5]
     scene = {**SCENE, "restitution": 1.0, "damping_ratio": 0.02}
@@ -235,9 +235,9 @@ def test_successor_of_a_stopped_lane_starts_afresh(start: State | None) -> None:
     assert cube.status.sel(direction="down").values.tolist() == [0, 0, 1, 0]
     up, down = cube.sel(direction="up"), cube.sel(direction="down")
     fresh = {"up": [0.0003, 1.0], "down": [2.0]}
-    for direction, lane in (("up", up), ("down", down)):
+    for direction, run in (("up", up), ("down", down)):
         for d in values:
-            same = lane.sel(clearance=d).drop_vars("direction").equals(rest.sel(clearance=d))
+            same = run.sel(clearance=d).drop_vars("direction").equals(rest.sel(clearance=d))
             assert same == (d in fresh[direction] or d == 0.0003)
 
 
@@ -306,7 +306,7 @@ def test_clearance_of_nothing_and_back(recorder: Recorder) -> None:
 
 
 def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
-    """Each lane has its own units; the state in m and m/s is the end of the lane before."""
+    """Each run has its own units; the state in m and m/s is the end of the run before."""
     si = {
         "primary_mass": 2.0,
         "damping": 4.0,
@@ -372,7 +372,7 @@ def test_hysteresis_is_real(hysteresis: xr.Dataset) -> None:
         assert amplitude < 5.0
         assert down.impacts_per_period == 0.0
         at = -np.arctan2(0.04 * omega, 1 - omega**2)
-        # The transient of the first lane at rest has not died away altogether.
+        # The transient of the first run at rest has not died away altogether.
         np.testing.assert_allclose(down.displacement, amplitude * np.sin(at), atol=1e-5)
     # The branches meet at the lower end, in the range where the linear response hits the walls.
     assert float(hysteresis.impacts_per_period.sel(direction="down").max()) > 0.0

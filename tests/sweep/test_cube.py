@@ -86,7 +86,7 @@ def test_gathered_slices_are_the_full_grid(
 
 
 def test_values_lie_at_their_coordinates(whole: xr.Dataset) -> None:
-    """Guards the test above: no two lanes agree, so a wrong place would show."""
+    """Guards the test above: no two runs agree, so a wrong place would show."""
     fingerprints = whole.max_approach_speed.values.ravel()
     assert len(np.unique(fingerprints)) == fingerprints.size == 24
     cube = gathered(("restitution",))
@@ -275,10 +275,10 @@ def test_file_is_compressed_netcdf4(tmp_path: Path) -> None:
 
 
 def test_lanes_become_axes_with_the_last_one_fastest() -> None:
-    lanes = np.arange(6.0)
+    runs = np.arange(6.0)
     arrays = {
-        "bursts_per_period": lanes,
-        "displacement": lanes[:, None] * 10 + np.arange(2),
+        "bursts_per_period": runs,
+        "displacement": runs[:, None] * 10 + np.arange(2),
         "status": np.zeros(6, "i1"),
     }
     part = simulate_slice(

@@ -11,7 +11,7 @@ import damper
 from damper import Parameters, PeriodicOrbit, SIParameters, State
 from damper.engine.compiled import plain
 from damper.models import start_run
-from damper.sweep.orbits.passes import vector
+from damper.sweep.orbits.arcs import vector
 
 periodic_orbit = plain(damper.periodic_orbit)
 smallest_shock = plain(damper.smallest_shock)

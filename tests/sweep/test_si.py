@@ -543,7 +543,7 @@ def test_undamped_resonance_in_a_study_in_si(tmp_path: Path) -> None:
         load(tmp_path, text + "initial: steady\n")
 
 
-# --- lanes
+# --- runs
 
 
 def test_a_mixed_grid_is_refused_before_anything_is_run() -> None:

@@ -1,4 +1,4 @@
-"""Slices: the lanes' own numbers, written and read without loss, with the same bytes each time."""
+"""Slices: the runs' own numbers, written and read without loss, with the same bytes each time."""
 
 import re
 import time
@@ -97,7 +97,7 @@ def test_written_and_read_back(tmp_path: Path) -> None:
 
 
 def test_branches_are_written_and_read_back(tmp_path: Path) -> None:
-    """Directions, draws and their numbers to the last bit; lanes of every branch."""
+    """Directions, draws and their numbers to the last bit; runs of every branch."""
     draws = {"count": 3, "seed": 5, "initial_velocity": {"range": (-0.1, 1 / 3)}}
     part = simulate_slice(FIXED, AXES, **RUN, draws=draws, follow={"restitution": "both"})
     assert part.branches == {"direction": ["up", "down"], "draw": [0, 1, 2]}

@@ -11,8 +11,8 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
 from damper.parameters.units import LENGTH, SPEED, attributes_of
+from damper.sweep.orbits.arcs import run_arc
 from damper.sweep.orbits.branch import Branch, continue_orbit
-from damper.sweep.orbits.passes import pass_over
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.orbits.point_curve import continue_point
 
@@ -179,7 +179,7 @@ def _branch(
 def _on_section(orbit: PeriodicOrbit, at: float) -> np.ndarray:
     """Displacement and velocity of the primary at a part of each forcing period; (period, 2)."""
     p = orbit.parameters.dimensionless
-    passed = pass_over(p, orbit.start, 0.0, float(orbit.period))
+    passed = run_arc(p, orbit.start, 0.0, float(orbit.period))
     times = (np.arange(orbit.period) + at) * p.period
     return np.array([passed.state_after(time)[:2] for time in times])
 

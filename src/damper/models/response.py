@@ -1,7 +1,7 @@
 """What one segment adds to the response: integrals, energy lost, and the peak displacement.
 
-Each model implements `part_of` in its own `response` module, which only the observer `response`
-and the stress study load.
+Each model implements `integrate_segment` in its own `response` module, which only the observer
+`response` and the stress study load.
 
 **Integrals** of x^2, v^2 and force times v are Gauss-Legendre sums over steps of a segment
 (`damper.engine.quadrature`). The motion from a known state is an entire function: at complex time z
@@ -40,7 +40,7 @@ from damper.engine.segment import FLIGHT, TAIL, Segment
 _ROUNDOFF = 2.220446049250313e-16
 
 
-class Part(NamedTuple):
+class ResponseIntegrals(NamedTuple):
     """What part of a segment adds to the response."""
 
     square: float
@@ -60,9 +60,9 @@ class Part(NamedTuple):
 
 
 @by_class
-def part_of(
+def integrate_segment(
     model: Any, tables: Any, segment: Segment, low: float, high: float, peak: float
-) -> Part:
+) -> ResponseIntegrals:
     """What a segment adds on [low, high] after its start.
 
     `tables` is what the module's function `prepare` made of the model; () where there is none.
@@ -158,7 +158,7 @@ def gauss_sums(moving: Any, start: float, end: float, nodes: int, peak: float) -
     return Sums(square, speed_square, work, own, peak)
 
 
-class Swing(NamedTuple):
+class ShiftedOscillator(NamedTuple):
     """Motion of an oscillator from a segment's start; the primary's x is its own less `shift`."""
 
     osc: Oscillator
@@ -167,7 +167,9 @@ class Swing(NamedTuple):
 
 
 @compiled
-def swing_of(model: Any, mass_ratio: float, segment: Segment, shift: float) -> Swing:
+def shifted_oscillator(
+    model: Any, mass_ratio: float, segment: Segment, shift: float
+) -> ShiftedOscillator:
     """The primary in flight, or both masses' centre in contact."""
     s = segment
     osc = model.free
@@ -176,10 +178,10 @@ def swing_of(model: Any, mass_ratio: float, segment: Segment, shift: float) -> S
         osc = model.stuck
         v -= s.side * mass_ratio / (1.0 + mass_ratio) * s.gap_rate
     phase = phase_at(osc.forcing, s.periods, s.time)
-    return Swing(osc, motion_from(osc, s.x + shift, v, phase), shift)
+    return ShiftedOscillator(osc, motion_from(osc, s.x + shift, v, phase), shift)
 
 
-@moment_at.of(Swing)
+@moment_at.of(ShiftedOscillator)
 def _moment_at(moving, tau):
     start = moving.start
     dx, dv, phase = increments(moving.osc, start, tau)
@@ -187,12 +189,12 @@ def _moment_at(moving, tau):
     return Moment(tau, now.x - moving.shift, now.v, now.a, now)
 
 
-@bounds_of.of(Swing)
+@bounds_of.of(ShiftedOscillator)
 def _bounds_of(moving, moment, span):
     return bounds_ahead(moving.osc, moment.motion, span)
 
 
-@integrands.of(Swing)
+@integrands.of(ShiftedOscillator)
 def _integrands(moving, moment):
     force, _, _, _, _ = force_rates(moving.osc.forcing, moment.motion.phase)
     return moment.x * moment.x, moment.v * moment.v, force * moment.v, 0.0
@@ -209,7 +211,9 @@ def longest_step(osc: Oscillator, tau: float) -> float:
 
 
 @compiled
-def oscillation(moving: Swing, low: float, high: float, peak: float) -> Part:
+def oscillation(
+    moving: ShiftedOscillator, low: float, high: float, peak: float
+) -> ResponseIntegrals:
     """What the motion of an oscillator adds on [low, high]."""
     square = 0.0
     speed_square = 0.0
@@ -227,7 +231,7 @@ def oscillation(moving: Swing, low: float, high: float, peak: float) -> Part:
         peak = sums.peak
         tau = end
         if not tau < high:
-            return Part(square, speed_square, work, 0.0, 0.0, 0.0, peak)
+            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, peak)
 
 
 class Tail(NamedTuple):
@@ -236,7 +240,7 @@ class Tail(NamedTuple):
     start: Motion
     """Of the centre, about its place of rest."""
     shift: float
-    """As in `Swing`."""
+    """As in `ShiftedOscillator`."""
     force: float
     force1: float
     """The force on the primary, and its first derivative."""
@@ -259,14 +263,16 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
 
 
 @compiled
-def with_bounces(part: Part, tail: Tail, low: float, high: float, peak: float) -> Part:
+def with_bounces(
+    centre: ResponseIntegrals, tail: Tail, low: float, high: float, peak: float
+) -> ResponseIntegrals:
     """Add what the bounces of a tail lose on [low, high], and how far they carry the primary.
 
-    `part` is that of the centre, and `peak` the largest |x| before.
+    `centre` is that of the masses' centre, and `peak` the largest |x| before.
     """
-    speed_square = part.speed_square
-    work = part.work
-    loss = part.loss
+    speed_square = centre.speed_square
+    work = centre.work
+    loss = centre.loss
     if tail.rebound_speed > 0.0:
         # Bounce speed over bounce time, the same for all of them.
         slope = tail.rebound_speed / (tail.duration * (1.0 - tail.restitution))
@@ -281,7 +287,9 @@ def with_bounces(part: Part, tail: Tail, low: float, high: float, peak: float) -
             work += (tail.force + tau * tail.force1) * carried
             speed_square += 2.0 * (tail.start.v + tau * tail.start.a) * carried
         peak = _tail_peak(tail, low, high, peak)
-    return Part(part.square, speed_square, work, loss, part.support, part.modulation, peak)
+    return ResponseIntegrals(
+        centre.square, speed_square, work, loss, centre.support, centre.modulation, peak
+    )
 
 
 @compiled

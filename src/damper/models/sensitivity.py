@@ -37,7 +37,7 @@ _STENCILS = ((-2, -1, 1, 2), (0, 1, 2, 3), (0, -1, -2, -3), (1, 2, 3, 4), (-1, -
 _STEP, _LEAST = 1e-4, 1e-6
 
 
-class Beside(NamedTuple):
+class Stencil(NamedTuple):
     """Models beside one, and what makes a derivative of what they give."""
 
     models: tuple[Any, Any, Any, Any]
@@ -47,7 +47,7 @@ class Beside(NamedTuple):
     """Derivative of the clearance."""
 
 
-def beside(parameters: Parameters, rates: Mapping[str, float]) -> Beside:
+def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
     """Models beside that of `parameters`, of which those named change at these rates.
 
     Raises
@@ -73,34 +73,34 @@ def beside(parameters: Parameters, rates: Mapping[str, float]) -> Beside:
             powers = np.vander(steps, increasing=True).T
             weights = np.linalg.solve(powers, [0.0, 1.0 / step, 0.0, 0.0]).tolist()
             clearances = [model.clearance - models[0].clearance for model in models]
-            return Beside(tuple(models), tuple(weights), float(np.dot(weights, clearances)))
+            return Stencil(tuple(models), tuple(weights), float(np.dot(weights, clearances)))
     raise ValueError(f"no derivative by {', '.join(rates)} at {parameters}")
 
 
 @compiled
 def follow_change(
-    model: Any, near: Beside, log: np.ndarray, change: np.ndarray, begun: bool
+    model: Any, stencil: Stencil, log: np.ndarray, change: np.ndarray, begun: bool
 ) -> None:
     """Take a change of the state (4, 1) with a parameter along a piece of the log."""
     for index in range(len(log)):
         s = segment_at(log[index])
         happened = begun or index > 0
         # From the wall, but for a flight, which knows of none.
-        moved = s.side * near.clearance
+        moved = s.side * stencil.clearance
         change[2, 0] -= moved
         enter(model, s, change, happened)
         if happened and s.cause == IMPACT:
-            _add(model, near, s, True, change)
+            _add(model, stencil, s, True, change)
         if s.mode == FLIGHT:
             change[2, 0] += moved
         over_time(model, s, 0.0, s.duration, change)
-        _add(model, near, s, False, change)
+        _add(model, stencil, s, False, change)
         if s.mode != FLIGHT:
             change[2, 0] += moved
 
 
 @compiled
-def _add(model, near, s, struck, change):
+def _add(model, stencil, s, struck, change):
     """Add what the impact that begins a segment, or the flow over it, changes by."""
     y = s.x + s.side * (model.clearance - s.gap)
     v = s.v
@@ -108,12 +108,12 @@ def _add(model, near, s, struck, change):
         # Of the masses' centre, with which a tail goes on.
         mu = mass_ratio_at(model, s.periods, s.time)
         v -= s.side * mu / (1.0 + mu) * s.gap_rate
-    first = _lead(near.models[0], s, y, v, struck, near.models[0].period / model.period)
+    first = _lead(stencil.models[0], s, y, v, struck, stencil.models[0].period / model.period)
     for k in range(1, 4):
-        there = near.models[k]
+        there = stencil.models[k]
         other = _lead(there, s, y, v, struck, there.period / model.period)
         for i in range(4):
-            change[i, 0] += near.weights[k] * (other[i] - first[i])
+            change[i, 0] += stencil.weights[k] * (other[i] - first[i])
 
 
 @compiled

@@ -14,13 +14,13 @@ from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
-from damper.models.response import impact_loss, part_of, stored_energy
+from damper.models.response import impact_loss, integrate_segment, stored_energy
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, LENGTH, Variable
 
-#: What the fields of `damper.models.response.Part` come to; whether the window has begun; the
-#: energy stored at its start and at the end of what has been read.
+#: What the fields of `damper.models.response.ResponseIntegrals` come to; whether the window has
+#: begun; the energy stored at its start and at the end of what has been read.
 _TOTALS = record_type(
     "square",
     "speed_square",
@@ -161,7 +161,7 @@ def _follow(model, tables, log, window, totals):
             total.begun = 1.0
             # With an impact at exactly the window's start, the energy just before it.
             total.stored = lost
-        part = part_of(model, tables, s, low, high, total.peak)
+        part = integrate_segment(model, tables, s, low, high, total.peak)
         total.square += part.square
         total.speed_square += part.speed_square
         total.work += part.work

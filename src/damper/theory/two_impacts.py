@@ -30,7 +30,7 @@ from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME
 from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
-from damper.models.response import Swing
+from damper.models.response import ShiftedOscillator
 from damper.parameters import Parameters, State
 from damper.theory import need_basic
 
@@ -273,7 +273,9 @@ def _peak(orbit: Orbit) -> float:
     forcing = harmonic(p.frequency_ratio, orbit.forcing_phase)
     osc = oscillator(p.damping_ratio, 1.0, 1.0, forcing)
     phase = phase_at(forcing, 0.0, 0.0)
-    moving = Swing(osc, motion_from(osc, orbit.displacement, orbit.velocity_after, phase), 0.0)
+    moving = ShiftedOscillator(
+        osc, motion_from(osc, orbit.displacement, orbit.velocity_after, phase), 0.0
+    )
     half = math.pi / p.frequency_ratio
     return float(highest(moving, moment_at(moving, 0.0), moment_at(moving, half), 0.0))
 

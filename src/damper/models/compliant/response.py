@@ -38,14 +38,14 @@ from damper.models.compliant.flow import (
 )
 from damper.models.compliant.search import ContactMotion, EventFunction, dot, event_function
 from damper.models.response import (
-    Part,
+    ResponseIntegrals,
     energy_in,
     gauss_sums,
     impact_loss,
     integrands,
+    integrate_segment,
     oscillation,
-    part_of,
-    swing_of,
+    shifted_oscillator,
 )
 
 #: Nodes for an interval of the propagators.
@@ -54,7 +54,7 @@ _FORMS = 4
 
 
 class Tables(NamedTuple):
-    """What `part_of` needs beside the model."""
+    """What `integrate_segment` needs beside the model."""
 
     forms: np.ndarray
     """(levels + 1, 4, 6, 6) integrals over the intervals of the propagators."""
@@ -63,7 +63,7 @@ class Tables(NamedTuple):
 
 
 def prepare(model: Compliant) -> Tables:
-    """Make what `part_of` needs beside the model, once for a run."""
+    """Make what `integrate_segment` needs beside the model, once for a run."""
     forms = np.zeros((model.contact.levels + 1, _FORMS, 6, 6))
     _fill(model.contact, model.table, forms)
     row = np.array([1.0, 0.0, model.contact.reduced, 0.0, 0.0, 0.0])
@@ -85,18 +85,20 @@ def _energy_in(model, segment, mass_ratio, state):
     return 0.5 * (v * v + x * x + mass_ratio * u * u + model.contact.stiffness * depth * depth)
 
 
-@part_of.of(Compliant)
-def _part_of(model, tables, segment, low, high, peak):
+@integrate_segment.of(Compliant)
+def _integrate_segment(model, tables, segment, low, high, peak):
     if segment.mode != FLIGHT:
         return _contact(model, tables, segment, low, high, peak)
-    part = oscillation(swing_of(model, model.mass_ratio, segment, 0.0), low, high, peak)
+    found = oscillation(shifted_oscillator(model, model.mass_ratio, segment, 0.0), low, high, peak)
     loss = 0.0
     if segment.gap < 0.0:
         for k in range(2):
             _, _, gap, _ = motion(model, segment, high if k == 1 else low)
             gap = min(gap, 0.0)
             loss += (1.0 if k == 0 else -1.0) * 0.5 * model.contact.stiffness * gap * gap
-    return Part(part.square, part.speed_square, part.work, loss, 0.0, 0.0, part.peak)
+    return ResponseIntegrals(
+        found.square, found.speed_square, found.work, loss, 0.0, 0.0, found.peak
+    )
 
 
 @compiled
@@ -245,7 +247,7 @@ def _contact(model, tables, segment, low, high, peak):
     sums = gauss_sums(rest, 0.0, duration, _NODES, math.inf)
     if peak < math.inf:  # nothing is above that
         peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))
-    return Part(
+    return ResponseIntegrals(
         square + sums.square,
         speed_square + sums.speed_square,
         work + sums.work,

@@ -11,14 +11,14 @@ from damper.engine.model import motion
 from damper.engine.segment import FLIGHT, STICKING, TAIL
 from damper.models.grounded import Grounded, rest_shift
 from damper.models.response import (
-    Part,
+    ResponseIntegrals,
     energy_in,
     impact_loss,
+    integrate_segment,
     lost_at_a_rigid_wall,
     oscillation,
-    part_of,
     primary_and_masses,
-    swing_of,
+    shifted_oscillator,
     tail_of,
     with_bounces,
 )
@@ -26,18 +26,20 @@ from damper.models.response import (
 impact_loss.of(Grounded)(lost_at_a_rigid_wall)
 
 
-@part_of.of(Grounded)
-def _part_of(model, tables, segment, low, high, peak):
+@integrate_segment.of(Grounded)
+def _integrate_segment(model, tables, segment, low, high, peak):
     shift = 0.0 if segment.mode == FLIGHT else rest_shift(model, segment.side)
-    moving = swing_of(model, model.mass_ratio, segment, shift)
+    moving = shifted_oscillator(model, model.mass_ratio, segment, shift)
     in_tail = segment.mode == TAIL
-    part = oscillation(moving, low, high, math.inf if in_tail else peak)
+    found = oscillation(moving, low, high, math.inf if in_tail else peak)
     # Of the centre alone: bounces are accounted for in the loss itself.
-    support = _support_loss(model, segment, low, high, part.speed_square)
+    support = _support_loss(model, segment, low, high, found.speed_square)
     if in_tail:
         tail = tail_of(model, model.mass_ratio, segment, moving.start, shift)
-        part = with_bounces(part, tail, low, high, peak)
-    return Part(part.square, part.speed_square, part.work, part.loss, support, 0.0, part.peak)
+        found = with_bounces(found, tail, low, high, peak)
+    return ResponseIntegrals(
+        found.square, found.speed_square, found.work, found.loss, support, 0.0, found.peak
+    )
 
 
 @energy_in.of(Grounded)

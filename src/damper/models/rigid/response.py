@@ -6,11 +6,11 @@ from damper.engine.segment import TAIL
 from damper.models.response import (
     energy_in,
     impact_loss,
+    integrate_segment,
     lost_at_a_rigid_wall,
     oscillation,
-    part_of,
     primary_and_masses,
-    swing_of,
+    shifted_oscillator,
     tail_of,
     with_bounces,
 )
@@ -20,12 +20,12 @@ impact_loss.of(Rigid)(lost_at_a_rigid_wall)
 energy_in.of(Rigid)(primary_and_masses)
 
 
-@part_of.of(Rigid)
-def _part_of(model, tables, segment, low, high, peak):
-    moving = swing_of(model, model.mass_ratio, segment, 0.0)
+@integrate_segment.of(Rigid)
+def _integrate_segment(model, tables, segment, low, high, peak):
+    moving = shifted_oscillator(model, model.mass_ratio, segment, 0.0)
     in_tail = segment.mode == TAIL
-    part = oscillation(moving, low, high, math.inf if in_tail else peak)
+    found = oscillation(moving, low, high, math.inf if in_tail else peak)
     if in_tail:
         tail = tail_of(model, model.mass_ratio, segment, moving.start, 0.0)
-        part = with_bounces(part, tail, low, high, peak)
-    return part
+        found = with_bounces(found, tail, low, high, peak)
+    return found

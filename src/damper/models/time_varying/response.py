@@ -19,16 +19,16 @@ from damper.engine.peak import Moment, bounds_of, moment_at
 from damper.engine.quadrature import MOST
 from damper.engine.segment import FLIGHT, TAIL
 from damper.models.response import (
-    Part,
+    ResponseIntegrals,
     energy_in,
     gauss_sums,
     impact_loss,
     integrands,
+    integrate_segment,
     lost_at_a_rigid_wall,
     oscillation,
-    part_of,
     primary_and_masses,
-    swing_of,
+    shifted_oscillator,
     tail_of,
     with_bounces,
 )
@@ -39,24 +39,26 @@ impact_loss.of(TimeVarying)(lost_at_a_rigid_wall)
 energy_in.of(TimeVarying)(primary_and_masses)
 
 
-@part_of.of(TimeVarying)
-def _part_of(model, tables, segment, low, high, peak):
+@integrate_segment.of(TimeVarying)
+def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
     if s.mode == FLIGHT:
-        part = oscillation(swing_of(model, model.mass_ratio, s, 0.0), low, high, peak)
+        found = oscillation(shifted_oscillator(model, model.mass_ratio, s, 0.0), low, high, peak)
         u = s.v - s.side * s.gap_rate
         before, _, _ = modulation(model.mass, s.periods, s.time + low)
         after, _, _ = modulation(model.mass, s.periods, s.time + high)
         gain = 0.5 * u * u * (after - before)
-        return Part(part.square, part.speed_square, part.work, 0.0, 0.0, gain, part.peak)
+        return ResponseIntegrals(
+            found.square, found.speed_square, found.work, 0.0, 0.0, gain, found.peak
+        )
     mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
     start = _centre(model, mass_ratio, s)
     in_tail = s.mode == TAIL
-    part = _contact(model, s, start, low, high, math.inf if in_tail else peak)
+    found = _contact(model, s, start, low, high, math.inf if in_tail else peak)
     if in_tail:
         # What bounces add is O(w^2) at most: the mass may stay what it was at the start.
-        part = with_bounces(part, tail_of(model, mass_ratio, s, start, 0.0), low, high, peak)
-    return part
+        found = with_bounces(found, tail_of(model, mass_ratio, s, start, 0.0), low, high, peak)
+    return found
 
 
 @compiled
@@ -158,7 +160,7 @@ def _contact(model, segment, start, low, high, peak):
             gain += sums.own
             peak = sums.peak
         if passed + moving.step >= high:
-            return Part(square, speed_square, work, 0.0, 0.0, gain, peak)
+            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, gain, peak)
         dx, v = evaluate(terms, moving.step, v, 1.0)
         x += dx
         passed += moving.step

@@ -33,28 +33,30 @@ def vanishing(a: OrbitPoint) -> np.ndarray | None:
     return a.at + a.found.slowest / slowing * a.tangent
 
 
-def missed(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
+def past_grazing_out(a: OrbitPoint, corner: np.ndarray) -> OrbitPoint | None:
     """A point beyond a corner at which the slowest impact is lost."""
-    if _bends(a):
-        return _beyond(a, corner, -1, [ahead * a.tangent for ahead in _AHEAD])
+    if _is_soft(a):
+        return past_soft_corner(a, corner, -1, [ahead * a.tangent for ahead in _AHEAD])
     # The gap changes most in this direction: the derivative grows by the inverse of the speed.
     across = np.linalg.svd(a.found.jacobian)[2][0]
-    return _beyond(a, corner, -1, [k * across for k in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2)])
+    return past_soft_corner(
+        a, corner, -1, [k * across for k in (1e-3, -1e-3, 1e-4, -1e-4, 1e-2, -1e-2)]
+    )
 
 
 def touched(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     """A point beyond a grazing at which the touch has begun."""
-    if _bends(a):
-        return _beyond(a, graze.at, 1, [ahead * a.tangent for ahead in _AHEAD])
-    return _struck(a, graze)
+    if _is_soft(a):
+        return past_soft_corner(a, graze.at, 1, [ahead * a.tangent for ahead in _AHEAD])
+    return past_grazing_in(a, graze)
 
 
-def _bends(a: OrbitPoint) -> bool:
+def _is_soft(a: OrbitPoint) -> bool:
     """Whether the derivatives on both sides of a corner have bounds."""
     return a.parameters.dimensionless.model == "compliant"
 
 
-def _beyond(
+def past_soft_corner(
     a: OrbitPoint, corner: np.ndarray, more: int, offsets: list[np.ndarray]
 ) -> OrbitPoint | None:
     """A point near a corner on a branch of other touches, its direction that of a run there."""
@@ -72,7 +74,7 @@ def _beyond(
     return None
 
 
-def _struck(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
+def past_grazing_in(a: OrbitPoint, graze: OrbitPoint) -> OrbitPoint | None:
     """A point beyond a grazing at which the touch has begun.
 
     With the speed w of the touch the motion gains w E, and the gap's change along C is w^2 / c. So

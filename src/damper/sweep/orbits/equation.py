@@ -14,10 +14,10 @@ import numpy as np
 
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING, SIDE, SPEED
 from damper.models import model_of
-from damper.models.sensitivity import beside
+from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.units import SI_UNITS
-from damper.sweep.orbits.passes import Pass, moving, pass_over
+from damper.sweep.orbits.arcs import Arc, moving, run_arc
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
 from damper.sweep.orbits.word import WallImpacts, bursts_of
 
@@ -61,7 +61,7 @@ class OrbitEquation:
         """Unknowns of states at the moments and a place on the line."""
         return np.append(states[:, self.moving].ravel() / self.size, value)
 
-    def over(self, at: np.ndarray) -> "Round | None":
+    def over(self, at: np.ndarray) -> "PeriodMap | None":
         """Run from each moment to the next; None where there is no such run."""
         starts = np.tile(self.state, (len(self.moments), 1))
         starts[:, self.moving] = self.size * at[:-1].reshape(len(starts), -1)
@@ -70,14 +70,14 @@ class OrbitEquation:
             values: list[Any] = (self.low + self.span * at[-1]).tolist()
             p = replace(self.base, **dict(zip(self.names, values, strict=True)))
             model = model_of(p.dimensionless)
-            passes = [
-                pass_over(p.dimensionless, start, moments[k], moments[k + 1], model)
+            arcs = [
+                run_arc(p.dimensionless, start, moments[k], moments[k + 1], model)
                 for k, start in enumerate(starts)
             ]
         except ValueError:
             # Outside the box or a parameter's range, or too many events.
             return None
-        return Round(self, p, passes)
+        return PeriodMap(self, p, arcs)
 
     def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":
         """Newton's method at right angles to a direction; None where it does not converge."""
@@ -85,50 +85,50 @@ class OrbitEquation:
         if found is None:
             return None
         for _ in range(_STEPS):
-            left = abs(found.lacking).max()
+            left = abs(found.residual).max()
             if left <= _ROUNDOFF:
                 break
             rows = np.vstack([found.jacobian, normal])
             try:
-                change = np.linalg.solve(rows, [*-found.lacking, normal @ (guess - at)])
+                change = np.linalg.solve(rows, [*-found.residual, normal @ (guess - at)])
             except np.linalg.LinAlgError:
                 break
             for halving in range(1 if left <= TOLERANCE else _HALVINGS):
                 nearer = at + 0.5**halving * change
                 passed = self.over(nearer)
-                if passed and abs(passed.lacking).max() < left:
+                if passed and abs(passed.residual).max() < left:
                     at, found = nearer, passed
                     break
             else:
                 # Nothing is nearer: as near as roundoff allows, or nowhere.
                 break
-        return OrbitPoint(self, at, found) if abs(found.lacking).max() <= TOLERANCE else None
+        return OrbitPoint(self, at, found) if abs(found.residual).max() <= TOLERANCE else None
 
 
 @dataclass(frozen=True)
-class Round:
+class PeriodMap:
     """Runs from each moment of a period to the next."""
 
     equation: OrbitEquation
     parameters: Parameters | SIParameters
-    passes: list[Pass]
+    arcs: list[Arc]
 
     @cached_property
-    def lacking(self) -> np.ndarray:
+    def residual(self) -> np.ndarray:
         """What the state at each moment differs by from the end of the run before."""
-        ends = np.array([each.end for each in self.passes])
-        starts = np.array([each.start for each in self.passes])
+        ends = np.array([each.end for each in self.arcs])
+        starts = np.array([each.start for each in self.arcs])
         return (
             (ends - np.roll(starts, -1, 0))[:, self.equation.moving] / self.equation.size
         ).ravel()
 
     @cached_property
     def jacobian(self) -> np.ndarray:
-        """Derivative of what is lacking by all unknowns."""
+        """Derivative of the residual by all unknowns."""
         moves = self.equation.moving
-        size, count = len(moves), len(self.passes)
+        size, count = len(moves), len(self.arcs)
         rows = np.zeros((size * count, size * count + 1))
-        for k, each in enumerate(self.passes):
+        for k, each in enumerate(self.arcs):
             here = slice(size * k, size * (k + 1))
             later = size * ((k + 1) % count)
             rows[here, here] += each.derivative[np.ix_(moves, moves)]
@@ -138,30 +138,30 @@ class Round:
 
     @property
     def slope(self) -> np.ndarray:
-        """Derivative of what is lacking by the place on the line."""
+        """Derivative of the residual by the place on the line."""
         equation = self.equation
         rates: dict[str, float] = {}
         for along, span in zip(equation.names, equation.span.tolist(), strict=True):
             for name, rate in self.parameters.rates(along).items():
                 rates[name] = rates.get(name, 0.0) + span * rate
         scaled = {name: rate for name, rate in rates.items() if name not in SI_UNITS}
-        near = beside(self.parameters.dimensionless, scaled)
-        changes = np.array([each.change_by(near, np.zeros(4)) for each in self.passes])
+        stencil = neighbours(self.parameters.dimensionless, scaled)
+        changes = np.array([each.change_by(stencil, np.zeros(4)) for each in self.arcs])
         return (changes[:, equation.moving] / equation.size).ravel()
 
     @cached_property
-    def map(self) -> np.ndarray:
+    def monodromy(self) -> np.ndarray:
         """Derivative of the state after the period by that at the first moment."""
         moves = self.equation.moving
         whole = np.eye(4)
-        for each in self.passes:
+        for each in self.arcs:
             whole = each.derivative @ whole
         return whole[np.ix_(moves, moves)]
 
     @cached_property
     def rows(self) -> np.ndarray:
         """The log."""
-        return np.concatenate([each.rows for each in self.passes])
+        return np.concatenate([each.rows for each in self.arcs])
 
     @cached_property
     def events(self) -> np.ndarray:
@@ -197,7 +197,7 @@ class Round:
     @cached_property
     def smallest_gap(self) -> float:
         """Smallest gap in a flight, other than at its ends; over the size of the state."""
-        gaps = [gap for each in self.passes for gap in each.smallest_gaps()]
+        gaps = [gap for each in self.arcs for gap in each.smallest_gaps()]
         return min(gaps, default=np.inf) / self.equation.size
 
     def state(self, moment: float) -> np.ndarray:
@@ -207,8 +207,8 @@ class Round:
         begun = moments - moments[0]
         index = int(np.searchsorted(begun, later, "right")) - 1
         # Never below zero: it is the difference that was searched for.
-        tau = (later - begun[index]) * self.passes[index].parameters.period
-        return self.passes[index].state_after(tau)
+        tau = (later - begun[index]) * self.arcs[index].parameters.period
+        return self.arcs[index].state_after(tau)
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ class OrbitPoint:
 
     equation: OrbitEquation
     at: np.ndarray
-    found: Round
+    found: PeriodMap
     toward: np.ndarray | None = None
     """A direction along the branch; without one, that of larger values."""
 
@@ -251,12 +251,12 @@ class OrbitPoint:
     @cached_property
     def tests(self) -> dict[str, float]:
         """Functions that vanish at special points, and are smooth along the branch."""
-        map_ = self.found.map
-        values = np.linalg.eigvals(map_)
+        monodromy = self.found.monodromy
+        values = np.linalg.eigvals(monodromy)
         pairs = [a * b - 1.0 for i, a in enumerate(values) for b in values[:i]]
         return {
             "fold": float(self.tangent[-1]),
-            "period doubling": float(np.linalg.det(map_ + np.eye(len(map_)))),
+            "period doubling": float(np.linalg.det(monodromy + np.eye(len(monodromy)))),
             "torus": float(np.prod(pairs).real),
             "branch point": float(np.linalg.det(np.vstack([self.found.jacobian, self.tangent]))),
         }
@@ -270,7 +270,7 @@ class OrbitPoint:
         equation = self.equation
         way = 1.0 if equation.period % 2 == 0 else -1.0
         half = self.found.state(equation.moments[0] + 0.5 * equation.period)
-        return (self.found.passes[0].start - way * half)[equation.moving] / equation.size
+        return (self.found.arcs[0].start - way * half)[equation.moving] / equation.size
 
     @property
     def repeats(self) -> bool:
@@ -284,7 +284,7 @@ class OrbitPoint:
     @property
     def turns(self) -> bool:
         """Whether a pair of multipliers on the unit circle is complex."""
-        values = np.linalg.eigvals(self.found.map)
+        values = np.linalg.eigvals(self.found.monodromy)
         return bool(abs(values[abs(abs(values) - 1.0).argmin()].imag) > 0.0)
 
     def advance(self, step: float) -> "OrbitPoint | None":
@@ -344,7 +344,7 @@ class OrbitPoint:
         """The point with other moments, not corrected, and a small step in terms of these."""
         if not len(moments):
             return None
-        there = replace(self.equation, moments=moments, state=self.found.passes[0].start)
+        there = replace(self.equation, moments=moments, state=self.found.arcs[0].start)
         ends = []
         for at in (self.at, self.at + toward):
             found = self.equation.over(at)

@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
-from damper.models.sensitivity import beside
+from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import whole
@@ -16,7 +16,7 @@ from damper.parameters.state import need_state
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
-from damper.sweep.orbits.passes import Pass, moving, pass_over, vector
+from damper.sweep.orbits.arcs import Arc, moving, run_arc, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of
 
 #: Largest change of the state over the period, over the size of the state.
@@ -201,15 +201,15 @@ class PeriodicOrbit:
         grows = np.array([rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)] * 2)
         scaled = self.scaled
         p = scaled.parameters.dimensionless
-        near = beside(p, rates)
-        passed = pass_over(p, scaled.start, 0.0, float(self.period))
-        lost = passed.lost
-        if np.linalg.cond(lost) > _SINGULAR:
+        stencil = neighbours(p, rates)
+        arc = run_arc(p, scaled.start, 0.0, float(self.period))
+        matrix = arc.fixed_point_matrix
+        if np.linalg.cond(matrix) > _SINGULAR:
             raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
-        with_wall = np.array([0.0, 0.0, passed.start_side * near.clearance, 0.0])
-        change = passed.change_by(near, with_wall) - with_wall
-        change = passed.directions @ np.linalg.solve(lost, change[: len(lost)]) + with_wall
+        with_wall = np.array([0.0, 0.0, arc.start_side * stencil.clearance, 0.0])
+        change = arc.change_by(stencil, with_wall) - with_wall
+        change = arc.directions @ np.linalg.solve(matrix, change[: len(matrix)]) + with_wall
         return change * sizes_of(self.parameters.units) + scaled.start * grows
 
     @cached_property
@@ -249,8 +249,8 @@ def nearest_orbit(
 ) -> "PeriodicOrbit":
     """What Newton's method finds from a state at time 0: the state that changes least."""
 
-    def over(start: np.ndarray) -> Pass:
-        return pass_over(parameters, start, 0.0, float(period))
+    def over(start: np.ndarray) -> Arc:
+        return run_arc(parameters, start, 0.0, float(period))
 
     best = found = over(start)
     for _ in range(steps):
@@ -290,11 +290,11 @@ def sizes_of(units: Units) -> np.ndarray:
     return np.array([units.length, units.speed] * 2)
 
 
-def _newton(found: Pass, over: Callable[[np.ndarray], Pass]) -> Pass | None:
+def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     """As much of a Newton step as makes the change smaller; None where nothing does."""
-    lost = found.lost
-    lacking = (found.end - found.start)[: len(lost)]
-    step = found.directions @ np.linalg.lstsq(lost, lacking, rcond=None)[0]
+    matrix = found.fixed_point_matrix
+    residual = (found.end - found.start)[: len(matrix)]
+    step = found.directions @ np.linalg.lstsq(matrix, residual, rcond=None)[0]
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
         distance, clearance = abs(start[2] - start[0]), found.parameters.clearance

@@ -12,7 +12,7 @@ from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters import State
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
-from damper.sweep.orbits.passes import vector
+from damper.sweep.orbits.arcs import vector
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.runs import run_points
 

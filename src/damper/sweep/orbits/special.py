@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from damper.sweep.orbits.arcs import zero
 from damper.sweep.orbits.equation import OrbitPoint
-from damper.sweep.orbits.passes import zero
 
 #: What is left of a function at its root.
 _ZERO = 1e-3

@@ -11,7 +11,7 @@ from damper.sweep.orbits.corners import (
     CORNER,
     STRAIGHT,
     adjacent,
-    missed,
+    past_grazing_out,
     touched,
     vanishing,
 )
@@ -84,7 +84,7 @@ class Walk:
 
     def _grows(self) -> bool:
         """Whether deviations grow beyond bounds, and more so than before."""
-        last = [abs(point.found.map).max() for point in self.points[-2:]]
+        last = [abs(point.found.monodromy).max() for point in self.points[-2:]]
         corner = self.points[-1].found.signature != self.points[-2:][0].found.signature
         return bool(last[-1] > _GROWTH and last[-1] >= last[0] and not corner)
 
@@ -143,7 +143,7 @@ class Walk:
         corner = graze.at if graze else vanishing(a)
         if corner is None or (graze and not adjacent(graze, a)):
             return False
-        b = touched(a, graze) if graze else missed(a, corner)
+        b = touched(a, graze) if graze else past_grazing_out(a, corner)
         if b is None:
             return False
         if graze is None:

@@ -80,7 +80,7 @@ class Piece(NamedTuple):
     """Where it begins, how long it is, and where the step ends."""
 
 
-class Tally(NamedTuple):
+class Counts(NamedTuple):
     """What a run has come to so far. It is no array, which a step would pay for."""
 
     events: int
@@ -99,16 +99,16 @@ def begin(method: Any, start: Masses, time: float) -> Any:
 
 @by_class
 def settle(
-    method: Any, state: Any, time: float, index: int, notes: np.ndarray, tally: Tally
+    method: Any, state: Any, time: float, index: int, notes: np.ndarray, counts: Counts
 ) -> Any:
-    """State and tally after the events at the end of a piece, in step `index` (0: the start)."""
+    """State and counts after the events at the end of a piece, in step `index` (0: the start)."""
 
 
 @by_class
-def advance(method: Any, state: Any, piece: Piece, tally: Tally) -> Any:
+def advance(method: Any, state: Any, piece: Piece, counts: Counts) -> Any:
     """Go to the end of a piece, or up to an event before that.
 
-    Returns state and tally then, how long that took, and whether an event has cut it short.
+    Returns state and counts then, how long that took, and whether an event has cut it short.
     """
 
 
@@ -121,26 +121,26 @@ def masses(method: Any, state: Any) -> Masses:
 @compiled
 def run(
     method: Any, start: Masses, span: Span, limit: float, most: int, notes: np.ndarray
-) -> tuple[int, float, Tally, Masses]:
+) -> tuple[int, float, Counts, Masses]:
     """Run a method until x or v exceeds `limit`, or after `most` evaluations.
 
     Rows of `notes` (rows, 4) are events: time, kind (as in `damper.engine.segment`), side, approach
-    speed. Returns the place of the outcome in `OUTCOMES`, or `FULL`; how far it came; the tally;
+    speed. Returns the place of the outcome in `OUTCOMES`, or `FULL`; how far it came; the counts;
     and where the masses are then.
     """
-    state, tally = begin(method, start, span.start), Tally(0, 0, 0.0)
+    state, counts = begin(method, start, span.start), Counts(0, 0, 0.0)
     steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
     time = opened = end = last = span.start
     done = 0.0
     index = idle = 0
     code = DONE
     while True:
-        before = tally.events
+        before = counts.events
         if before + _ROOM > len(notes):
             code = FULL
             break
-        state, tally = settle(method, state, time, index, notes, tally)
-        if tally.events > before:
+        state, counts = settle(method, state, time, index, notes, counts)
+        if counts.events > before:
             idle = 0 if time > last else idle + 1
             last = time
             if idle >= _IDLE:
@@ -155,42 +155,42 @@ def run(
             done = 0.0
             end = span.until if index == steps else span.start + index * span.step
             left = end - opened
-        if tally.evaluations >= most:
+        if counts.evaluations >= most:
             code = CAP
             break
         piece = Piece(index, time, left, end)
-        state, tally, duration, cut = advance(method, state, piece, tally)
+        state, counts, duration, cut = advance(method, state, piece, counts)
         done = done + duration if cut else end - opened
         time = opened + done if cut else end
         if not (abs(state.x) <= limit and abs(state.v) <= limit):
             code = FAILURE
             break
-    return code, time, tally, masses(method, state)
+    return code, time, counts, masses(method, state)
 
 
 @compiled
 def note(
-    notes: np.ndarray, tally: Tally, time: float, kind: float, side: float, speed: float
-) -> Tally:
+    notes: np.ndarray, counts: Counts, time: float, kind: float, side: float, speed: float
+) -> Counts:
     """Write down an event and count it."""
-    row = notes[tally.events]
+    row = notes[counts.events]
     row[_WHEN] = time
     row[_KIND] = kind
     row[_WALL] = side
     row[_SPEED] = speed
-    return Tally(tally.events + 1, tally.evaluations, tally.penetration)
+    return Counts(counts.events + 1, counts.evaluations, counts.penetration)
 
 
 @compiled
-def spend(tally: Tally, evaluations: int) -> Tally:
+def count_evaluations(counts: Counts, evaluations: int) -> Counts:
     """Count evaluations of the acceleration."""
-    return Tally(tally.events, tally.evaluations + evaluations, tally.penetration)
+    return Counts(counts.events, counts.evaluations + evaluations, counts.penetration)
 
 
 @compiled
-def deepen(tally: Tally, depth: float) -> Tally:
+def record_penetration(counts: Counts, depth: float) -> Counts:
     """Take note of a distance beyond a wall."""
-    return Tally(tally.events, tally.evaluations, max(tally.penetration, depth))
+    return Counts(counts.events, counts.evaluations, max(counts.penetration, depth))
 
 
 def fixed_step(
@@ -216,9 +216,11 @@ def fixed_step(
         code, rows = FULL, _ROWS
         while code == FULL:
             notes = np.empty((rows, 4))
-            code, reached, tally, end = run(method, start, span, limit, int(max_evaluations), notes)
+            code, reached, counts, end = run(
+                method, start, span, limit, int(max_evaluations), notes
+            )
             rows *= 16
-        notes = notes[: tally.events]
+        notes = notes[: counts.events]
         impacts = notes[notes[:, _KIND] == IMPACT]
         return Solution(
             impact_times=impacts[:, _WHEN].copy(),
@@ -227,8 +229,8 @@ def fixed_step(
             stick_times=notes[notes[:, _KIND] == STICK, _WHEN],
             release_times=notes[notes[:, _KIND] == RELEASE, _WHEN],
             end_state=np.array(end) if code == DONE else np.full(4, math.nan),
-            penetration=float(tally.penetration),
-            evaluations=int(tally.evaluations),
+            penetration=float(counts.penetration),
+            evaluations=int(counts.evaluations),
             outcome=OUTCOMES[code],
             reached=float(reached),
         )

@@ -32,7 +32,7 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import DEFAULT_ACCURACY, LOG_ROWS, Trajectory
 from damper.models import check_settings, start_run
-from damper.models.response import impact_loss, part_of, stored_energy
+from damper.models.response import impact_loss, integrate_segment, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.parameters.quantity import whole
 from damper.sweep.points import Point, read_point
@@ -170,7 +170,7 @@ def _follow(model, tables, log, records, last, ends):
 @compiled
 def _add_energies(model, tables, s, is_last, found):
     """Add the energies that a segment takes and loses; keep those stored at the run's ends."""
-    part = part_of(model, tables, s, 0.0, s.duration, math.inf)
+    part = integrate_segment(model, tables, s, 0.0, s.duration, math.inf)
     found.input += part.work + part.modulation
     # The work is at most this, however its parts cancel.
     work_size = math.sqrt(s.duration * max(part.speed_square, 0.0))

@@ -32,13 +32,13 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    deepen,
+    count_evaluations,
     fixed_step,
     force_at,
     nearer_wall,
     note,
+    record_penetration,
     settle,
-    spend,
 )
 
 THETA = 0.5
@@ -105,21 +105,21 @@ def _begin(method, start, time):
 
 
 @settle.of(MoreauJean)
-def _settle(method, state, time, index, notes, tally):
+def _settle(method, state, time, index, notes, counts):
     if index > 0:
-        tally = deepen(tally, abs(state.y - state.x) - method.damper.d)
-    contact, tally = _read(method, state, time, notes, tally)
+        counts = record_penetration(counts, abs(state.y - state.x) - method.damper.d)
+    contact, counts = _read(method, state, time, notes, counts)
     x, v, y, u, force, impulse, _ = state
-    return StepState(x, v, y, u, force, impulse, contact), tally
+    return StepState(x, v, y, u, force, impulse, contact), counts
 
 
 @advance.of(MoreauJean)
-def _advance(method, state, piece, tally):
+def _advance(method, state, piece, counts):
     p = method.damper
     x, v, y, u, force0, _, contact = state
     h = piece.left
     force1 = force_at(p, piece.end)
-    tally = spend(tally, 1)
+    counts = count_evaluations(counts, 1)
     force = _mean(force0, force1)
 
     # The step without walls.
@@ -143,11 +143,11 @@ def _advance(method, state, piece, tally):
     found = Impulse(impulse > 0.0, side, gap, rate0, piece.time)
     v_mean, u_mean = _mean(v, v1), _mean(u, u1)
     after = StepState(x + h * v_mean, v1, y + h * u_mean, u1, force1, found, contact)
-    return after, tally, h, False
+    return after, counts, h, False
 
 
 @compiled
-def _read(method, state, time, notes, tally):
+def _read(method, state, time, notes, counts):
     """What the impulse of a step means, or that there is none."""
     acts, side, gap, rate, start = state.impulse
     wall, since, acted, stuck, free, parted, last = state.contact
@@ -157,11 +157,11 @@ def _read(method, state, time, notes, tally):
             since = start
             if rate < 0.0:
                 since = min(max(since - gap / rate, last), method.until)
-                tally = note(notes, tally, since, IMPACT, side, -rate)
+                counts = note(notes, counts, since, IMPACT, side, -rate)
             last = since
         elif acted and not stuck and side == wall:
             stuck = True
-            tally = note(notes, tally, since, STICK, side, 0.0)
+            counts = note(notes, counts, since, STICK, side, 0.0)
         free = 0
         parted = time
     elif stuck:
@@ -169,8 +169,8 @@ def _read(method, state, time, notes, tally):
         if free >= _APART:
             stuck = False
             last = parted
-            tally = note(notes, tally, parted, RELEASE, wall, 0.0)
-    return ContactMemory(wall, since, acts, stuck, free, parted, last), tally
+            counts = note(notes, counts, parted, RELEASE, wall, 0.0)
+    return ContactMemory(wall, since, acts, stuck, free, parted, last), counts
 
 
 @compiled

@@ -29,14 +29,14 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    deepen,
+    count_evaluations,
     fixed_step,
     masses,
     nearer_wall,
     note,
+    record_penetration,
     rk4,
     settle,
-    spend,
     sticks,
     wall_acceleration,
 )
@@ -85,30 +85,30 @@ def _begin(method, start, time):
 
 
 @settle.of(Located)
-def _settle(method, state, time, index, notes, tally):
+def _settle(method, state, time, index, notes, counts):
     if state.due == NOTHING:
-        return state, tally
+        return state, counts
     p = method.damper
     x, v, gap, rate, side, _, due = state
     if due == RELEASE:
-        tally = note(notes, tally, time, RELEASE, side, 0.0)
-        return RelativeState(x, v, gap, rate, side, False, NOTHING), tally
+        counts = note(notes, counts, time, RELEASE, side, 0.0)
+        return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
     arrived = max(-rate, 0.0)
     rate = p.r * arrived
     if due == IMPACT:
-        tally = note(notes, tally, time, IMPACT, side, arrived)
+        counts = note(notes, counts, time, IMPACT, side, arrived)
         v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
     common = v - side * p.mu / (1.0 + p.mu) * rate
-    tally = spend(tally, 1)
+    counts = count_evaluations(counts, 1)
     a, j = wall_acceleration(p, 1.0, x, common, time, side)
     if not sticks(a, j, rate, method.shortest):
-        return RelativeState(x, v, gap, rate, side, False, NOTHING), tally
-    tally = note(notes, tally, time, STICK, side, 0.0)
-    return RelativeState(x, common, gap, 0.0, side, True, NOTHING), tally
+        return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
+    counts = note(notes, counts, time, STICK, side, 0.0)
+    return RelativeState(x, common, gap, 0.0, side, True, NOTHING), counts
 
 
 @advance.of(Located)
-def _advance(method, state, piece, tally):
+def _advance(method, state, piece, counts):
     p = method.damper
     x, v, gap, rate, side, stuck, _ = state
     time, tau = piece.time, piece.left
@@ -133,17 +133,17 @@ def _advance(method, state, piece, tally):
         tau, more = _find_end(p, before, time, piece.left)
         curve, dv = rk4(p, mass, x, v, time, tau)
         evaluations += more + 4
-    tally = spend(tally, evaluations)
+    counts = count_evaluations(counts, evaluations)
     if not stuck:
         gap += rate * tau + side * curve
         rate += side * dv
-        tally = deepen(tally, -gap)
+        counts = record_penetration(counts, -gap)
     if due == RELEASE:
         rate = 0.0
     if due != NOTHING:
         gap = 0.0
     after = RelativeState(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due)
-    return after, tally, tau, due != NOTHING
+    return after, counts, tau, due != NOTHING
 
 
 @masses.of(Located)

@@ -23,13 +23,13 @@ from damper.verification.comparison.fixed_step import (
     advance,
     begin,
     common_velocity,
-    deepen,
+    count_evaluations,
     fixed_step,
     nearer_wall,
     note,
+    record_penetration,
     rk4,
     settle,
-    spend,
     sticks,
     wall_acceleration,
 )
@@ -66,20 +66,20 @@ def _begin(method, start, time):
 
 
 @settle.of(StepEnd)
-def _settle(method, state, time, index, notes, tally):
+def _settle(method, state, time, index, notes, counts):
     p = method.damper
     x, v, y, u, side, stuck, offset = state
     if stuck:
         if side != 0.0:
-            tally = spend(tally, 1)
+            counts = count_evaluations(counts, 1)
             a, _ = wall_acceleration(p, 1.0 + p.mu, x, v, time, side)
             if a < 0.0:
                 stuck = False
-                tally = note(notes, tally, time, RELEASE, side, 0.0)
-        return StepEndState(x, v, y, u, side, stuck, offset), tally
+                counts = note(notes, counts, time, RELEASE, side, 0.0)
+        return StepEndState(x, v, y, u, side, stuck, offset), counts
     side = nearer_wall(x, y)
     depth = side * (y - x) - p.d
-    tally = deepen(tally, depth)
+    counts = record_penetration(counts, depth)
     speed = side * (u - v)
     touches = depth >= 0.0 and speed > 0.0
     if index == 0:
@@ -87,22 +87,22 @@ def _settle(method, state, time, index, notes, tally):
     if touches:
         rebound = p.r * speed
         if speed > 0.0:
-            tally = note(notes, tally, time, IMPACT, side, speed)
+            counts = note(notes, counts, time, IMPACT, side, speed)
             v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
             u = v - side * rebound
         common = common_velocity(p.mu, v, u)
-        tally = spend(tally, 1)
+        counts = count_evaluations(counts, 1)
         a, j = wall_acceleration(p, 1.0, x, common, time, side)
         if sticks(a, j, rebound, method.step):
             stuck = True
             offset = y - x
             v = u = common
-            tally = note(notes, tally, time, STICK, side, 0.0)
-    return StepEndState(x, v, y, u, side, stuck, offset), tally
+            counts = note(notes, counts, time, STICK, side, 0.0)
+    return StepEndState(x, v, y, u, side, stuck, offset), counts
 
 
 @advance.of(StepEnd)
-def _advance(method, state, piece, tally):
+def _advance(method, state, piece, counts):
     p, h = method.damper, piece.left
     x, v, y, u, side, stuck, offset = state
     mass = 1.0 + p.mu if stuck else 1.0
@@ -111,7 +111,7 @@ def _advance(method, state, piece, tally):
     v = v + dv
     y = x + offset if stuck else y + u * h
     after = StepEndState(x, v, y, v if stuck else u, side, stuck, offset)
-    return after, spend(tally, 4), h, False
+    return after, count_evaluations(counts, 4), h, False
 
 
 SOLVERS = {"rk4_step_end": fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))}

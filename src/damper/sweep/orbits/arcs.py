@@ -11,7 +11,7 @@ from damper.engine.loop import FINISHED
 from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, SIDE, V, X
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
-from damper.models.sensitivity import Beside, follow_change
+from damper.models.sensitivity import Stencil, follow_change
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
 
@@ -21,7 +21,7 @@ FIXED_STOP = 1e12
 
 
 @dataclass(frozen=True)
-class Pass:
+class Arc:
     """A run from one moment to another: states, derivative, log."""
 
     parameters: Parameters
@@ -45,16 +45,16 @@ class Pass:
         return basis[:, : len(moving(self.parameters))]
 
     @property
-    def lost(self) -> np.ndarray:
-        """What the run leaves of these less than they were, in as many components as there are."""
+    def fixed_point_matrix(self) -> np.ndarray:
+        """One less the derivative, for these: singular where a multiplier is 1."""
         basis = self.directions
         rows = basis.shape[1]
         return np.eye(rows) - (self.derivative @ basis)[:rows]
 
-    def change_by(self, near: Beside, of_start: np.ndarray) -> np.ndarray:
+    def change_by(self, stencil: Stencil, of_start: np.ndarray) -> np.ndarray:
         """Derivative of the end by a parameter, from that of the start."""
         change = of_start[:, None].copy()
-        follow_change(self.trajectory.model, near, self.rows, change, False)
+        follow_change(self.trajectory.model, stencil, self.rows, change, False)
         return change[:, 0]
 
     def state_after(self, tau: float) -> np.ndarray:
@@ -88,9 +88,9 @@ class Pass:
         return found
 
 
-def pass_over(
+def run_arc(
     parameters: Parameters, start: np.ndarray, begin: float, end: float, model: Any = None
-) -> Pass:
+) -> Arc:
     """Run from one moment to another, both in forcing periods; `model` is that of the parameters.
 
     Raises
@@ -111,7 +111,7 @@ def pass_over(
     last = trajectory.state_at(*until)
     after = vector(last)
     rows = np.concatenate(pieces)
-    return Pass(
+    return Arc(
         parameters, start, side, after, _side(parameters, after), deviations, rows, trajectory
     )
 
