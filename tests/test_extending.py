@@ -13,9 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, RUN_KEY, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = (
-    BLOCKS
-)
+OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
@@ -39,9 +37,9 @@ def copy(tmp_path_factory):
     dampers = package / "parameters/dampers.py"
     insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
-    insert(package / "sweep/runs.py", "\n    def __post_init__(self) -> None:", RUN_SETTING)
+    before = "\n\n@dataclass(frozen=True, kw_only=True)\nclass EngineSettings"
+    insert(package / "parameters/run.py", before, RUN_SETTING)
     insert(package / "sweep/runs.py", ", time, settings.periods)", " + settings.pause")
-    insert(package / "study/model.py", "\n\nclass Study(RunKeys, StudyFile):", RUN_KEY)
     return folder
 
 

@@ -11,10 +11,11 @@ from damper.engine.loop import FINISHED, LOG_FULL, run
 from damper.engine.model import initial_segment, motion
 from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
 from damper.parameters import NO_UNITS, State
+from damper.parameters.run import DEFAULTS
 
 LOG_ROWS = 1024
-DEFAULT_ACCURACY = 1e-12
-DEFAULT_MAX_EVENTS = 1_000_000
+DEFAULT_ACCURACY: float = DEFAULTS["accuracy"]
+DEFAULT_MAX_EVENTS: int = DEFAULTS["max_events"]
 
 #: Segments of a piece that plain Python runs at a time.
 _PIECE = 500

@@ -11,7 +11,7 @@ from damper.engine.impact import LAWS
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
-from damper.parameters.quantity import real, whole
+from damper.parameters.run import checked
 
 #: Name of each model, which is that of its folder here, and what makes a rigid damper one of it.
 MODELS: dict[str, dict[str, float]] = {
@@ -53,7 +53,7 @@ def start_run(
     ValueError
         When the state lies outside the box, or accuracy or max_events is out of range.
     """
-    check_settings(accuracy, max_events)
+    accuracy, max_events = checked("accuracy", accuracy), checked("max_events", max_events)
     if state is not None:
         check_state(parameters, state)
     return Trajectory(model_of(parameters, accuracy), state, max_events)
@@ -72,18 +72,6 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
             f"state: |y - x| = {distance * units.length!r} is outside the box: "
             f"must be at most {limit} = {parameters.clearance * units.length!r}"
         )
-
-
-#: What counts of events are held in has no more.
-MOST_EVENTS = 10**15
-
-
-def check_settings(accuracy: float, max_events: int) -> None:
-    """Raise ValueError or TypeError with name, value and range unless both are sensible."""
-    if not 1e-15 <= real("accuracy", accuracy) <= 1e-3:
-        raise ValueError(f"accuracy = {accuracy!r}: must be a number from 1e-15 to 1e-3")
-    if whole("max_events", max_events, 1) > MOST_EVENTS:
-        raise ValueError(f"max_events = {max_events!r}: must be at most {MOST_EVENTS}")
 
 
 def law_of(parameters: Parameters) -> Any:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product as combinations
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
-from damper.parameters.variables import TIME
 from damper.study.axes import coordinate_name
-from damper.study.fields import Folder, NamedMapping, Some, Strict, Text, Unit
+from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents
@@ -26,6 +26,7 @@ from damper.study.settings import (
     Fixed,
     FollowedOrbit,
     PrimaryStart,
+    declared_class,
     draw_settings,
     drawn_of,
     given_settings,
@@ -37,22 +38,18 @@ from damper.sweep.branches import DIRECTIONS
 _NONE: dict[str, Any] = {}
 
 
-class RunKeys(Strict):
-    """Keys of a study that hold for every run: those of `damper.sweep.runs.RunSettings`."""
-
-    transient: Annotated[
-        int,
-        Unit("forcing periods"),
-        Field(ge=0, description="How long each run goes on before it is recorded."),
-    ]
-    periods: Annotated[
-        int,
-        Unit("forcing periods"),
-        Field(ge=1, description="How long the record is."),
-    ]
+# Keys of a study that hold for every run, and the block `engine` of the configuration.
+if TYPE_CHECKING:
+    from damper.parameters.run import EngineSettings as Engine
+    from damper.parameters.run import RunLength as RunKeys
+else:
+    RunKeys, Engine = (
+        declared_class(name, cls.__doc__, declared_in(cls))
+        for name, cls in (("RunKeys", RunLength), ("Engine", EngineSettings))
+    )
 
 
-class Study(RunKeys, StudyFile):
+class Study(RunKeys, StudyFile):  # type: ignore[misc]
     """One study: fixed parameters, axes, what to measure, what to draw."""
 
     parameters: Annotated[
@@ -183,7 +180,7 @@ class Study(RunKeys, StudyFile):
     @property
     def run(self) -> dict[str, Any]:
         """Settings of every run."""
-        return self.model_dump(include=set(RunKeys.model_fields))
+        return self.model_dump(include=set(declared_in(RunLength)))
 
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""
@@ -307,30 +304,6 @@ def _units_text(name: str, si: bool) -> str:
     if si:
         units = SI_UNITS.get(units, units)
     return "" if units == "1" else f" {units}"
-
-
-class Engine(Strict):
-    """Settings of the event-driven engine."""
-
-    accuracy: Annotated[
-        float,
-        Unit(TIME),
-        Field(
-            ge=1e-15,
-            le=1e-3,
-            description="Largest error of the time at which a complete burst ends; all else is "
-            "exact to rounding. Dimensionless, also for a study in SI units.",
-        ),
-    ] = 1e-12
-    max_events: Annotated[
-        int,
-        Field(
-            ge=1,
-            le=10**15,
-            description="Budget of a run, after which it stops and `status` in the cube says so: "
-            "events, and hundreds of evaluations that find none.",
-        ),
-    ] = 1_000_000
 
 
 #: Names of the workflow's own rules, which no target may take.

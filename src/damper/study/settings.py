@@ -364,21 +364,26 @@ class Threshold(Strict):
         _check_origin(self, mistakes)
 
 
+def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]) -> Any:
+    """Class of an entry in a study whose settings are declared elsewhere."""
+    fields: dict[str, Any] = {}
+    for key, setting in declared.items():
+        described = Field(description=setting.meaning)
+        if isinstance(setting, Visibility):
+            threshold = Threshold(fraction=setting.default)
+            fields[key] = (Annotated[Threshold, described], threshold)
+        else:
+            of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
+            fields[key] = (Annotated[of, described], ... if setting.stated else setting.default)
+    return create_model(name, __base__=Strict, __doc__=about, **fields)
+
+
 @cache
 def observer_settings(name: str) -> type[Strict]:
     """Class of an observer's entry in a study, from the settings that the observer declares."""
     declared = observer_class(name)
-    fields: dict[str, Any] = {}
-    for key, setting in declared.settings.items():
-        about = Field(description=setting.meaning)
-        if isinstance(setting, Visibility):
-            fields[key] = (Annotated[Threshold, about], Threshold(fraction=setting.default))
-        else:
-            of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
-            fields[key] = (Annotated[of, about], setting.default)
-    made = create_model(declared.__name__, __base__=Strict, **fields)
-    # Under its name in schemas, and with its words in the reference.
-    made.__module__, made.__doc__ = declared.__module__, declared.__doc__
+    made = declared_class(declared.__name__, declared.__doc__, declared.settings)
+    made.__module__ = declared.__module__  # under its name in schemas
     return made
 
 

@@ -12,11 +12,11 @@ import xarray as xr
 from damper.parameters import State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
 from damper.parameters.quantity import filled, real
+from damper.parameters.run import DEFAULTS, settings_text
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
 from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
-from damper.sweep.runs import DEFAULTS, settings_text
 from damper.sweep.slices import simulate_slice
 
 #: What a parameter may be: a number, or a sequence that makes a dimension.

@@ -100,7 +100,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
 
 def settings_of(cube: Any) -> dict[str, Any]:
     """Return the settings of every run of a cube, as `damper.simulate` takes them."""
-    from damper.sweep.runs import DEFAULTS
+    from damper.parameters.run import DEFAULTS
 
     return {
         name: type(default)(cube.attrs[_ATTRIBUTES.get(name, name)])

@@ -9,8 +9,6 @@ import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, fields
-from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -19,17 +17,16 @@ from damper.engine.compiled import COMPILED
 from damper.engine.loop import FINISHED
 from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import (
-    DEFAULT_ACCURACY,
-    DEFAULT_MAX_EVENTS,
     LOG_ROWS,
     NO_LOG,
     Trajectory,
 )
-from damper.models import check_settings, check_state, start_run
+from damper.models import check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
 from damper.parameters.quantity import whole
+from damper.parameters.run import RunSettings
 from damper.parameters.state import need_state
 from damper.sweep.estimate import Job
 from damper.sweep.points import Point, read_point
@@ -37,56 +34,6 @@ from damper.sweep.progress import Progress
 
 #: Fewest points for which one more thread is worth its start, where their number is left open.
 _POINTS_A_THREAD = 4
-
-
-def _setting(default: Any, about: str) -> Any:
-    return field(default=default, metadata={"about": about})
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunSettings:
-    """Settings of every run: how long it lasts, how exact it is.
-
-    A key is declared here, and for studies in `damper.study.model.RunKeys`. Jobs, `damper.simulate`
-    and the attributes of cubes pass it on.
-
-    Raises
-    ------
-    ValueError, TypeError
-        With name, value and range, for a value out of range.
-    """
-
-    transient: int = _setting(200, "Forcing periods to discard.")
-    periods: int = _setting(50, "Forcing periods to record after them.")
-    accuracy: float = _setting(
-        DEFAULT_ACCURACY, "Largest error of a completion time, in units of sqrt(M/K)."
-    )
-    max_events: int = _setting(
-        DEFAULT_MAX_EVENTS,
-        "Budget of one run, after which it stops and `status` says so: events, and hundreds of\n"
-        "evaluations that find none (`damper.engine.trajectory.Trajectory`).",
-    )
-
-    def __post_init__(self) -> None:
-        for name, least in (("transient", 0), ("periods", 1)):
-            value = whole(name, getattr(self, name), least, "whole number of periods")
-            object.__setattr__(self, name, value)
-        check_settings(self.accuracy, self.max_events)
-
-
-_FIELDS = fields(RunSettings)
-#: Name of each setting of a run -> its default.
-DEFAULTS: dict[str, Any] = {f.name: f.default for f in _FIELDS}
-
-
-def settings_text() -> str:
-    """Return the entries of the settings in a docstring, in numpydoc's form."""
-    return "".join(
-        f"{f.name} : {type(f.default).__name__}, default {f.default}\n"
-        + indent(f.metadata["about"], " " * 4)
-        + "\n"
-        for f in _FIELDS
-    )
 
 
 def run_points(

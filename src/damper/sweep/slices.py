@@ -17,6 +17,7 @@ import numpy as np
 from damper.observers import make_observers
 from damper.parameters import State
 from damper.parameters.quantities import is_si
+from damper.parameters.run import RunSettings
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import Branches, branches
 from damper.sweep.estimate import Job, run_sizes
@@ -80,7 +81,7 @@ def simulate_slice(
         As `run_points`, and for too many runs before they are listed.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
-    from damper.sweep.runs import RunSettings, run_points
+    from damper.sweep.runs import run_points
 
     settings = RunSettings(**run)
     observers = list(observers) if isinstance(observers, Iterator) else observers

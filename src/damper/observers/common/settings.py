@@ -4,118 +4,11 @@ An observer declares them in its class; checks in Python, keys of study files, s
 reference follow from that.
 """
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
+from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One setting, of the type of its default: a whole number, a number, a flag, a word or a list.
-
-    Parameters
-    ----------
-    default : int, float, bool, str, tuple of float, or None
-        Its type is that of the setting; an empty tuple is a list of numbers, and None a number
-        that may be left out.
-    meaning : str
-    units : str, optional
-    choices : tuple of str, optional
-        All words allowed.
-    ge, gt, le, lt : float, optional
-        Bounds of the number, or of each in a list.
-    least : int, default 0
-        Fewest numbers in a list.
-    """
-
-    default: Any
-    meaning: str
-    units: str = ""
-    choices: tuple[str, ...] = ()
-    ge: float | None = None
-    gt: float | None = None
-    le: float | None = None
-    lt: float | None = None
-    least: int = 0
-
-    def __get__(self, observer: Any, kind: type | None = None) -> Any:
-        """Return the setting, from the class; an object holds the value in its place."""
-        return self
-
-    @property
-    def whole(self) -> bool:
-        """Whether numbers must be whole."""
-        return isinstance(self.default, int) and not isinstance(self.default, bool)
-
-    @property
-    def bounds(self) -> dict[str, float]:
-        """The bounds that there are, by name."""
-        bounds = {"gt": self.gt, "ge": self.ge, "lt": self.lt, "le": self.le}
-        return {name: bound for name, bound in bounds.items() if bound is not None}
-
-    @property
-    def allowed(self) -> str:
-        """What is allowed, in words."""
-        if self.choices:
-            return "one of " + ", ".join(map(repr, self.choices))
-        if isinstance(self.default, bool):
-            return "True or False"
-        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-        kind = "whole number" if self.whole else "number"
-        if isinstance(self.default, tuple):
-            count = f"at least {self.least} " if self.least else ""
-            kind = f"list of {count}distinct numbers, each"
-        limits = " and ".join(f"{signs[name]} {bound}" for name, bound in self.bounds.items())
-        words = "a", kind, limits, f"({self.units})" if self.units else ""
-        return " ".join(word for word in words if word)
-
-    def checked(self, name: str, value: Any) -> Any:
-        """Return the value as the observer holds it.
-
-        Raises
-        ------
-        ValueError
-            With name, value and what is allowed.
-        """
-        if value is None and self.default is None:
-            return None
-        try:
-            return self._read(value)
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"{name} = {value!r}: must be {self.allowed}") from None
-
-    def _read(self, value: Any) -> Any:
-        """Return the value in its type, or raise one of the errors that `checked` expects."""
-        if self.choices or isinstance(self.default, bool):
-            # Not 1 for True.
-            if isinstance(value, type(self.default)) and value in (self.choices or (True, False)):
-                return value
-            raise ValueError
-        if isinstance(self.default, tuple):
-            numbers = tuple(self._number(item) for item in _items(value))
-            if len(numbers) < self.least or len(set(numbers)) < len(numbers):
-                raise ValueError
-            return numbers
-        return self._number(value)
-
-    def _number(self, value: Any) -> float:
-        number = float(value)
-        if isinstance(value, str | bool) or not math.isfinite(number):
-            raise ValueError
-        if self.whole and number != int(number):
-            raise ValueError
-        within = (
-            (self.ge is None or number >= self.ge)
-            and (self.gt is None or number > self.gt)
-            and (self.le is None or number <= self.le)
-            and (self.lt is None or number < self.lt)
-        )
-        if not within:
-            raise ValueError
-        return int(value) if self.whole else number
 
 
 class Visibility(Setting):
@@ -145,9 +38,3 @@ VISIBILITY = Visibility(
     "infinitely many.",
 )
 FREE_MASS = Setting(False, "Whether to record the free mass as well.")
-
-
-def _items(value: Any) -> Sequence[Any]:
-    if isinstance(value, str | Mapping):
-        raise TypeError
-    return list(value)

@@ -31,10 +31,11 @@ from damper.engine.segment import (
     write_segment,
 )
 from damper.engine.trajectory import DEFAULT_ACCURACY, LOG_ROWS, Trajectory
-from damper.models import check_settings, start_run
+from damper.models import start_run
 from damper.models.response import impact_loss, integrate_segment, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.parameters.quantity import whole
+from damper.parameters.run import EngineSettings
 from damper.sweep.points import Point, read_point
 from damper.verification.stress.laws import LAW_NAMES, LAW_VARIABLES, REFUSED, RUN_VARIABLES
 
@@ -349,7 +350,7 @@ def run_checks(
     refused with an error; ``events``, ``evaluations`` of the flow, and ``periods`` asked for; an
     array (points,) each.
     """
-    check_settings(accuracy, max_events)
+    EngineSettings(accuracy=accuracy, max_events=max_events)  # refused before anything is run
     periods = whole("periods", periods, 1)
     read = [_read(values) for values in points]
     laws = Laws()
