@@ -109,7 +109,7 @@ cube = damper.simulate(
     **study.fixed, **study.axis_values, **study.run, observers=study.observer_settings()
 )
 for _, settings in study.files("figures").values():
-    print(len(draw(settings.pop("kind"), cube, **settings).axes))
+    print(len(draw(settings.pop("kind"), {{"cube": cube}}, **settings).axes))
 try:
     load_study(Path({str(study)!r}), {{"figures": {{"map": {{"variable": "right_shar"}}}}}})
 except ConfigError as error:
@@ -151,10 +151,10 @@ light = "matplotlib" not in sys.modules and "xarray" not in sys.modules
 cube = damper.simulate(**study.fixed, **study.axis_values, observers=["response"], periods=5,
                        transient=5)
 _, settings = study.files("figures")["figures/spread"]
-figure = draw(settings.pop("kind"), cube, **settings)
+figure = draw(settings.pop("kind"), {{"cube": cube}}, **settings)
 heights = [bar.get_height() for bar in figure.axes[0].patches]
 table = study.tables["ends"]
-found = make(table.kind, cube, table.model_dump())
+found = make(results={{"cube": cube}}, **table.model_dump())
 ends = found.data["value"].tolist()
 try:
     load_study(Path({str(study)!r}), {{"figures": {{"spread": {{"variable": "rms_rato"}}}}}})

@@ -9,7 +9,7 @@ from damper.analysis.basins import basin_fractions, wilson_limits
 from damper.analysis.motions import attractors
 from damper.engine.compiled import plain
 from damper.observers.motion import ObservedMotion
-from damper.tables.basins import make
+from damper.tables.basins import Basins, make
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 7), (3, 7), (7, 7), (120, 25_600)])
@@ -37,8 +37,8 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     assert found.starts.tolist() == [1, 2, 4, 0]
     assert found.of.tolist() == [3, 3, 4, 4]
     assert basin_fractions(cube).fraction.tolist() == [5 / 7, 2 / 7]
-    table = make(cube, {"along": "clearance", "confidence": 0.9})
-    assert "90% confidence" in str(table.body[0])
+    table = make({"cube": cube}, Basins.model_construct(along="clearance", confidence=0.9))
+    assert "90% confidence" in str(table.body)
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_borders_lie_at_the_limit(light: xr.Dataset) -> None:
 
 
 def test_table_gives_the_largest_distance(light: xr.Dataset) -> None:
-    table = make("small_mass_limit", light, {"resolution": 1e-2})
+    table = make("small_mass_limit", {"cube": light}, resolution=1e-2)
     text = table.markdown()
     largest = table.data["difference"].abs().max()
     assert f"Largest distance between border and limit: {largest:.1e}." in text
@@ -75,7 +75,7 @@ def test_table_gives_the_largest_distance(light: xr.Dataset) -> None:
 def test_borders_that_are_not_on_the_axis(light: xr.Dataset) -> None:
     cube = light.isel(frequency_ratio=[0])
     low = cube.sel(restitution=slice(0.0, 0.05))  # one value, complete, and above the limit at 3
-    table = make("small_mass_limit", low, {"resolution": 1e-4})
+    table = make("small_mass_limit", {"cube": low}, resolution=1e-4)
     assert table.data["border"].isna().all()
     assert "Largest distance between border and limit: none." in table.markdown()
     high = cube.sel(restitution=slice(0.65, 0.85))
@@ -148,7 +148,7 @@ def test_simulation_agrees_to_rounding(motion: xr.Dataset) -> None:
 
 
 def test_table_has_ranges_and_comparisons(motion: xr.Dataset) -> None:
-    table = make("two_impacts", motion, {"along": "clearance", "resolution": 1e-2})
+    table = make("two_impacts", {"cube": motion}, along="clearance", resolution=1e-2)
     assert set(table.data["row"]) == {"exists", "stable", "comparison"}
     assert len(table.csv().splitlines()) == 1 + len(table.data)
     assert table.csv().splitlines()[1].endswith(",,,,,,")

@@ -95,7 +95,7 @@ def test_slope_bears_errors_that_change_their_sign() -> None:
 
 def test_table_sums_up_all_points(cube: xr.Dataset) -> None:
     found = completion_errors(cube)
-    text = make("accumulation", cube.assign_attrs(title="T"), {"within": 0.01}).markdown()
+    text = make("accumulation", {"cube": cube.assign_attrs(title="T")}).markdown()
     summary = [line for line in text.splitlines() if line.startswith("| order ")]
     for order, line in enumerate(summary, start=1):
         times = found[(found["order"] == order) & (found["quantity"] == "time")]
@@ -182,7 +182,7 @@ def test_within_agrees_with_a_loop(cube: xr.Dataset) -> None:
 
 
 def test_table_says_what_was_found(cube: xr.Dataset) -> None:
-    table = make("accumulation", cube, {"within": 0.01})
+    table = make("accumulation", {"cube": cube})
     assert table.data.equals(completion_errors(cube))
     rows = [line for line in table.markdown().splitlines() if line.startswith("|")]
     rows = rows[4:]  # below what sums up all points

@@ -178,7 +178,7 @@ SETTINGS = {"along": "frequency_ratio", "over": "clearance", "good": 0.5, "dampe
 
 
 def test_table_shows_what_was_found(cube: xr.Dataset) -> None:
-    table = make("performance", cube, SETTINGS)
+    table = make("performance", {"cube": cube}, **SETTINGS)
     assert table.data.equals(best_clearance(cube))
     markdown = table.markdown()
     for worst in table.data["worst_amplitude"]:
@@ -187,12 +187,12 @@ def test_table_shows_what_was_found(cube: xr.Dataset) -> None:
 
 
 def test_table_of_one_place_and_of_none(cube: xr.Dataset) -> None:
-    alone = make("performance", cube.isel(restitution=1), SETTINGS)
+    alone = make("performance", {"cube": cube.isel(restitution=1)}, **SETTINGS)
     assert "| best clearance, F0/K | largest amplitude, F0/K | beside it, F" in alone.markdown()
-    end = make("performance", made_up(np.array([1.0, 2.0]).reshape(1, 1, 2)), SETTINGS)
+    end = make("performance", {"cube": made_up(np.array([1.0, 2.0]).reshape(1, 1, 2))}, **SETTINGS)
     assert "| 1 (end of the axis) | 1 of 2.5 | 2 |" in end.markdown()
     assert (
         "| 1 (end of the axis) (1 more as good) |"
-        in make("performance", made_up(1.0), SETTINGS).markdown()
+        in make("performance", {"cube": made_up(1.0)}, **SETTINGS).markdown()
     )
-    assert len(make("performance", made_up(np.nan), SETTINGS).csv().splitlines()) == 1
+    assert len(make("performance", {"cube": made_up(np.nan)}, **SETTINGS).csv().splitlines()) == 1

@@ -7,9 +7,10 @@ import xarray as xr
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
 from damper.figures import draw
-from damper.figures.overlays.orbits import overlay, overlay_curves
+from damper.figures.overlays import Panels
+from damper.figures.overlays.orbits import overlay
 from damper.parameters import Parameters
-from damper.tables.special_points import make
+from damper.tables.special_points import SpecialPoints, make
 from damper.theory.two_impacts import orbits as closed_form
 
 FIXED = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "phase": 0.0}
@@ -57,11 +58,11 @@ def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Data
 
 
 def test_table(branches: xr.Dataset) -> None:
-    table = make(branches, {})
+    table = make({"orbits": branches}, SpecialPoints.model_construct())
     first = table.data[table.data.restitution == 0.5].iloc[0]
     assert (first.motion, first.point, first.word) == ("two", "symmetry breaking", "R1 L1")
     assert first.value == pytest.approx(4.616152418, abs=1e-9)
-    assert "clearance = 4.8 is the end of the range" in str(table.body[2])
+    assert "clearance = 4.8 is the end of the range" in str(table.body[3])
 
 
 def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
@@ -71,7 +72,7 @@ def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
     ax, multipliers = Figure().subplots(2)
     panel = xr.Dataset(coords={"clearance": [4.5, 4.8], "restitution": 0.5})
     axes = {"displacement": ax, "multiplier": multipliers, "peak_displacement": None}
-    handles = overlay(axes, panel, "clearance", branches)
+    handles = overlay(Panels(axes, ("clearance",), panel, {"orbits": branches}))
     labels = [str(handle.get_label()) for handle in handles]
     assert labels[:2] == ["periodic motion, stable", "periodic motion, unstable"]
     assert "symmetry breaking" in labels
@@ -81,7 +82,7 @@ def test_drawn_over_a_row_of_a_diagram(branches: xr.Dataset) -> None:
     )
     assert stable.max() < 1.0 < unstable.max()
     nowhere = panel.assign_coords(restitution=0.7)
-    assert overlay({"displacement": ax}, nowhere, "clearance", branches) == []
+    assert overlay(Panels(axes, ("clearance",), nowhere, {"orbits": branches})) == []
 
 
 def test_curves_of_special_points() -> None:
@@ -97,18 +98,19 @@ def test_curves_of_special_points() -> None:
     for clearance, r in zip(found.curve_value.values, found.curve_other_value.values, strict=True):
         known = closed_form(Parameters(0.1, 0.1, 1.0, clearance, r))[0].multipliers
         assert abs(known + 1.0).min() < 1e-9
-    table = make(found, {})
+    table = make({"orbits": found}, SpecialPoints.model_construct())
     assert table.data.restitution.tolist()[1:] == found.curve_other_value.values.tolist()
     assert "restitution = 0.51 is the end of the range" in str(table.body)
     ax = Figure().subplots()
     panel = xr.Dataset(coords={"clearance": [4.5, 4.8], "restitution": [0.4, 0.5]})
-    (handle,) = overlay_curves(ax, panel, "restitution", "clearance", found)
+    over = Panels({"chatter": ax}, ("restitution", "clearance"), panel, {"orbits": found})
+    (handle,) = overlay(over)
     assert handle.get_label() == "symmetry breaking"
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_value)
-    assert overlay_curves(ax, panel, "restitution", "mass_ratio", found) == []
-    (ax,) = draw("special_points", found, x="clearance", y="restitution").axes
+    assert overlay(over._replace(over=("restitution", "mass_ratio"))) == []
+    (ax,) = draw("special_points", {"orbits": found}, x="clearance", y="restitution").axes
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), found.curve_other_value)
     assert ax.get_ylim() == (0.49, 0.51)
     none = found.isel(curve=slice(0), curve_point=slice(0))
-    (ax,) = draw("special_points", none, x="clearance", y="restitution").axes
+    (ax,) = draw("special_points", {"orbits": none}, x="clearance", y="restitution").axes
     assert ax.texts[0].get_text() == "no such special point was found"

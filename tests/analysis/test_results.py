@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from damper.analysis.results import opened
+from damper.analysis.results import Results
 from damper.sweep.cube import write_cube
 
 
@@ -14,15 +14,18 @@ def cube() -> xr.Dataset:
     return xr.Dataset({"chatter": ("restitution", [0.0, 1.0, 2.0, 2.0])}, axis)
 
 
-def test_results_are_opened_in_order(tmp_path: Path) -> None:
+def test_results_are_opened_when_they_are_asked_for(tmp_path: Path) -> None:
     write_cube(cube(), tmp_path / "cube.nc")
     (tmp_path / "cost.json").write_text('{"a": 1}')
-    settings = {"also": {"other": "a study"}}
-    paths = [tmp_path / "cost.json", tmp_path / "cube.nc"]
-    with opened(paths, settings, [tmp_path / "cube.nc"]) as (first, second):
-        assert first == {"a": 1}
-        assert second.equals(cube())
-        assert settings["also"]["other"].equals(cube())
+    names = {"cube": "cube.nc", "cost": "cost.json", "orbits": "missing.nc"}
+    with Results({name: tmp_path / path for name, path in names.items()}) as results:
+        assert results["cost"] == {"a": 1}
+        assert results["cube"].equals(cube())
+        assert results["cube"] is results["cube"]
+        assert list(results) == list(names)
+        assert "orbits" in results
+        with pytest.raises(KeyError, match="timings"):
+            results["timings"]
 
 
 def test_a_flipped_byte_of_a_value_is_an_error_and_no_number(tmp_path: Path) -> None:
@@ -33,7 +36,8 @@ def test_a_flipped_byte_of_a_value_is_an_error_and_no_number(tmp_path: Path) -> 
     for place in range(0, len(data), 41):
         path.write_bytes(data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :])
         try:
-            with opened([path]) as (found,):
+            with Results({"cube": path}) as results:
+                found = results["cube"]
                 lost = (found.chatter > 1e36).all()
                 assert lost or found.load().equals(cube())
         except SystemExit as error:
@@ -47,8 +51,14 @@ def test_a_flipped_byte_of_a_value_is_an_error_and_no_number(tmp_path: Path) -> 
 def test_another_error_removes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "cube.nc"
     write_cube(cube(), path)
-    with pytest.raises(ValueError, match="mine"), opened([path]):
-        raise ValueError("mine")
+
+    def fail_otherwise() -> None:
+        with Results({"cube": path}) as results:
+            assert "chatter" in results["cube"]
+            raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine"):
+        fail_otherwise()
     assert path.exists()
 
 
@@ -57,7 +67,8 @@ def test_two_jobs_that_read_one_damaged_file_both_name_it(tmp_path: Path) -> Non
     write_cube(cube(), path)
 
     def read_while_the_other_job_removes_it() -> None:
-        with opened([path]):
+        with Results({"cube": path}) as results:
+            assert "chatter" in results["cube"]
             path.unlink()
             raise OSError("HDF error")
 

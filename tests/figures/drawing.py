@@ -56,11 +56,16 @@ def made_up(
     return dataset(axes, fixed, data | status, variables, {}, attributes, branches)
 
 
-def drawn(kind: str, *results: xr.Dataset, **settings: Any) -> Figure:
-    """Figure as `draw` returns it, with every warning an error."""
+def drawn(
+    kind: str,
+    cube: xr.Dataset | None = None,
+    branches: xr.Dataset | None = None,
+    **settings: Any,
+) -> Figure:
+    """Figure of a cube and of branches of orbits, with every warning an error."""
     with style(), warnings.catch_warnings():
         warnings.simplefilter("error")
-        return draw(kind, *results, **settings)
+        return draw(kind, {"cube": cube, "orbits": branches}, **settings)
 
 
 def laid_out(figure: Figure) -> Figure:

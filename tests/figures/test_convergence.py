@@ -60,7 +60,7 @@ def test_figure(cube: xr.Dataset) -> None:
 
 
 def test_table(cube: xr.Dataset) -> None:
-    table = make("convergence", cube, SETTINGS)
+    table = make("convergence", {"cube": cube}, **SETTINGS)
     assert len(table.data) == len(VARIABLES) * 2 * 5
     markdown = table.markdown()
     assert markdown.startswith("# Impact damper simulation: distance to the rigid damper\n")

@@ -136,7 +136,7 @@ def test_colours_differ_in_grey() -> None:
 
 def test_unknown_kind_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match=r"unknown kind 'pie'.*bifurcation"):
-        draw("pie", None)
+        draw("pie", {})
 
 
 def test_drawing_needs_no_display_and_no_engine() -> None:

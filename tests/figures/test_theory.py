@@ -15,7 +15,7 @@ from new_process import in_new_process
 
 import damper
 from damper.analysis.amplitudes import amplitudes
-from damper.figures import THEORY, modules
+from damper.figures import modules
 from damper.figures.common.style import BLUE, GREEN, VERMILION
 from damper.study.kinds import FIGURES
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
@@ -315,7 +315,7 @@ def test_manifold_without_impacts() -> None:
 def test_only_what_is_asked_for_counts_and_loads() -> None:
     assert modules(FIGURES.modules["bifurcation"], {}) == ["damper.figures.bifurcation"]
     both = modules(FIGURES.modules["map"], {"theory": "small_mass_limit"})
-    assert both == ["damper.figures.map", THEORY["small_mass_limit"]]
+    assert both == ["damper.figures.map", "damper.figures.overlays.small_mass_limit"]
     code = (
         "import json, sys, damper.figures.map, damper.figures.bifurcation\n"
         "print(json.dumps([m for m in sys.modules if m.startswith('damper.theory')]))"

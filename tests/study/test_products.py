@@ -425,7 +425,7 @@ def test_every_variable_with_one_value_at_each_point_is_drawn(
         ):
             given = {"parameters": DAMPER, "axes": axes} | run
             _, settings = load(tmp_path, figure, **given).files("figures")["figures/one"]
-            assert draw(settings.pop("kind"), cube, **settings).axes
+            assert draw(settings.pop("kind"), {"cube": cube}, **settings).axes
 
 
 def test_variable_of_a_setting_that_is_not_set(tmp_path: Path) -> None:

@@ -126,7 +126,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
             "axes": GOOD["axes"] | {"initial_velocity": {"values": [0, 1]}},
             "tables": {"a": {"kind": "two_impacts", "along": "initial_velocity"}},
         },
-        ("which the closed form does not depend on", "an axis of a parameter"),
+        ("sets where a run starts", "an axis of a parameter"),
     ),
 }
 

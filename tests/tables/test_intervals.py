@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import damper
-from damper.tables import Table
+from damper.tables import Table, make
 from damper.tables import intervals as module
 
 COLUMNS = ("mass_ratio", "threshold", "chatter", "restitution_lower", "restitution_upper")
@@ -44,7 +44,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Any:
             mass_ratio=[0.1, 0.2], damping_ratio=0.02, frequency_ratio=1.3, clearance=0.05,
             restitution=[0.5, 0.6, 0.7], transient=1, periods=1, observers={"bursts": settings},
         )  # fmt: skip
-        return module.make(cube, {"along": "restitution", "resolution": 1e-3})
+        return make("intervals", {"cube": cube}, along="restitution")
 
     return table
 
@@ -52,18 +52,18 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_main_table_by_hand(made: Any) -> None:
     table = made(MADE_UP)
     assert len(table.data) == len(MADE_UP)
-    main = table.body[1]
+    main = table.body[2]
     assert list(main.columns) == ["mass ratio", "complete", "any"]
     assert main.to_numpy().tolist() == [
         ["0.1", "0.400–0.700, ~0.800–1.000+, 1 narrow", "0.400–1.000+"],
         ["0.2", "none", "1 narrow"],
     ]
-    assert "`~`: an edge that is chance" in table.body[0]
-    assert "1e-13 to 1e-12" in table.body[0]
+    assert "`~`: an edge that is chance" in table.body[1]
+    assert "1e-13 to 1e-12" in table.body[1]
 
 
 def test_threshold_table_by_hand(made: Any) -> None:
-    moves = made(MADE_UP).body[4]
+    moves = made(MADE_UP).body[5]
     assert list(moves.columns) == [
         "mass ratio",
         *("complete, 1 %", "complete, 3 %", "complete, 10 %"),
@@ -80,7 +80,7 @@ def test_threshold_table_by_hand(made: Any) -> None:
 
 
 def test_how_edges_move_by_hand(made: Any) -> None:
-    assert made(MADE_UP).body[5].splitlines() == [
+    assert made(MADE_UP).body[6].splitlines() == [
         "- complete, from 1 % to 10 %: the lower edge moves by +0.250 to +0.250, "
         "the upper edge by -0.010 to -0.010 (1 of 2 rows have intervals at both); "
         "in 1 rows they vanish.",
@@ -95,7 +95,7 @@ def test_how_edges_move_without_intervals_at_both(made: Any) -> None:
         (0.1, "1 %", "complete", 0.3, 0.7, False, False),
         (0.1, "10 %", "complete", 0.5, 0.52, True, False),
     ]
-    complete, either = made(found).body[5].splitlines()
+    complete, either = made(found).body[6].splitlines()
     assert complete.startswith("- complete, from 1 % to 10 %: no row has intervals at both")
     assert "in 1 rows they vanish" in complete
     assert either == "- any, from 1 % to 10 %: no row has intervals at both."
@@ -109,13 +109,13 @@ def test_speed_and_fractions_are_not_one_scale(made: Any) -> None:
         (0.1, "10 %", "complete", 0.5, 0.7, False, False),
     ]
     table = made(found, threshold={"speed": 0.02}, compare_thresholds=[0.01, 0.1])
-    assert "(threshold speed 0.02)" in table.body[0]
-    assert "chance" not in table.body[0]
-    assert "from 1 % to 10 %: the lower edge moves by +0.200 to +0.200" in table.body[5]
+    assert "(threshold speed 0.02)" in table.body[1]
+    assert "chance" not in table.body[1]
+    assert "from 1 % to 10 %: the lower edge moves by +0.200 to +0.200" in table.body[6]
 
 
 def test_places_without_chatter_have_rows(made: Any) -> None:
     """A reader must see that a place was looked at and has none."""
     table = made([], compare_thresholds=[])
-    assert len(table.body) == 2
-    assert table.body[1].to_numpy().tolist() == [["0.1", "none", "none"], ["0.2", "none", "none"]]
+    assert len(table.body) == 3
+    assert table.body[2].to_numpy().tolist() == [["0.1", "none", "none"], ["0.2", "none", "none"]]

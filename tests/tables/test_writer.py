@@ -28,7 +28,7 @@ def test_every_table_says_what_its_study_fixes_and_assumes() -> None:
         cube[name] = "clearance", value
     cube.attrs["observers"], cube.attrs["primary_starts"] = '{"bursts": {}}', "rest"
     cube.attrs |= {"transient_periods": 1, "recorded_periods": 1, "accuracy": 1e-9, "max_events": 9}
-    text = make("intervals", cube, {"along": "clearance", "resolution": 0.1}).markdown()
+    text = make("intervals", {"cube": cube}, along="clearance", resolution=0.1).markdown()
     title = "# A study: chatter intervals in clearance"
     assert text.startswith(f"{title}\n\nFixed: mass ratio 0.1.\n\n")
     assert text.endswith("\n- mass ratio: lost\n- visibility threshold: ours\n")
@@ -36,4 +36,4 @@ def test_every_table_says_what_its_study_fixes_and_assumes() -> None:
 
 def test_unknown_kind_is_told_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match="did you mean 'performance'"):
-        make("perfomance", xr.Dataset(), {})
+        make("perfomance", {})

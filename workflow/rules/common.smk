@@ -188,12 +188,10 @@ def verify():
 
 
 def shown(study, product):
-    """Return the files that a figure or table shows: of its study, and of others."""
-    beside = getattr(product, "beside", {}).values()
-    return {
-        "of": [f"{RESULTS}/{study.name}/{path}" for path in product.reads],
-        "beside": [f"{RESULTS}/{name}/cube.nc" for name in beside],
-    }
+    """Return the files that a figure or table shows, by name: of its study, and of others."""
+    own = {Path(path).stem: f"{RESULTS}/{study.name}/{path}" for path in product.reads}
+    beside = getattr(product, "beside", {})
+    return own | {what: f"{RESULTS}/{name}/cube.nc" for what, name in beside.items()}
 
 
 # Name of a file of results in a study's folder -> function of the study's name that returns the

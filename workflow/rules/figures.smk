@@ -13,7 +13,7 @@ def figure_settings(figure):
         "settings": settings,
         "module": drawn_by,
         "code": digest("figure.py", *modules(drawn_by, settings)),
-        "shown": [made_of(path) for paths in shown(study, product).values() for path in paths],
+        "shown": [made_of(path) for path in shown(study, product).values()],
     }
 
 

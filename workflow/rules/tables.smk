@@ -17,7 +17,7 @@ def table_settings(table):
         "settings": settings,
         "module": made_by,
         "code": digest("table.py", made_by, *more),
-        "shown": [made_of(path) for paths in shown(study, product).values() for path in paths],
+        "shown": [made_of(path) for path in shown(study, product).values()],
     }
 
 

@@ -4,7 +4,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from damper.analysis.results import opened
+from damper.analysis.results import Results
 from damper.figures.common.style import save, style
 from damper.observers import class_in
 from damper.study.fingerprint import stamp
@@ -13,11 +13,11 @@ from damper.study.study_file import Made
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
-settings = dict(job["settings"])
 module = import_module(job["module"])
+settings = class_in(module, Made).model_construct(**job["settings"])
 
-with style(), opened(snakemake.input.of, settings, snakemake.input.beside) as results:
-    figure = module.draw(*results, settings=class_in(module, Made).model_construct(**settings))
+with style(), Results(dict(snakemake.input.items())) as results:
+    figure = module.draw(results, settings)
     for path in snakemake.output:
         save(figure, Path(path))
 stamp(snakemake.output, job)

@@ -3,22 +3,19 @@
 import sys
 from importlib import import_module
 
-from damper.analysis.results import opened
+from damper.analysis.results import Results
+from damper.observers import class_in
 from damper.study.fingerprint import stamp
-from damper.study.kinds import TABLES
-from damper.tables import make
+from damper.study.study_file import Made
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
-settings = dict(job["settings"])
-kind = settings.pop("kind")
+module = import_module(job["module"])
+settings = class_in(module, Made).model_construct(**job["settings"])
 
-with opened(snakemake.input.of, settings, snakemake.input.beside) as results:
-    if kind in TABLES:
-        table = make(kind, *results, settings)
-    else:  # of a study that checks the engine
-        table = import_module(job["module"]).make(*results, **settings)
+with Results(dict(snakemake.input.items())) as results:
+    table = module.make(results, settings)
 
 table.save(snakemake.output.csv, snakemake.output.md)
 stamp(snakemake.output, job)

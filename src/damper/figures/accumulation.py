@@ -87,13 +87,14 @@ class AccumulationFigure(FigureSettings):
         need(study, mistakes, "accumulation")
 
 
-def draw(cube: xr.Dataset, *, settings: AccumulationFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
     """Draw the errors of completion time (left) and point (right) over the rebound speed.
 
     All bursts of a point are drawn over each other, and so are directions and random states.
     """
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     rows, at = settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))

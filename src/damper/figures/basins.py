@@ -24,7 +24,6 @@ from damper.study.products import (
 from damper.study.study_file import See
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -46,10 +45,11 @@ class BasinsFigure(Product):
         need_starts(study, mistakes, self.along)
 
 
-def draw(cube: xr.Dataset, *, settings: BasinsFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     """Draw the part of the starts that ends in each motion."""
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     along = settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -12,7 +11,6 @@ from pydantic import Field
 
 from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
-from damper.figures import THEORY
 from damper.figures.common.layout import (
     edges,
     few_decades,
@@ -35,6 +33,7 @@ from damper.figures.common.style import (
     VERMILION,
     label,
 )
+from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
 from damper.study.fields import Pair, Some, Text, one_of
@@ -189,16 +188,16 @@ class Bifurcation(FigureSettings):
             mistakes.add((missing,), f"'{given}' is given, but '{missing}' is missing", allowed)
 
 
-def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Bifurcation) -> Figure:
+def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     """Draw variables over one axis, a column of panels each.
 
     Both directions of a continuation are drawn in their own colours; random initial states are
-    drawn over each other. `branches` are the study's orbits, where these are drawn. ValueError
-    where a range is marked and the cube has no `chatter` to compare it with.
+    drawn over each other. ValueError where a range is marked and the cube has no `chatter` to
+    compare it with.
     """
     from matplotlib.figure import Figure
 
-    place = _shown(cube, settings)
+    place = _shown(results["cube"], settings)
     rows, variables = settings.rows, settings.variables
     values = place[rows].values.tolist() if rows else [None]
     width = PAGE if len(variables) > 1 else COLUMN
@@ -214,7 +213,8 @@ def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Bifu
             _points(ax, panel, settings.along, name)
         _mark_chatter(row, panel, settings.along)
         _title(row, panel, settings)
-        for handle in _overlays(row, panel, branches, settings):
+        panels = Panels(dict(zip(variables, row, strict=True)), (settings.along,), panel, results)
+        for handle in draw_overlays(panels, settings.theory, settings.orbits):
             drawn[str(handle.get_label())] = handle
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(_ordinate(place, name))
@@ -251,19 +251,6 @@ def _title(row: np.ndarray, panel: xr.Dataset, settings: Bifurcation) -> None:
     if titles:
         style = {} if mark is None else {"fontsize": 7.0}
         row[0].set_title("\n".join(titles), loc="left", pad=_above(panel), **style)
-
-
-def _overlays(
-    row: np.ndarray, panel: xr.Dataset, branches: xr.Dataset | None, settings: Bifurcation
-) -> Iterator[Artist]:
-    """Draw theory and orbits over a row; what the legend has to say of them."""
-    axes = dict(zip(settings.variables, row, strict=True))
-    if settings.theory:
-        overlay = import_module(THEORY[settings.theory]).overlay
-        yield from overlay(axes, panel, settings.along)
-    if settings.orbits and branches is not None:
-        overlay = import_module("damper.figures.overlays.orbits").overlay
-        yield from overlay(axes, panel, settings.along, branches)
 
 
 def _ordinate(place: xr.Dataset, name: str) -> str:

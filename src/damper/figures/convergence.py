@@ -22,7 +22,6 @@ from damper.study.products import (
 from damper.tables.convergence import Compared, Conventions, Stiffness, check_convergence
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
@@ -51,7 +50,7 @@ class Convergence(FigureSettings):
         check_convergence(self, study, mistakes)
 
 
-def draw(cube: xr.Dataset, *, settings: Convergence) -> Figure:
+def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
     """Draw the distance of each variable to that of the rigid damper, one panel each.
 
     The cube is of a study with no axes but those of the contact, with the study in its attributes.
@@ -60,6 +59,7 @@ def draw(cube: xr.Dataset, *, settings: Convergence) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
+    cube = results["cube"]
     variables, along, lines = settings.variables, settings.along, settings.lines
     place = cube.sel(settings.at or {}).sortby(along)
     found = distance_to_rigid(place, variables, along)

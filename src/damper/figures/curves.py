@@ -114,11 +114,12 @@ class Curves(FigureSettings):
             mistakes.add(("variables",), message, f"at most {MOST_VARIABLES}")
 
 
-def draw(cube: xr.Dataset, *, settings: Curves) -> Figure:
+def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     """Draw variables over one axis, one panel each."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
+    cube = results["cube"]
     along, lines, best = settings.along, settings.lines, settings.best
     place, variables = _shown(cube, settings)
     beside = [_OVER[name] for name in variables if _OVER.get(name) in place]

@@ -113,7 +113,7 @@ class FreeMass(FigureSettings):
         need_listed_bursts(study, mistakes)
 
 
-def draw(cube: xr.Dataset, *, settings: FreeMass) -> Figure:
+def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     """Draw the free mass's displacement and velocity, absolute and relative, over time.
 
     On the left the whole history, and below it the duration of every burst of chatter; on the right
@@ -123,6 +123,7 @@ def draw(cube: xr.Dataset, *, settings: FreeMass) -> Figure:
     """
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     place = select(cube, _VARIABLES, settings.at, ("instant", "burst"))
     run = place.isel(instant=np.isfinite(place.trajectory_time.values))
     time = run.trajectory_time.values + float(run.trajectory_start)

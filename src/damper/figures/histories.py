@@ -76,7 +76,7 @@ class Histories(TrajectoryFigure):
         need_listed_bursts(study, mistakes)
 
 
-def draw(cube: xr.Dataset, *, settings: Histories) -> Figure:
+def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     """Draw the free mass's place between the walls over time, a panel for each value of an axis.
 
     The relative displacement is drawn over the clearance, so the walls are at -1 and 1. Bursts with
@@ -87,6 +87,7 @@ def draw(cube: xr.Dataset, *, settings: Histories) -> Figure:
     """
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
     panels, start = settings.panels, settings.start

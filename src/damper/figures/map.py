@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest, least
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import reduced, runs_over, worst
-from damper.figures import THEORY
 from damper.figures.common.layout import (
     edges,
     few_decades,
@@ -45,6 +43,7 @@ from damper.figures.common.style import (
     VERMILION,
     YELLOW,
 )
+from damper.figures.overlays import Panels, draw_overlays
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import (
@@ -210,11 +209,9 @@ class Map(FigureSettings):
             mistakes.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
 
-def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map) -> Figure:
-    """Draw one variable in colour over two axes.
-
-    `branches` are the study's orbits, where curves of their special points are drawn.
-    """
+def draw(results: Mapping[str, Any], settings: Map) -> Figure:
+    """Draw one variable in colour over two axes."""
+    cube = results["cube"]
     x, y, panels = settings.x, settings.y, settings.panels
     given = settings.model_dump()
     idle = "walls never touched" + _FROM_REST * from_exact_rest(cube)
@@ -240,7 +237,8 @@ def draw(cube: xr.Dataset, branches: xr.Dataset | None = None, *, settings: Map)
         if not classes:
             marks |= _hatch(ax, panel, x, y, known, idle)
         marks |= _marks(ax, panel, variable, np.where(known > 0.0, values, np.nan), settings)
-        for handle in _overlays(ax, panel, branches, settings):
+        over = Panels({variable: ax}, (x, y), panel, results)
+        for handle in draw_overlays(over, settings.theory, settings.orbits):
             marks[str(handle.get_label())] = handle
         _say_what_is_missing(ax, values, classes)
         if panels:
@@ -271,17 +269,6 @@ def _marks(
             values = np.where(numbers(panel[own], y, x) < 1.0, values, np.nan)
         marks |= _best(ax, panel, x, y, values, settings.best, variable)
     return marks
-
-
-def _overlays(
-    ax: Axes, panel: xr.Dataset, branches: xr.Dataset | None, settings: Map
-) -> Iterator[Artist]:
-    """Draw theory and curves of special points over a panel; what the legend has to say."""
-    if settings.theory:
-        yield from import_module(THEORY[settings.theory]).overlay(ax, panel, settings.x, settings.y)
-    if settings.orbits and branches is not None:
-        curves = import_module("damper.figures.overlays.orbits").overlay_curves
-        yield from curves(ax, panel, settings.x, settings.y, branches)
 
 
 class Classified(NamedTuple):

@@ -76,7 +76,7 @@ class PhasePortrait(FigureSettings):
         need_section(study, mistakes)
 
 
-def draw(cube: xr.Dataset, *, settings: PhasePortrait) -> Figure:
+def draw(results: Mapping[str, Any], settings: PhasePortrait) -> Figure:
     """Draw phase portraits and the Poincaré map, a column of panels for each value of an axis.
 
     Above the primary's phase portrait, then that of the free mass relative to the primary between
@@ -84,6 +84,7 @@ def draw(cube: xr.Dataset, *, settings: PhasePortrait) -> Figure:
     """
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     columns = settings.columns
     place = select(cube, [*_MOTION, *_SECTION], settings.at, (columns, "instant", "sample"))
     values = place[columns].values.tolist() if columns else [None]

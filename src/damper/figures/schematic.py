@@ -5,7 +5,7 @@ They show no results, so they need no cube. Lengths are those of the drawing its
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -48,7 +48,7 @@ class Schematic(Product):
     see: See = None
 
 
-def draw(*, settings: Schematic) -> Figure:
+def draw(results: Mapping[str, Any], settings: Schematic) -> Figure:
     """Draw the schematic of a mechanical model."""
     from matplotlib.figure import Figure
 

@@ -85,10 +85,11 @@ class SlowManifold(FigureSettings):
         need(study, mistakes, "trajectory")
 
 
-def draw(cube: xr.Dataset, *, settings: SlowManifold) -> Figure:
+def draw(results: Mapping[str, Any], settings: SlowManifold) -> Figure:
     """Draw the amplitude of the free mass against that of the primary, cycle by cycle."""
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     panels = settings.panels
     place = select(cube, TRAJECTORY_VARIABLES, settings.at, (panels, "instant"))
     shown = place[panels].values.tolist() if panels else [None]

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from damper.figures import THEORY
 from damper.figures.common.layout import head, legend, place_text, say
 from damper.figures.common.style import COLUMN, axis_label
-from damper.figures.overlays.orbits import overlay_curves
+from damper.figures.overlays import Panels, draw_overlays
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, StudyContents, need_orbits
@@ -66,11 +65,11 @@ class SpecialPointsFigure(Product):
             mistakes.add(("theory",), message, "restitution and clearance")
 
 
-def draw(branches: xr.Dataset, *, settings: SpecialPointsFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: SpecialPointsFigure) -> Figure:
     """Draw curves of special points, from what `damper.analysis.orbits.follow_orbits` found."""
     from matplotlib.figure import Figure
 
-    x, y = settings.x, settings.y
+    branches, x, y = results["orbits"], settings.x, settings.y
     panels = _panels(branches, x, y)
     rows = max(len(panels), 1)
     figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * rows), layout="constrained")
@@ -78,10 +77,9 @@ def draw(branches: xr.Dataset, *, settings: SpecialPointsFigure) -> Figure:
     drawn: dict[str, Artist] = {}
     for ax, panel in zip(axes, panels, strict=False):
         ax.set(xlim=panel[x].values, ylim=panel[y].values)
-        handles = overlay_curves(ax, panel, x, y, branches)
-        if settings.theory:
-            handles += import_module(THEORY[settings.theory]).overlay(ax, panel, x, y)
-        drawn |= {str(handle.get_label()): handle for handle in handles}
+        over = Panels({"curves": ax}, (x, y), panel, results)
+        for handle in draw_overlays(over, settings.theory, orbits=True):
+            drawn[str(handle.get_label())] = handle
         if rows > 1:
             places = (
                 place_text(panel, name, float(panel[name])) for name in _others(branches, x, y)

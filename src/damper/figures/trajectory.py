@@ -89,13 +89,14 @@ class TrajectoryFigure(FigureSettings):
             mistakes.add(("stop",), message, f"number > {start}")
 
 
-def draw(cube: xr.Dataset, *, settings: TrajectoryFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
     """Draw both masses' displacements (above) and velocities (below) over time.
 
     ValueError where the sampled stretch does not reach to the start.
     """
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     start, stop = settings.start, settings.stop
     place = select(cube, _VARIABLES, settings.at, ("instant",))
     frequency = forcing_frequency(place)

@@ -107,7 +107,7 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
 
     need_cube(cube)
     with style():
-        return draw(kind, cube, **settings)
+        return draw(kind, {"cube": cube}, **settings)
 
 
 def run(

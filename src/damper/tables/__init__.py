@@ -7,7 +7,7 @@ files of a table look like stands here, for all tables.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,8 @@ from damper.study.kinds import TABLES
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    Body = Sequence[str | pd.DataFrame]
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,14 @@ class Table:
 
     title: str
     data: pd.DataFrame
-    body: Sequence[str | pd.DataFrame]
+    body: Body
+
+    @classmethod
+    def of(cls, cube: xr.Dataset, title: str, data: pd.DataFrame, body: Body) -> Table:
+        """Return a table with the study's title, and with its fixed and its assumed values."""
+        study = [cube.attrs["title"]] if "title" in cube.attrs else []
+        whole = [*_fixed(cube), *body, *_assumed(cube)]
+        return cls(": ".join([*study, title]), data, whole)
 
     def csv(self) -> str:
         """Text of the CSV file."""
@@ -78,30 +87,31 @@ def _lines(cells: pd.DataFrame) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 
-def make(kind: str, cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Make one table of a cube.
+def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
+    """Make one table.
 
     Parameters
     ----------
     kind : str
         A key of `damper.study.kinds.TABLES`.
-    cube : xarray.Dataset
-    settings : mapping
-        Those of the kind in the study file.
+    results : mapping of str to xarray.Dataset
+        What it is made of, by name: ``cube``, or the study's ``orbits``.
+    **settings
+        Those of the kind; they are not checked against the cube.
 
     Returns
     -------
     Table
-        That of the kind's own `make`, with the study's title, fixed and assumed values.
 
     Raises
     ------
     ValueError
-        For an unknown kind, with the known ones.
+        For an unknown kind, with the known ones; for settings that the kind has not or that are
+        wrong, with what is allowed.
     """
-    table = TABLES.module(kind).make(cube, settings)
-    title = f"{cube.attrs['title']}: {table.title}"
-    return replace(table, title=title, body=[*_fixed(cube), *table.body, *_assumed(cube)])
+    module = TABLES.module(kind)
+    given = {name: value for name, value in settings.items() if value is not None}
+    return module.make(results, TABLES[kind].checked(kind, {"kind": kind, **given}))
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:

@@ -20,7 +20,6 @@ from damper.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 
 class AccumulationTable(Product):
@@ -40,9 +39,10 @@ class AccumulationTable(Product):
         need(study, mistakes, "accumulation")
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show how good the predictions are at every point; see `damper.tables.make`."""
-    within = settings["within"]
+def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:
+    """Show how good the predictions are at every point."""
+    cube = results["cube"]
+    within = settings.within
     data = completion_errors(cube, within)
     body: list[str | pd.DataFrame] = [
         "After each impact of a complete burst, theory predicts when and where it ends: to first "
@@ -65,7 +65,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         units = units_of(cube[f"remaining_{quantity}"].attrs)
         some = data[data["quantity"] == quantity]
         body += [f"## Completion {title}", _cells(some, units, within)]
-    return Table("predicted and simulated completion of bursts", data, body)
+    return Table.of(cube, "predicted and simulated completion of bursts", data, body)
 
 
 def _summary(found: pd.DataFrame) -> pd.DataFrame:

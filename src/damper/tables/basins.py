@@ -14,7 +14,7 @@ from damper.study.products import Product, Role, StudyContents, need, need_start
 from damper.tables import Table
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
 class Basins(Product):
@@ -33,12 +33,13 @@ class Basins(Product):
         need_starts(study, mistakes, self.along)
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show the part of each motion; see `damper.tables.make`."""
-    data = basin_fractions(cube, settings.get("along"), settings["confidence"])
+def make(results: Mapping[str, Any], settings: Basins) -> Table:
+    """Show the part of each motion."""
+    cube = results["cube"]
+    data = basin_fractions(cube, settings.along, settings.confidence)
     cells = data.map(lambda cell: f"{cell:.4g}" if isinstance(cell, float) else cell)
     text = (
         "Runs that end in each motion, of all that did not stop. The limits are Wilson's, of "
-        f"{settings['confidence']:.0%} confidence, as if the starts were drawn at random."
+        f"{settings.confidence:.0%} confidence, as if the starts were drawn at random."
     )
-    return Table("basins of attraction", data, [text, cells])
+    return Table.of(cube, "basins of attraction", data, [text, cells])

@@ -26,7 +26,7 @@ from damper.study.yaml_file import join_names
 from damper.tables import Table
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
@@ -91,12 +91,13 @@ class ConvergenceTable(Product):
         check_convergence(self, study, mistakes)
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Write the distances to the rigid damper; see `damper.tables.make`."""
+def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
+    """Write the distances to the rigid damper."""
     import pandas as pd
 
-    along, lines = settings["along"], settings.get("lines")
-    data = distance_to_rigid(cube, settings["variables"], along)
+    cube = results["cube"]
+    along, lines = settings.along, settings.lines
+    data = distance_to_rigid(cube, settings.variables, along)
     rows = []
     for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
         row: dict[str, str] = {"variable": str(place[0]).replace("_", " ")}
@@ -113,4 +114,4 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         "distances over the stiffer half of the decades best, -1/2 where they fall as the time of "
         "contact."
     )
-    return Table("distance to the rigid damper", data, [how, pd.DataFrame(rows)])
+    return Table.of(cube, "distance to the rigid damper", data, [how, pd.DataFrame(rows)])

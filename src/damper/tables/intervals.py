@@ -30,7 +30,6 @@ from damper.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 
 class Intervals(Product):
@@ -53,10 +52,11 @@ class Intervals(Product):
         need_one_run(study, mistakes, bisected="edges")
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show the intervals of chatter along an axis; see `damper.tables.make`."""
-    along = settings["along"]
-    data = chatter_intervals(cube, along, settings["resolution"])
+def make(results: Mapping[str, Any], settings: Intervals) -> Table:
+    """Show the intervals of chatter along an axis."""
+    cube = results["cube"]
+    along = settings.along
+    data = chatter_intervals(cube, along, settings.resolution)
     visible = thresholds(cube)
     main = next(iter(visible))
     where = places(cube.chatter, along)
@@ -69,7 +69,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     body: list[str | pd.DataFrame] = [
         f"Chatter: at least {CHATTER_IMPACTS} visible impacts in one burst (threshold {main}). "
         "Complete: such a burst ends in sticking. Any: complete or not. Edges are the outermost "
-        f"values with chatter, bisected to {settings['resolution']:g}. `+`: the interval reaches "
+        f"values with chatter, bisected to {settings.resolution:g}. `+`: the interval reaches "
         "the end of the axis. Intervals narrower than two grid steps are counted here and listed "
         "in the CSV file." + ("" if sure else chance)
     ]
@@ -89,7 +89,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
             _table(spans, where, columns, _hull, along),
             "\n".join(_moves(data, along, compared[0], compared[-1], len(where))),
         ]
-    return Table(f"chatter intervals in {along.replace('_', ' ')}", data, body)
+    return Table.of(cube, f"chatter intervals in {along.replace('_', ' ')}", data, body)
 
 
 def _table(

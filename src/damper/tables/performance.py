@@ -57,29 +57,30 @@ class Performance(Product):
                 mistakes.add((), message, f"worst: [{name}]")
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show the best clearances and what good damping goes with; see `damper.tables.make`."""
-    along, over = settings["along"], settings["over"]
-    worst = settings.get("worst") or ()
-    data = best_clearance(cube, along, over, settings["damped"], worst)
-    shares = damping_shares(cube, along, settings["good"])
+def make(results: Mapping[str, Any], settings: Performance) -> Table:
+    """Show the best clearances and what good damping goes with."""
+    cube = results["cube"]
+    along, over = settings.along, settings.over
+    worst = settings.worst or ()
+    data = best_clearance(cube, along, over, settings.damped, worst)
+    shares = damping_shares(cube, along, settings.good)
     frequency, clearance = (name.replace("_", " ") for name in (along, over))
     body = [
         f"The best {clearance} is the one whose largest amplitude over the whole range of the "
         f"{frequency}{_of_all(cube, worst)} is smallest. The band is the part of that range, by "
         f"its width, in which the amplitude at the best {clearance} is below "
-        f"{settings['damped']:g} times the one without a damper. Amplified is the part in which it "
+        f"{settings.damped:g} times the one without a damper. Amplified is the part in which it "
         "is larger than that one, and up to how many times. The last three columns belong to the "
         "point of the lowest amplitude ratio.",
         f"Beside it: the largest amplitudes at the neighbouring values of the {clearance}. Where "
         "motion is chaotic, amplitudes depend on the length of the record and on rounding, and "
         "what looks best may be chance: then these differ widely.",
-        _best(in_millimetres(cube), along, over, settings["damped"], worst),
+        _best(in_millimetres(cube), along, over, settings.damped, worst),
         "## What good damping goes with",
-        f"Good damping: an rms ratio below {settings['good']:g}. Only runs with impacts count.",
+        f"Good damping: an rms ratio below {settings.good:g}. Only runs with impacts count.",
         _shares(shares, frequency),
     ]
-    return Table("damper performance", data, body)
+    return Table.of(cube, "damper performance", data, body)
 
 
 def _of_all(cube: xr.Dataset, worst: Sequence[str]) -> str:

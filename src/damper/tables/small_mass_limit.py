@@ -24,7 +24,6 @@ from damper.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 
 class SmallMassLimit(Product):
@@ -47,11 +46,12 @@ class SmallMassLimit(Product):
                 count_values((), found, study.axes[found], Role(least=2), mistakes)
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show how far border and limit lie apart; see `damper.tables.make`."""
+def make(results: Mapping[str, Any], settings: SmallMassLimit) -> Table:
+    """Show how far border and limit lie apart."""
     import pandas as pd
 
-    data = small_mass_border(cube, settings["resolution"])
+    cube = results["cube"]
+    data = small_mass_border(cube, settings.resolution)
     over = gap_axis(cube)
     what = over.replace("_", " ")
     distances = data["difference"].abs().dropna()
@@ -63,14 +63,14 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
     ]
     body = [
         "Border: the largest restitution up to which all bursts of the record end in sticking, "
-        f"bisected to {settings['resolution']:g} at each {what}. Limit: r_crit(G), G = 2 d / A "
+        f"bisected to {settings.resolution:g} at each {what}. Limit: r_crit(G), G = 2 d / A "
         "with the steady amplitude A of the primary alone. Where G is beyond pi or the border lies "
         "beyond the axis of the restitution, there is nothing to compare. Several borders: bursts "
         "are all complete again at some larger restitution.",
         f"Largest distance between border and limit: {largest}.",
         pd.DataFrame(rows),
     ]
-    return Table("the small-mass limit", data, body)
+    return Table.of(cube, "the small-mass limit", data, body)
 
 
 def _distances(here: pd.DataFrame, what: str) -> dict[str, str]:

@@ -12,7 +12,7 @@ from damper.study.products import Product, StudyContents, need_orbits
 from damper.tables import Table
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
 class SpecialPoints(Product):
@@ -24,10 +24,11 @@ class SpecialPoints(Product):
         need_orbits((), study, mistakes)
 
 
-def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show the points of all branches; see `damper.tables.make`."""
+def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:
+    """Show the points of all branches."""
     import pandas as pd
 
+    branches = results["orbits"]
     others = [str(name) for name in branches.data_vars if branches[name].attrs.get("axis")]
     over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]
     fixed = {name: float(branches[name]) for name in over if name in branches.coords}
@@ -80,4 +81,4 @@ def make(branches: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         cells,
         *ends,
     ]
-    return Table("special points of periodic motions", data, body)
+    return Table.of(branches, "special points of periodic motions", data, body)

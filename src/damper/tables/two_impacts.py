@@ -24,7 +24,6 @@ from damper.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 
 class TwoImpacts(Product):
@@ -51,11 +50,12 @@ class TwoImpacts(Product):
             mistakes.add(("along",), message, "an axis of a parameter")
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Show the ranges and the differences; see `damper.tables.make`."""
+def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
+    """Show the ranges and the differences."""
     import pandas as pd
 
-    along, resolution = settings["along"], settings["resolution"]
+    cube = results["cube"]
+    along, resolution = settings.along, settings.resolution
     ranges = two_impact_ranges(cube, along, resolution)
     errors = two_impact_errors(cube, along)
     others = list(errors.columns[: errors.columns.get_loc("simulated")])
@@ -88,7 +88,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         f"runs, whose samples agree to {SETTLED:g}, show how well both agree.",
         pd.DataFrame(rows),
     ]
-    return Table("two impacts per period", pd.concat(both)[columns], body)
+    return Table.of(cube, "two impacts per period", pd.concat(both)[columns], body)
 
 
 def _spans(found: pd.DataFrame) -> str:

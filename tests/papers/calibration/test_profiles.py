@@ -62,10 +62,10 @@ def curves(ax: Axes) -> dict[str, np.ndarray]:
     }
 
 
-def profiles(cube: xr.Dataset, **settings: Any) -> Figure:
-    given = {"statements": ["A3", "A4", "A5"]} | settings
+def profiles(cube: xr.Dataset, others: dict[str, Any] | None = None, **settings: Any) -> Figure:
+    given = {"statements": ["A3", "A4", "A5"], "also": dict.fromkeys(others or {}, "other")}
     with style():
-        return draw(cube, settings=Profiles.model_construct(**given))
+        return draw({"cube": cube, **(others or {})}, Profiles.model_construct(**given | settings))
 
 
 def test_a_row_for_each_phase_and_a_panel_for_each_parameter(cube: xr.Dataset) -> None:
@@ -117,7 +117,7 @@ def test_a_statement_of_another_study(cube: xr.Dataset) -> None:
         {"chatter": (("mass_ratio", "frequency_ratio", "clearance"), chatter)},
         {"mass_ratio": masses, "frequency_ratio": [0.5, 0.9], "clearance": clearance},
     )
-    figure = profiles(cube, also={"A1": other})
+    figure = profiles(cube, {"A1": other})
     points = [[0.1, 1.0], [0.2, 0.5], [0.5, 0.0]]
     np.testing.assert_allclose(curves(figure.axes[0])["A1"], points)
     assert curves(figure.axes[0])["joined: geometric mean"][:, 0].tolist() == masses

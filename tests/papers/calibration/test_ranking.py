@@ -108,7 +108,7 @@ PRESET = {"mass_ratio": 0.2, "damping_ratio": 0.01, "restitution": 0.8, "clearan
 
 def table(cube: xr.Dataset, **changes: Any) -> Table:
     given = SETTINGS | {"statements": ["A3", "A4", "A5"], "preset": PRESET | {"phase": 0.0}}
-    return make("ranking", cube, given | changes)
+    return make("ranking", {"cube": cube}, **given | changes)
 
 
 def test_rows_are_the_sets_in_order(cube: xr.Dataset) -> None:

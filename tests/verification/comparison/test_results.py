@@ -247,8 +247,13 @@ def cells_of(markdown):
     return [line.strip("| ").split(" | ") for line in markdown.splitlines() if line[:1] == "|"]
 
 
+def made(kind, errors, timings):
+    settings = class_in(kind, Made).model_construct()
+    return kind.make({"cube": errors, "timings": timings}, settings)
+
+
 def test_errors_table(errors):
-    table = solver_errors.make(errors)
+    table = made(solver_errors, errors, None)
     rows = list(csv.DictReader(io.StringIO(table.csv())))
     assert len(rows) == sum(map(len, SETTINGS.values()))
     one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
@@ -266,7 +271,7 @@ def test_errors_table(errors):
 
 
 def test_times_table(cubes):
-    table = solver_speed.make(*cubes)
+    table = made(solver_speed, *cubes)
     rows = list(csv.DictReader(io.StringIO(table.csv())))
     one = next(row for row in rows if row["solver"] == "rk45" and row["setting"] == "0.01")
     assert float(one["run_time"]) == pytest.approx(0.01)
@@ -287,8 +292,9 @@ def test_times_table(cubes):
 
 
 def drawn(kind, cubes, **settings):
+    results = dict(zip(("cube", "timings"), cubes, strict=True))
     with style():
-        figure = kind.draw(*cubes, settings=class_in(kind, Made).model_construct(**settings))
+        figure = kind.draw(results, class_in(kind, Made).model_construct(**settings))
         FigureCanvasAgg(figure).draw()
     return figure
 

@@ -15,7 +15,7 @@ from damper.figures.common.style import style
 from damper.verification.cost import measure as measuring
 from damper.verification.cost.figures.cost import CostFigure, draw
 from damper.verification.cost.measure import bare, measure, observed, points_near, rigid_part
-from damper.verification.cost.tables.cost import make
+from damper.verification.cost.tables.cost import CostTable, make
 
 CHATTERING = BASE | {"frequency_ratio": 0.2, "clearance": 0.25, "restitution": 0.3}
 SECTION = {"stroboscopic_section": None}
@@ -72,7 +72,7 @@ def test_a_run_that_stops_early_is_not_measured(monkeypatch):
 
 
 def test_table_keeps_digits_and_rounds_for_readers(timings):
-    table = make(timings, "Suite")
+    table = make({"cost": timings}, CostTable.model_construct(caption="Suite"))
     rows = {row["case"]: row for row in csv.DictReader(io.StringIO(table.csv()))}
     assert list(rows) == list(CASES)
     assert float(rows["observed"]["over_bare_median"]) == pytest.approx(1.5)
@@ -85,7 +85,7 @@ def test_table_keeps_digits_and_rounds_for_readers(timings):
 
 def test_figure_shows_each_ratio_that_there_is(timings):
     with style():
-        figure = draw(timings, settings=CostFigure.model_construct())
+        figure = draw({"cost": timings}, CostFigure.model_construct())
         FigureCanvasAgg(figure).draw()
     time, memory = figure.axes
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)

@@ -154,7 +154,7 @@ def test_the_energy_balance_may_add_a_rounding_for_each_segment(cube):
 
 
 def test_table_of_the_laws(cube):
-    table = stress_table.make(cube, title="A study")
+    table = stress_table.make({"cube": cube}, None)
     markdown = table.markdown()
     rows = {row["regime"]: row for row in csv.DictReader(io.StringIO(table.csv()))}
     assert rows["all"]["max_events_reached"] == "1"
@@ -168,7 +168,9 @@ def test_table_of_the_laws(cube):
 
 def drawn(kind, cube):
     with style():
-        figure = kind.draw(cube, settings=class_in(kind, Made).model_construct())
+        figure = kind.draw(
+            {"cube": cube, "metamorphic": cube}, class_in(kind, Made).model_construct()
+        )
         FigureCanvasAgg(figure).draw()
     return figure
 
@@ -228,7 +230,7 @@ def test_stretches_come_back_in_order(again):
 
 
 def test_table_of_the_relations(again):
-    table = metamorphic_table.make(again)
+    table = metamorphic_table.make({"metamorphic": again}, None)
     found = table.data.set_index("relation")
     assert list(found.index) == list(RELATIONS)
     counts = {"compared outright": 6, "failed": 1, "step by step": 0, "not applicable": 1}
@@ -265,6 +267,6 @@ def test_figure_of_the_differences(again):
 def test_no_runs(tmp_path):
     write_cube(gather_metamorphic([], {"title": "None"}), tmp_path / "metamorphic.nc")
     cube = xr.open_dataset(tmp_path / "metamorphic.nc")
-    assert "No runs were compared" in metamorphic_table.make(cube).markdown()
+    assert "No runs were compared" in metamorphic_table.make({"metamorphic": cube}, None).markdown()
     figure = drawn(metamorphic_figure, cube)
     assert [text.get_text() for text in figure.axes[0].texts] == ["no runs were compared"]

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from damper.analysis.runs import runs
 from damper.figures.common.style import BLACK, GREEN
+from damper.figures.overlays import Panels
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 #: Stable and unstable orbits.
 _LINES: dict[bool, dict[str, Any]] = {
@@ -34,29 +33,17 @@ _MARKERS = {
 }
 
 
-def overlay(
-    axes: Mapping[str, Axes], panel: xr.Dataset, along: str, branches: xr.Dataset
-) -> list[Artist]:
-    """Draw the branches of a row of a bifurcation diagram, with their special points.
+def overlay(panels: Panels) -> list[Artist]:
+    """Draw branches and special points over one axis, or the curves of these over two."""
+    return _branches(panels) if len(panels.over) == 1 else _curves(panels)
 
-    Parameters
-    ----------
-    axes : mapping of str to Axes
-        Of `displacement`, `velocity` and `multiplier`.
-    panel : xarray.Dataset
-        The row's part of the cube: scalar coordinates, and the axis of the abscissa.
-    along : str
-        Axis of the abscissa.
-    branches : xarray.Dataset
-        From `damper.analysis.orbits.follow_orbits`.
 
-    Returns
-    -------
-    list of Artist
-        What the legend has to say.
-    """
+def _branches(panels: Panels) -> list[Artist]:
+    """Draw branches over `displacement`, `velocity` and `multiplier`, with their special points."""
     from matplotlib.lines import Line2D
 
+    axes, (along,), panel, results = panels
+    branches = results["orbits"]
     drawn: dict[str, Artist] = {}
     for k in np.flatnonzero(branches.along.values == along):
         if not _there(branches.isel(branch=k), panel, along):
@@ -86,29 +73,13 @@ def overlay(
     return list(drawn.values())
 
 
-def overlay_curves(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, branches: xr.Dataset
-) -> list[Artist]:
-    """Draw the curves of special points over one panel of a map, where both axes are theirs.
-
-    Parameters
-    ----------
-    ax : Axes
-    panel : xarray.Dataset
-        The panel's part of the cube: scalar coordinates, and the axes of the map.
-    x, y : str
-        Axes of abscissa and ordinate.
-    branches : xarray.Dataset
-        From `damper.analysis.orbits.follow_orbits`.
-
-    Returns
-    -------
-    list of Artist
-        What the legend has to say.
-    """
+def _curves(panels: Panels) -> list[Artist]:
+    """Draw the curves of special points over a map, where both its axes are theirs."""
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 
+    (ax,), (x, y) = panels.axes.values(), panels.over
+    panel, branches = panels.cube, panels.results["orbits"]
     drawn: dict[str, Artist] = {}
     limits = ax.get_xlim(), ax.get_ylim()
     for k, curve in enumerate(branches.curve_branch.values):

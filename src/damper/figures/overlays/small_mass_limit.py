@@ -10,41 +10,30 @@ import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.figures.common.style import BLACK, VERMILION
+from damper.figures.overlays import Panels
 from damper.theory.small_mass import critical_restitution
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 61) ** 3])
 _CURVE: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
-def overlay(ax: Axes, panel: xr.Dataset, x: str, y: str) -> list[Artist]:
-    """Draw r_crit(2 d / A) over one panel of a map, A the steady amplitude of the primary alone.
+def overlay(panels: Panels) -> list[Artist]:
+    """Draw r_crit(2 d / A) over a panel of a map, A the steady amplitude of the primary alone.
 
-    Parameters
-    ----------
-    ax : Axes
-    panel : xarray.Dataset
-        The panel's part of the cube: scalar coordinates, and the axes of the map.
-    x, y : str
-        Restitution and clearance (or gap), either way round.
-
-    Returns
-    -------
-    list of Artist
-        What the legend has to say.
+    Its axes are restitution and clearance (or gap), either way round.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 
+    (ax,), (x, y) = panels.axes.values(), panels.over
     free = y if x == "restitution" else x
     limits = ax.get_xlim(), ax.get_ylim()
     # G is proportional to the free travel.
-    scale = reduced_gap(damper_at(panel, restitution=0.0, **{free: 1.0})[0])
+    scale = reduced_gap(damper_at(panels.cube, restitution=0.0, **{free: 1.0})[0])
     if scale == 0.0:  # undamped at resonance: no amplitude lasts
         return []
     values = _GAPS / scale

@@ -11,12 +11,12 @@ import numpy as np
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
 from damper.analysis.runs import runs
 from damper.figures.common.style import GREEN
+from damper.figures.overlays import Panels
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 from damper.theory.two_impacts import Orbit
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -32,23 +32,9 @@ _CURVES: dict[bool, dict[str, Any]] = {
 _EXISTS, _STABLE = 1.2, 3.2
 
 
-def overlay(axes: Mapping[str, Axes], panel: xr.Dataset, along: str) -> list[Artist]:
-    """Draw both closed-form motions on the section over one row of a bifurcation diagram.
-
-    Parameters
-    ----------
-    axes : mapping of str to Axes
-        Of `displacement`, `velocity` and `peak_displacement`; others stay as they are.
-    panel : xarray.Dataset
-        The row's part of the cube: scalar coordinates, and the axis of the abscissa.
-    along : str
-        Axis of the abscissa.
-
-    Returns
-    -------
-    list of Artist
-        What the legend has to say.
-    """
+def overlay(panels: Panels) -> list[Artist]:
+    """Draw both closed-form motions over `displacement`, `velocity` and `peak_displacement`."""
+    axes, (along,), panel, _ = panels
     observers = observers_of(panel)
     section = {name: observers[name] for name in SECTIONS if name in observers}
     grid = panel[along].values

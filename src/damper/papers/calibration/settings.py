@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -43,6 +43,10 @@ class Scores(Product):
     def beside(self) -> Mapping[str, str]:
         """Statement -> the study that tests it."""
         return self.also or {}
+
+    def others(self, results: Mapping[str, Any]) -> dict[str, Any]:
+        """Statement -> the cube that it is tested on, of those that other studies test."""
+        return {name: results[name] for name in self.beside}
 
     def check_together(self, mistakes: Mistakes) -> None:
         for name in self.beside:

@@ -63,16 +63,15 @@ class Profiles(Scores):
     caption: Caption = None
 
 
-def draw(cube: xr.Dataset, *, settings: Profiles) -> Figure:
+def draw(results: Mapping[str, Any], settings: Profiles) -> Figure:
     """Draw the best score that each value of a parameter allows, for each statement and joined.
 
-    `also` has the cubes that other statements are tested on; see `rank`. The values of `preset`
-    are marked.
+    The values of `preset` are marked.
     """
     from matplotlib.figure import Figure
 
-    also: Mapping[str, Any] | None = settings.also
-    found = rank(cube, settings.statements, also)
+    cube = results["cube"]
+    found = rank(cube, settings.statements, settings.others(results))
     joined = found.scores[JOINED]
     along = [str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
     split = [str(dim) for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]

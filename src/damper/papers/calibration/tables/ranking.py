@@ -31,12 +31,13 @@ class RankingTable(Scores):
     ] = 200
 
 
-def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
-    """Rank the sets of parameters; see `damper.tables.make`."""
+def make(results: Mapping[str, Any], settings: RankingTable) -> Table:
+    """Rank the sets of parameters."""
     import pandas as pd
 
-    statements, also = settings["statements"], settings.get("also")
-    found, preset = rank(cube, statements, also), settings.get("preset")
+    cube = results["cube"]
+    statements, also, preset = settings.statements, settings.others(results), settings.preset
+    found = rank(cube, statements, also)
     scored = (
         "Score 1: as stated; from 1/2 on a statement holds; joined: the geometric mean. The "
         "statements are those of the papers in our words; how each is scored is ours "
@@ -53,7 +54,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         )
         count = int(holding(doubled).sum())
         together += f"; with all tolerances doubled in {_of(count, doubled.sets)}"
-    data = pd.DataFrame(_rows(found, settings["rows"]))
+    data = pd.DataFrame(_rows(found, settings.rows))
     best = data.head(_SHOWN).map(_short)
     body = [
         scored,
@@ -66,7 +67,7 @@ def make(cube: xr.Dataset, settings: Mapping[str, Any]) -> Table:
         "## The best sets",
         best.rename(columns=lambda name: name.replace("_", " ")),
     ]
-    return Table("ranking", data, body)
+    return Table.of(cube, "ranking", data, body)
 
 
 def _rows(found: Ranking, count: int) -> Iterator[dict[str, Any]]:
@@ -88,7 +89,7 @@ def _number(array: xr.DataArray, place: Mapping[str, Any]) -> float:
     return float(array.sel({name: place[str(name)] for name in array.dims}))
 
 
-def _each_statement(found: Ranking, preset: Mapping[str, float] | None) -> pd.DataFrame:
+def _each_statement(found: Ranking, preset: Mapping[str, Any] | None) -> pd.DataFrame:
     import pandas as pd
 
     rows = []
@@ -106,7 +107,7 @@ def _each_statement(found: Ranking, preset: Mapping[str, float] | None) -> pd.Da
     return pd.DataFrame(rows)
 
 
-def _preset(found: Ranking, preset: Mapping[str, float]) -> str:
+def _preset(found: Ranking, preset: Mapping[str, Any]) -> str:
     here = {axis: value for axis, value in preset.items() if axis in found.scores.dims}
     number, best = found.rank(here)
     text = ", ".join(f"{axis} = {value:g}" for axis, value in preset.items())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -46,10 +47,11 @@ class SolverSummary(Made):
     see: See = None
 
 
-def draw(errors: xr.Dataset, timings: xr.Dataset, *, settings: SolverSummary) -> Figure:
+def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
     """Draw two tables in colour, scenes by solvers: best error, and relative time for 1e-6."""
     from matplotlib.figure import Figure
 
+    errors, timings = results["cube"], results["timings"]
     figure = Figure(figsize=(PAGE, 2.1 + _ROW * errors.sizes["scene"]), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     best, times = best_error(errors, ERROR), time_to_reach(errors, timings, ERROR, TARGET)

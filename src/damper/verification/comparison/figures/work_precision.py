@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -50,10 +51,11 @@ class WorkPrecision(Made):
     see: See = None
 
 
-def draw(errors: xr.Dataset, timings: xr.Dataset, *, settings: WorkPrecision) -> Figure:
+def draw(results: Mapping[str, Any], settings: WorkPrecision) -> Figure:
     """Draw one error of every run over its run time, a panel for each scene that has such."""
     from matplotlib.figure import Figure
 
+    errors, timings = results["cube"], results["timings"]
     error = settings.error
     known = errors[error].notnull().any(("solver", "level"))
     names = errors.scene.values[known] if known.any() else errors.scene.values

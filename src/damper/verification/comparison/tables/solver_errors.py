@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class SolverErrors(Made):
     """Errors, orders and outcomes of every solver on every scene."""
 
 
-def make(errors: xr.Dataset) -> Table:
+def make(results: Mapping[str, Any], settings: SolverErrors) -> Table:
     """Make the table of errors, orders and outcomes of every scene and solver.
 
     The data have a row for each level, with the order of the solver repeated. The body has a table
@@ -44,6 +45,7 @@ def make(errors: xr.Dataset) -> Table:
     """
     import pandas as pd
 
+    errors = results["cube"]
     body: list[str | pd.DataFrame] = [_ABOUT]
     for scene in errors.scene.values:
         here = errors.sel(scene=scene)
@@ -54,9 +56,9 @@ def make(errors: xr.Dataset) -> Table:
             f"by {float(here.sensitivity):.2g} at the end.",
             pd.DataFrame(_errors_row(here.sel(solver=solver)) for solver in errors.solver.values),
         ]
-    title = f"{errors.attrs.get('title', 'Comparison of solvers')}: errors"
     orders = [f"order_{name}" for name in ERRORS]
-    return Table(title, levels(errors)[["reached", *MEASURES, *orders]].reset_index(), body)
+    data = levels(errors)[["reached", *MEASURES, *orders]].reset_index()
+    return Table.of(errors, "errors", data, body)
 
 
 def levels(cube: xr.Dataset) -> pd.DataFrame:

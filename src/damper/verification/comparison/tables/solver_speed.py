@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -42,10 +43,11 @@ class SolverSpeed(Made):
     reads: ClassVar[tuple[str, ...]] = FILES
 
 
-def make(errors: xr.Dataset, timings: xr.Dataset) -> Table:
+def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
     """Make the table of how long each solver takes for a wanted error."""
     import pandas as pd
 
+    errors, timings = results["cube"], results["timings"]
     cube = errors.assign({name: timings[name] for name in TIMED})
     cube["time_per_impact"] = cube.run_time / cube.reference_impacts
     body: list[str | pd.DataFrame] = [
@@ -64,9 +66,8 @@ def make(errors: xr.Dataset, timings: xr.Dataset) -> Table:
             rows.append({"solver": label} | cells)
         body += [f"## {_title(errors, scene)}", pd.DataFrame(rows)]
     body += _peers(errors, timings)
-    title = f"{errors.attrs.get('title', 'Comparison of solvers')}: run times"
     columns = [ERROR, "state_error", *TIMED, "time_per_impact"]
-    return Table(title, levels(cube)[columns].reset_index(), body)
+    return Table.of(errors, "run times", levels(cube)[columns].reset_index(), body)
 
 
 def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:

@@ -35,11 +35,12 @@ class CostFigure(Made):
     see: See = None
 
 
-def draw(timings: Mapping[str, Any], *, settings: CostFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: CostFigure) -> Figure:
     """Draw time and memory of cases, as `measure` found them, against the bare engine."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, NullFormatter
 
+    timings = results["cost"]
     cases = timings["cases"]
     figure = Figure(figsize=(PAGE, 1.25 + _ROW * len(cases)), layout="constrained")
     time, memory = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))

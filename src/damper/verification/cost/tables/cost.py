@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from damper.tables import Table
-from damper.verification.base import Made
+from damper.verification.base import Made, OptionalCaption
 from damper.verification.labels import label_of
 from damper.verification.timing import Spread, machine_text
 
@@ -20,14 +20,17 @@ class CostTable(Made):
 
     reads: ClassVar[tuple[str, ...]] = ("timed/cost.json",)
 
+    caption: OptionalCaption = None
+
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        return {stem: {"kind": self.kind, "title": study.title}}
+        return {stem: {"kind": self.kind, "caption": self.caption or study.title}}
 
 
-def make(timings: Mapping[str, Any], title: str) -> Table:
+def make(results: Mapping[str, Any], settings: CostTable) -> Table:
     """Make the table of what `measure` found."""
     import pandas as pd
 
+    timings = results["cost"]
     data, cells = [], []
     for name, case in timings["cases"].items():
         numbers = {
@@ -50,4 +53,4 @@ def make(timings: Mapping[str, Any], title: str) -> Table:
         f"{Spread(*timings['noise'])}. The base is the bare engine of the first case; rigid is the "
         "rigid damper with the same numbers. Arrays are what the observers keep."
     )
-    return Table(title, frame, [remark, pd.DataFrame(cells)])
+    return Table(settings.caption or "Cost", frame, [remark, pd.DataFrame(cells)])

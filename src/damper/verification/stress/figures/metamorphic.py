@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -32,10 +33,11 @@ class MetamorphicFigure(Made):
     see: See = None
 
 
-def draw(cube: xr.Dataset, *, settings: MetamorphicFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
     """Draw differences over the growth of a noise, and the distribution of backward errors."""
     from matplotlib.figure import Figure
 
+    cube = results["metamorphic"]
     figure = Figure(figsize=(PAGE, 3.3), layout="constrained")
     left, right = figure.subplots(1, 2)
     count = cube.sizes["run"]

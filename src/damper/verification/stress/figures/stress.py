@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from damper.verification.stress.tables.stress import GRADED, Row, excesses, regi
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -33,10 +32,11 @@ class StressFigure(Made):
     see: See = None
 
 
-def draw(cube: xr.Dataset, *, settings: StressFigure) -> Figure:
+def draw(results: Mapping[str, Any], settings: StressFigure) -> Figure:
     """Draw all runs' violations as distributions, and the worst ones by regime as a matrix."""
     from matplotlib.figure import Figure
 
+    cube = results["cube"]
     rows = regimes(cube)
     far = excesses(cube)
     height = 2.6 + 0.19 * len(rows)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -38,10 +39,11 @@ class MetamorphicTable(Made):
     reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
 
 
-def make(cube: xr.Dataset) -> Table:
+def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
     """Make the table: the data have a row for each relation, the body tables of more."""
     import pandas as pd
 
+    cube = results["metamorphic"]
     count = cube.sizes["run"]
     if not count:
         empty = pd.DataFrame(columns=["relation"])

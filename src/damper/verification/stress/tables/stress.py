@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from damper.tables import Table
@@ -62,19 +63,18 @@ class Row(NamedTuple):
 class StressTable(Made):
     """What each law came to, over all runs and in each regime."""
 
-    def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
-        return {stem: {"kind": self.kind, "title": study.title}}
 
-
-def make(cube: xr.Dataset, *, title: str) -> Table:
+def make(results: Mapping[str, Any], settings: StressTable) -> Table:
     """Make the table of the regimes, with a summary of the laws before it in the body."""
     import pandas as pd
 
+    cube = results["cube"]
     rows = regimes(cube)
     counts = zip(rows[0].outcomes, _OUTCOME_WORDS, strict=True)
     ends = ", ".join(f"{count} {words}" for count, words in counts if count)
-    return Table(
-        f"{title}: the laws",
+    return Table.of(
+        cube,
+        "the laws",
         pd.DataFrame([_numbers(row) for row in rows]),
         [
             f"{rows[0].runs} runs: {ends}. Runs that stop early are checked as far as they go.",
