@@ -17,9 +17,7 @@ from scenes import QUIET
 import damper
 from damper import Parameters, State, theory
 from damper.analysis.closed_forms import reduced_gap
-from damper.engine import steady
 from damper.engine.compiled import plain
-from damper.engine.steady import FREE_MASS
 from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
@@ -30,8 +28,9 @@ from damper.study.config import ConfigError, load_study
 from damper.study.messages import Mistakes
 from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
-from damper.theory import accumulation
+from damper.theory import accumulation, steady
 from damper.theory.accumulation import predict
+from damper.theory.steady import FREE_MASS
 from damper.theory.two_impacts import largest_clearance, orbits
 from damper.verification.comparison import settings as comparison
 

@@ -30,7 +30,8 @@ from damper.engine.segment import (
     X,
 )
 from damper.engine.trajectory import Trajectory
-from damper.models import MODELS, start_run
+from damper.models import start_run
+from damper.parameters.models import MODELS
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
 MADE: dict[str, dict[str, float]] = {

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import damper
-from damper.engine.steady import steady_amplitude
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope, stable
+from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import orbits
 
 RESTITUTION = st.floats(0.0, 1.0)

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from damper.engine.compiled import COMPILED, compile_at_once
-from damper.models import MODELS
+from damper.parameters.models import MODELS
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
@@ -19,7 +19,7 @@ POINT = {
     "frequency_ratio": 0.2,
     "clearance": 0.25,
     "restitution": 0.3,
-} | MODELS[MODEL]
+} | MODELS[MODEL].example
 
 
 def run_observers() -> None:

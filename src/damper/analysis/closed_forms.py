@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.engine.steady import steady_amplitude
 from damper.parameters import Parameters, Units
 from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
 from damper.sweep.points import read_point
 from damper.theory import need_basic
+from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import Orbit, orbits
 
 if TYPE_CHECKING:

@@ -101,6 +101,12 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
 
 
 @compiled
+def first_speed_of(before: Segment, side: float, speed: float) -> float:
+    """Approach speed of the first impact of the burst that an impact continues, or begins."""
+    return speed if before.first_speed == 0.0 or side != before.side else before.first_speed
+
+
+@compiled
 def clock_after(period: float, periods: float, time: float, duration: float) -> tuple[float, float]:
     """Whole periods and local time after a duration."""
     turns, rest = 0.0, duration

@@ -1,6 +1,7 @@
 """The models of the damper, a room each: motion, search, sticking, response integrals.
 
-To add one, write its folder and enter it in `MODELS`. Only the model in use is imported.
+To add one, write its folder and enter it in `damper.parameters.models`. Only the model in use is
+imported.
 """
 
 from functools import cache
@@ -12,14 +13,6 @@ from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Traje
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
 from damper.parameters.run import checked
-
-#: Name of each model, which is that of its folder here, and what makes a rigid damper one of it.
-MODELS: dict[str, dict[str, float]] = {
-    "rigid": {},
-    "grounded": {"support_stiffness_ratio": 0.01},
-    "compliant": {"contact_stiffness_ratio": 1e4},
-    "time_varying": {"modulation_depth": 0.1},
-}
 
 
 def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:

@@ -25,6 +25,7 @@ from damper.engine.segment import (
     TAIL,
     Segment,
     clock_after,
+    first_speed_of,
 )
 
 #: Outcomes of a flight or sticking, as those of a search.
@@ -126,7 +127,7 @@ def _over_impact(model, s, periods, time, end):
     """Step over an impact."""
     side = end.wall
     speed = abs(end.gap_rate)
-    first_speed = speed if s.first_speed == 0.0 or side != s.side else s.first_speed
+    first_speed = first_speed_of(s, side, speed)
     v, rate = impact(
         mass_ratio_at(model, periods, time), restitution_at(model.law, speed), side, end.v, speed
     )

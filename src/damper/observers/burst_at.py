@@ -73,8 +73,8 @@ class BurstAt(EachBurst):
 def _keep_nearest(bursts, time, found):
     for index in range(len(bursts)):
         burst = bursts[index]
-        # Nothing is nearer than NaN, nor is it the other way round.
-        if burst.visible_impacts >= CHATTER_IMPACTS and not (
-            abs(burst.onset - time) >= abs(found[0].onset - time)
-        ):
-            found[0] = burst
+        if burst.visible_impacts >= CHATTER_IMPACTS:
+            # Also where none is found yet: then that onset is NaN, of which `<` would be false.
+            farther = abs(burst.onset - time) >= abs(found[0].onset - time)
+            if not farther:
+                found[0] = burst

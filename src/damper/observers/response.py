@@ -12,12 +12,12 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, segment_at
-from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, integrate_segment, stored_energy
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, LENGTH, Variable
+from damper.theory.steady import steady_amplitude
 
 #: What the fields of `damper.models.response.ResponseIntegrals` come to; whether the window has
 #: begun; the energy stored at its start and at the end of what has been read.

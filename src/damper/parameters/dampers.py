@@ -330,6 +330,30 @@ class SIParameters(Declared, shares=Parameters):
         self.check_each()
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
+    @classmethod
+    def of(
+        cls, parameters: Parameters, primary_mass: float, stiffness: float, force_amplitude: float
+    ) -> "SIParameters":
+        """Return the damper of dimensionless parameters with this primary and force.
+
+        Examples
+        --------
+        >>> SIParameters.of(Parameters(0.1, 0.1, 1.1, 1.0, 0.6), 2.0, 200.0, 10.0).gap
+        0.1
+        """
+        primary = {
+            "primary_mass": primary_mass,
+            "stiffness": stiffness,
+            "force_amplitude": force_amplitude,
+        }
+        units, given = _units(primary), dict(primary)
+        for q, (own, *_) in _SCALED:
+            value = getattr(parameters, q.name)
+            if value != q.default:
+                # Each ratio is in proportion to its own counterpart.
+                given[own] = value / _scaled(q, primary | {own: 1.0}, units)
+        return cls(**given)
+
     @cached_property
     def dimensionless(self) -> Parameters:
         """The scaled parameters."""

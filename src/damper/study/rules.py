@@ -6,7 +6,6 @@ import math
 from itertools import combinations, product
 from typing import Any
 
-from damper.engine.steady import need_steady, steady_gain
 from damper.parameters.dampers import BASIC
 from damper.parameters.quantities import (
     INITIAL_NAMES,
@@ -20,6 +19,7 @@ from damper.study.model import Study
 from damper.study.products import check_listed
 from damper.study.settings import OBSERVER_SETTINGS, FollowedOrbit
 from damper.study.yaml_file import join_names
+from damper.theory.steady import need_steady, steady_gain
 
 
 def check_study(study: Study) -> None:

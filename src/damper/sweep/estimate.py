@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple
 
+from damper.parameters.models import MODELS
 from damper.sweep.branches import DIRECTIONS
 
 if TYPE_CHECKING:
@@ -38,8 +39,6 @@ _RUN_SECONDS = 1e-4  # of a run, and of each observer in it
 _PERIOD_SECONDS = 1e-6  # without impacts
 _BYTE_SECONDS = 4e-9
 _OBSERVED_SECONDS = 3e-7  # an impact, for each observer of it
-#: Model -> seconds for an impact.
-_IMPACT_SECONDS = {"rigid": 4e-7, "time_varying": 5e-7, "grounded": 6.5e-7, "compliant": 2.5e-6}
 
 # Bytes: jobs of one small run came to 165 to 215 MB; 400 000 runs to 0.9 kB more for each, 1.2 kB
 # in SI units.
@@ -147,7 +146,7 @@ class Job:
     @property
     def _run_seconds(self) -> float:
         observers = len(self.observers)
-        impacts = IMPACTS_PER_PERIOD * _IMPACT_SECONDS[self.model]
+        impacts = IMPACTS_PER_PERIOD * MODELS[self.model].impact_seconds
         observed = IMPACTS_PER_PERIOD * _OBSERVED_SECONDS * observers
         return (
             _RUN_SECONDS * (1 + observers)

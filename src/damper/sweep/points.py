@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-from damper.engine.steady import steady_state
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.quantities import (
@@ -17,6 +16,7 @@ from damper.parameters.quantities import (
     is_si,
     unknown_name,
 )
+from damper.theory.steady import steady_state
 
 #: Where the primary may start.
 PRIMARY_STARTS = ("rest", "steady")

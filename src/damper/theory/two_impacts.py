@@ -27,12 +27,12 @@ from damper.engine.forcing import Phase, harmonic, phase_at
 from damper.engine.oscillator import advance, motion_from, oscillator
 from damper.engine.peak import highest, moment_at
 from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME
-from damper.engine.steady import steady_amplitude
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.models.response import ShiftedOscillator
 from damper.parameters import Parameters, State
 from damper.theory import need_basic
+from damper.theory.steady import steady_amplitude
 
 #: The free mass must reach the far wall after half a period, to this part of it.
 _ON_TIME = 1e-6

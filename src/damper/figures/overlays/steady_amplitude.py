@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at
-from damper.engine.steady import steady_amplitude
 from damper.figures.common.style import BLACK
 from damper.figures.overlays import Panels
 from damper.theory import need_basic
+from damper.theory.steady import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

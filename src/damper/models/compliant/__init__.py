@@ -52,6 +52,7 @@ from damper.engine.segment import (
     STICKING,
     Segment,
     clock_after,
+    first_speed_of,
 )
 from damper.models import rigid
 from damper.models import tangent as declared_tangent
@@ -298,8 +299,8 @@ def _next(model, s, duration, x, v, gap, rate, mode, cause, speed, side):
     """The segment after `s`."""
     periods, time = clock_after(model.period, s.periods, s.time, duration)
     first_speed = s.first_speed
-    if cause == IMPACT and (first_speed == 0.0 or side != s.side):
-        first_speed = speed
+    if cause == IMPACT:
+        first_speed = first_speed_of(s, side, speed)
     elif cause == STICK:
         first_speed = 0.0
     return Segment(

@@ -253,7 +253,8 @@ def _later(periods: float) -> Callable[[_Source, np.random.Generator], _FollowUp
 def _units(source: _Source, random: np.random.Generator) -> _FollowUp | None:
     for _ in range(_DRAWS):
         try:
-            si = _in_units(source.parameters, *(10.0 ** random.uniform(-3.0, 3.0, 3)).tolist())
+            primary = (10.0 ** random.uniform(-3.0, 3.0, 3)).tolist()
+            si = SIParameters.of(source.parameters, *primary)
             break
         except ValueError:
             # At the edge of a range roundoff may lead out of it.
@@ -266,31 +267,6 @@ def _units(source: _Source, random: np.random.Generator) -> _FollowUp | None:
     back = state.over(units)
     run = short_run(si.dimensionless, back, **source.size)
     return _FollowUp(run, back, events_of(run))
-
-
-def _in_units(p: Parameters, mass: float, stiffness: float, force: float) -> SIParameters:
-    """The same damper in SI units, with this primary and force."""
-    damping = 2.0 * math.sqrt(stiffness * mass)
-    return SIParameters(
-        primary_mass=mass,
-        damping=p.damping_ratio * damping,
-        stiffness=stiffness,
-        force_amplitude=force,
-        forcing_frequency=p.frequency_ratio * math.sqrt(stiffness / mass),
-        free_mass=p.mass_ratio * mass,
-        gap=2.0 * p.clearance * force / stiffness,
-        restitution=p.restitution,
-        phase=p.phase,
-        yield_speed=p.yield_speed * force / math.sqrt(stiffness * mass),
-        support_stiffness=p.support_stiffness_ratio * stiffness,
-        support_damping=p.support_damping_ratio * damping,
-        support_damping_factor=p.support_damping_factor,
-        contact_stiffness=p.contact_stiffness_ratio * stiffness,
-        contact_tension=p.contact_tension,
-        modulation_depth=p.modulation_depth,
-        modulation_order=p.modulation_order,
-        modulation_phase=p.modulation_phase,
-    )
 
 
 def _accurate(accuracy: float) -> Callable[[_Source, np.random.Generator], _FollowUp]:

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from damper.parameters import Parameters
+from damper.parameters.quantities import PARAMETER_NAMES
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -63,17 +66,10 @@ REGIMES = (
 
 def with_models(runs: pd.DataFrame) -> pd.DataFrame:
     """Add to each run its model, as `damper.parameters.Parameters.model` says it, and more."""
-    import numpy as np
-
-    damping = runs.support_damping_ratio + runs.damping_ratio * runs.support_damping_factor
-    models = {
-        "compliant": np.isfinite(runs.contact_stiffness_ratio),
-        "time_varying": runs.modulation_depth > 0.0,
-        "grounded": (runs.support_stiffness_ratio > 0.0) | (damping > 0.0),
-    }
+    dampers = [Parameters(**values) for values in runs[list(PARAMETER_NAMES)].to_dict("records")]
     return runs.assign(
-        model=np.select(list(models.values()), list(models), "rigid"),
-        support_damping=damping,
+        model=[damper.model for damper in dampers],
+        support_damping=[damper.support_damping for damper in dampers],
         corner=runs.origin.str.startswith("corner"),
         long_run=runs.origin.str.startswith("long"),
     )

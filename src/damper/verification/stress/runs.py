@@ -133,11 +133,11 @@ def noisy_run(
 
 
 def perturbed(parameters: Parameters, size: float, random: np.random.Generator) -> Parameters:
-    """Change each parameter by a random part of itself; a restitution of 1 stays.
+    """Change each parameter of every model by a random part of itself; a restitution of 1 stays.
 
     At the edge of its range the change goes inwards.
     """
-    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
+    names = [q.name for q in parameters.quantities if not q.option]
     for name, factor in zip(names, _factors(len(names), size, random).tolist(), strict=True):
         value = getattr(parameters, name)
         if name == "restitution" and value == 1.0:

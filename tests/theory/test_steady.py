@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from damper import Parameters, State
-from damper.engine.steady import steady_amplitude, steady_gain, steady_state
 from damper.models import start_run
+from damper.theory.steady import steady_amplitude, steady_gain, steady_state
 
 #: So far away that nothing touches.
 FAR = 1e9
