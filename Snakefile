@@ -7,12 +7,8 @@ min_version("9.0")
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/compile.smk"
-include: "workflow/rules/simulate.smk"
-include: "workflow/rules/gather.smk"
+include: "workflow/rules/parts.smk"
 include: "workflow/rules/orbits.smk"
-include: "workflow/rules/comparison.smk"
-include: "workflow/rules/stress.smk"
-include: "workflow/rules/cost.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/interactive.smk"

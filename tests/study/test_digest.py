@@ -33,7 +33,7 @@ def test_every_byte_of_a_file_behind_counts_and_the_folder_does_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Bytes count, not meaning, but for the ends of lines: simple, and it errs on the safe side."""
-    real = code_digest(SCRIPTS / "simulate.py")
+    real = code_digest(SCRIPTS / "part.py", ["damper.sweep.slices"])
     assert len(real) == 16
     assert set(real) <= set("0123456789abcdef")
 
@@ -48,19 +48,19 @@ def test_every_byte_of_a_file_behind_counts_and_the_folder_does_not(
             for file in home.rglob("*.py"):
                 file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
         monkeypatch.setattr(module, "_PACKAGE", home / "damper")
-        return code_digest(home / "scripts/simulate.py")
+        return code_digest(home / "scripts/part.py", ["damper.sweep.slices"])
 
     assert edited(1) == real
     assert edited(2, crlf=True) == real
     assert edited(3, "damper/figures/map.py") == real
-    edits = ("damper/engine/oscillator.py", "scripts/simulate.py")
+    edits = ("damper/engine/oscillator.py", "scripts/part.py")
     assert len({real, *(edited(4 + k, edit) for k, edit in enumerate(edits))}) == 3
     assert edited(6, edits[0], b"\n# edited\n") != edited(7, edits[0])
 
 
 #: Direct and indirect imports of each script, and files that do not concern it.
 CONCERNS = {
-    "simulate.py": (
+    "part.py": (
         [
             "sweep/slices.py",
             "sweep/runs.py",
@@ -86,7 +86,7 @@ CONCERNS = {
 
 
 #: Modules that a script loads by name.
-NAMED = {"table.py": ("damper.tables.intervals",)}
+NAMED = {"table.py": ("damper.tables.intervals",), "part.py": ("damper.sweep.slices",)}
 
 
 @pytest.mark.parametrize("script", CONCERNS)
@@ -108,14 +108,14 @@ def test_figure_kind_counts_if_it_is_named(kind: str) -> None:
 
 @pytest.mark.parametrize("asked", OBSERVERS)
 def test_observer_counts_only_if_it_is_asked_for(asked: str) -> None:
-    found = behind(SCRIPTS / "simulate.py", [f"damper.observers.{asked}"])
+    found = behind(SCRIPTS / "part.py", ["damper.sweep.slices", f"damper.observers.{asked}"])
     assert {f"observers/{name}.py" for name in OBSERVERS} & found == {f"observers/{asked}.py"}
 
 
 def test_order_and_repetition_of_modules_do_not_matter() -> None:
     a, b = "damper.observers.impacts", "damper.observers.bursts"
     orders = ((a, b), (b, a), (b, a, b, a), iter([a, b]))
-    assert len({code_digest(SCRIPTS / "simulate.py", modules) for modules in orders}) == 1
+    assert len({code_digest(SCRIPTS / "part.py", modules) for modules in orders}) == 1
 
 
 def test_misspelt_module_is_refused() -> None:

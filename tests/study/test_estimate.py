@@ -20,7 +20,8 @@ from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import estimate
 from damper.sweep.branches import branches
 from damper.sweep.grid import product
-from damper.sweep.slices import simulate_slice, write_slice
+from damper.sweep.parts import write_part
+from damper.sweep.slices import simulate_slice
 
 STUDIES = Path(__file__).parents[2] / "config/studies"
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
@@ -82,7 +83,7 @@ def test_arrays_and_disk_are_those_of_a_slice(tmp_path: Path) -> None:
         study.fixed, study.axis_values, observers=study.observer_settings(), **study.run
     )
     assert found.job.array_bytes == sum(array.nbytes for array in part.arrays.values())
-    write_slice(part, tmp_path / "all.npz")
+    write_part(part.part, tmp_path / "all.npz")
     assert found.job.array_bytes < (tmp_path / "all.npz").stat().st_size < found.disk
 
 

@@ -17,7 +17,8 @@ from damper.study.config import ConfigError, Study, load_config, load_study
 from damper.study.estimate import estimate
 from damper.sweep.branches import draw
 from damper.sweep.cube import CONVENTIONS, gather, write_cube
-from damper.sweep.slices import read_slice, simulate_slice, write_slice
+from damper.sweep.parts import read_part, write_part
+from damper.sweep.slices import simulate_slice
 
 SCENE: dict[str, Any] = {
     "mass_ratio": 0.1,
@@ -160,8 +161,8 @@ def test_draws_through_slices_and_files(tmp_path: Path) -> None:
     for place in itertools.product(*(axes[name] for name in fan)):
         part = simulate_slice(fixed | dict(zip(fan, place, strict=True)), {}, draws=DRAWS, **RUN)
         assert part.branches == {"draw": [0, 1, 2, 3]}
-        write_slice(part, tmp_path / "a.npz")
-        parts.append(read_slice(tmp_path / "a.npz"))
+        write_part(part.part, tmp_path / "a.npz")
+        parts.append(read_part(tmp_path / "a.npz"))
     cube = gather(parts, axes, fan, fixed, {})
     whole = simulate(**fixed, **axes, **RUN, draws=DRAWS)
     for name in whole.variables:

@@ -14,8 +14,9 @@ from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.sweep import runs
 from damper.sweep.cube import gather
+from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.runs import run_points
-from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+from damper.sweep.slices import simulate_slice
 
 #: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
 SCENE: dict[str, float] = {
@@ -163,7 +164,7 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
     draws = {"count": 2, "seed": 3, "initial_position": {"range": (-1.0, 1.0)}}
     follow = {"clearance": "both"}
     fan = [name for name in axes if name != "clearance"][:fanned]
-    parts: list[Slice] = []
+    parts: list[PartData] = []
     for place in itertools.product(*(axes[name] for name in fan)):
         part = simulate_slice(
             fixed | dict(zip(fan, place, strict=True)),
@@ -175,8 +176,8 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
             follow=follow,
             **RUN,
         )
-        write_slice(part, tmp_path / "part.npz")
-        parts.append(read_slice(tmp_path / "part.npz"))
+        write_part(part.part, tmp_path / "part.npz")
+        parts.append(read_part(tmp_path / "part.npz"))
     cube = gather(parts, axes, fan, fixed, {})
     assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
     whole = simulate(**fixed | values, **RUN, observers=SEEN, draws=draws, follow=follow)

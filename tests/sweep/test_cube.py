@@ -16,7 +16,8 @@ from damper import simulate
 from damper.parameters.quantities import ALL, PARAMETER_NAMES, QUANTITIES
 from damper.parameters.units import SI_UNITS, attributes_of, units_of
 from damper.sweep.cube import CONVENTIONS, REFERENCES, dataset, gather, write_cube
-from damper.sweep.slices import Slice, read_slice, simulate_slice, write_slice
+from damper.sweep.parts import PartData, read_part, write_part
+from damper.sweep.slices import simulate_slice
 
 FIXED = {"damping_ratio": 0.02, "clearance": 0.05, "phase": 0.0}
 AXES: dict[str, list[float]] = {
@@ -43,14 +44,14 @@ def gathered(
     **more: Any,
 ) -> xr.Dataset:
     """Cube of a study fanned along some axes, through files if there is a folder."""
-    parts: list[Slice] = []
+    parts: list[PartData] = []
     for place in itertools.product(*(axes[name] for name in fan_axes)):
         fixed = FIXED | dict(zip(fan_axes, place, strict=True))
         inner = {name: values for name, values in axes.items() if name not in fan_axes}
-        part = simulate_slice(fixed, inner, observers=OBSERVERS, **{**RUN, **more})
+        part = simulate_slice(fixed, inner, observers=OBSERVERS, **{**RUN, **more}).part
         if folder:
-            write_slice(part, folder / f"{len(parts)}.npz")
-            part = read_slice(folder / f"{len(parts)}.npz")
+            write_part(part, folder / f"{len(parts)}.npz")
+            part = read_part(folder / f"{len(parts)}.npz")
         parts.append(part)
     return gather(parts, axes, fan_axes, FIXED, ATTRIBUTES, notes)
 
@@ -104,7 +105,7 @@ def test_descending_axes_keep_their_order() -> None:
 def test_study_without_axes() -> None:
     fixed = FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3, "restitution": 0.5}
     part = simulate_slice(fixed, {}, observers=OBSERVERS, **RUN)
-    cube = gather([part], {}, (), fixed, ATTRIBUTES)
+    cube = gather([part.part], {}, (), fixed, ATTRIBUTES)
     assert cube.chatter.dims == ()
     assert float(cube.restitution) == 0.5
     assert cube.displacement.values.tolist() == part.arrays["displacement"][0].tolist()
@@ -119,7 +120,7 @@ def test_missing_slice_is_noticed() -> None:
     )
     axes = {"mass_ratio": [0.1, 0.2], "restitution": [0.1, 0.2]}
     with pytest.raises(ValueError, match="reshape"):
-        gather([part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
+        gather([part.part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
 
 
 # --- descriptions

@@ -32,7 +32,7 @@ def test_runs_that_do_not_go_into_this_machine_are_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """At the limit they run, a byte beyond it they do not."""
-    needed = estimate.Job({"points": 2}, 0, 1, make_observers(["impacts"])).memory
+    needed = estimate.Workload({"points": 2}, 0, 1, make_observers(["impacts"])).memory
     run = {"transient": 0, "periods": 1}
     monkeypatch.setattr(estimate, "machine_memory", lambda: needed)
     assert len(run_points([POINT] * 2, ["impacts"], **run)[0]["status"]) == 2

@@ -195,21 +195,16 @@ def test_only_models_that_a_study_asks_for_are_compiled(tmp_path):
 
 def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
     study = load_study(write(tmp_path, STRESS))
-    parts = study.parts()
-    assert list(parts) == [
-        *(f"corners_rigid~{i}" for i in range(3)),
-        "random_box~0",
-        "random_box~1",
-        "long_orbit",
-    ]
+    parts = {name: job.settings for name, job in study.parts({}).items()}
+    checks = [*(f"corners_rigid~{i}" for i in range(3)), "random_box~0", "random_box~1"]
+    assert list(parts) == [*checks, "long_orbit", "metamorphic/box~0", "metamorphic/box~1"]
     assert study.corners["rigid"].count == 2**4 * 3 * 2
     box = parts["random_box~1"]["random"]["box"]
     assert box["parameters"]["mass_ratio"] == (0.1, 0.2)
     assert parts["random_box~1"]["part"] == (1, 2)
     assert parts["long_orbit"]["run"] == POINT
-    assert sorted(part for group in study.groups().values() for part in group) == sorted(parts)
-    again = study.metamorphic()
-    assert [(part["runs"]["first"], part["runs"]["count"]) for part in again.values()] == [
-        (0, 2),
-        (2, 2),
-    ]
+    again = [parts[f"metamorphic/box~{i}"]["runs"] for i in range(2)]
+    assert [(runs["first"], runs["count"]) for runs in again] == [(0, 2), (2, 2)]
+    gathered = study.gathered({})
+    assert gathered["cube.nc"].needs == (*checks, "long_orbit")
+    assert gathered["metamorphic.nc"].needs == ("metamorphic/box~0", "metamorphic/box~1")

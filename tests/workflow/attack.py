@@ -59,7 +59,7 @@ def kills(folder: Path) -> Iterator[tuple[str, str]]:
     for each in range(ROUNDS):
         shutil.rmtree(folder / "results/small", ignore_errors=True)
         process = start(folder)
-        watched = chance.choice(["cube.nc", "figures/section.svg", "slices", None, None, None])
+        watched = chance.choice(["cube.nc", "figures/section.svg", "parts", None, None, None])
         end = time.monotonic() + (chance.uniform(2, TIME / 2) if watched is None else 3 * TIME)
         while time.monotonic() < end and process.poll() is None:
             if watched and (folder / "results/small" / watched).exists():
@@ -96,7 +96,7 @@ def on_disk(folder: Path, options: str) -> str:
 
 
 def full(folder: Path) -> Iterator[tuple[str, str]]:
-    """A disk that is full at the first slice, the second, the cube, the figure."""
+    """A disk that is full at the first part, the second, the cube, the figure."""
     for size in (4, 16, 64):
         yield f"disk of {size} kB", on_disk(folder, f"size={size}k")
 

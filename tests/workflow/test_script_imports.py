@@ -12,8 +12,11 @@ HEAVY = {"numba", "scipy", "xarray", "pandas", "netCDF4", "matplotlib", "pydanti
 HEAVY |= {"mpmath", "jinja2", "docutils"}
 # Script -> what it imports by name or in functions, and all that may be heavy of what is loaded.
 JOBS = {
-    "simulate": (["damper.models.rigid", "damper.observers.impacts"], {"numba"}),
-    "gather": (["xarray"], {"xarray", "pandas", "netCDF4"}),
+    "part": (
+        ["damper.sweep.slices", "damper.models.rigid", "damper.observers.impacts"],
+        {"numba"},
+    ),
+    "gather": (["damper.sweep.cube", "xarray"], {"xarray", "pandas", "netCDF4"}),
     "figure": (
         ["damper.figures.map", "matplotlib.figure", "xarray"],
         {"xarray", "pandas", "netCDF4", "matplotlib", "pydantic"},

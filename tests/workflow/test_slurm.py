@@ -33,7 +33,7 @@ def test_a_slurm_cluster_makes_the_same_bytes(tmp_path):
         write_small(copy_project(tmp_path / name), axes=axes, figures={"model": MODEL})
     arguments = (*REDUCED, "--config", "studies=[small, cost]")
     snakemake(tmp_path / "local", *arguments)
-    quick = ("--slurm-init-seconds-before-status-checks", "1", "--group-components", "slices=3")
+    quick = ("--slurm-init-seconds-before-status-checks", "1", "--group-components", "parts=3")
     run = [sys.executable, "-m", "snakemake", "--profile", "profiles/slurm", *arguments, *quick]
     done = subprocess.run(
         [SLURM, "bash", "-c", '"$@" && scontrol --oneliner show jobs', "-", *run],
@@ -46,11 +46,11 @@ def test_a_slurm_cluster_makes_the_same_bytes(tmp_path):
     made = digests(tmp_path / "slurm/results")
     assert made == digests(tmp_path / "local/results")
 
-    # Four slices are two jobs, of one processor each; run times have the node's two to themselves.
+    # Four parts are two jobs, of one processor each; run times have the node's two to themselves.
     jobs_of = {}
     for job in re.findall("^JobId=.*", done.stdout, re.MULTILINE):
         rule = re.search(r"slurm_logs/(?:group|rule)_(\w+)", job)[1]
         jobs_of.setdefault(rule, []).append(int(re.search(r" NumCPUs=(\d+)", job)[1]))
-    assert jobs_of["slices_simulate"] == [1, 1]
+    assert jobs_of["parts_part"] == [1, 1]
     assert jobs_of["gather"] == [1]
-    assert jobs_of["cost"] == [2]
+    assert jobs_of["timed"] == [2]

@@ -69,14 +69,14 @@ def made(small_run, tmp_path) -> Path:
 def test_each_target_makes_just_what_it_needs(small):
     write_small(small, **PRODUCTS)
     figure = "results/small/figures/section.png"
-    before = {"simulate": 2, "gather": 1}
+    before = {"part": 2, "gather": 1}
     assert jobs(snakemake(small, "-n", figure)) == before | {"figure": 1}
     # A schematic waits for no simulation.
     assert jobs(snakemake(small, "-n", "results/small/figures/model.svg")) == {"figure": 1}
 
 
 def test_changes_rerun_just_what_hangs_on_them(made):
-    slices = made / "results/small/slices"
+    slices = made / "results/small/parts"
     before = {path: path.stat().st_mtime_ns for path in slices.rglob("*.npz")}
     assert len(before) == 2
 
@@ -93,7 +93,7 @@ def test_changes_rerun_just_what_hangs_on_them(made):
     wider = axes | {"mass_ratio": {"values": [0.1, 0.2, 0.3], "fan": True}}
     write_small(made, axes=wider, **PRODUCTS)
     output = snakemake(made)
-    assert jobs(output) == {"simulate": 1, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    assert jobs(output) == {"part": 1, "gather": 1, "figure": 1, "table": 1, "all": 1}
     assert {path: path.stat().st_mtime_ns for path in before} == before
     with xr.open_dataset(made / "results/small/cube.nc") as cube:
         assert cube.mass_ratio.values.tolist() == [0.1, 0.2, 0.3]
@@ -101,7 +101,7 @@ def test_changes_rerun_just_what_hangs_on_them(made):
     # One more value on an inner axis: all its slices.
     longer = wider | {"restitution": {"start": 0.3, "stop": 0.9, "num": 7}}
     write_small(made, axes=longer, **PRODUCTS)
-    assert jobs(snakemake(made, "-n"))["simulate"] == 3
+    assert jobs(snakemake(made, "-n"))["part"] == 3
 
     # A touch is not an edit.
     write_small(made, axes=wider, **PRODUCTS)
@@ -126,7 +126,7 @@ def test_edit_in_the_package_reruns_what_depends_on_it(made):
     append("observers/impacts.py")  # also imported by bursts
     append("engine/search.py")
     planned = jobs(snakemake(made, "-n", **environment))
-    assert planned["simulate"] == 2
+    assert planned["part"] == 2
     assert planned["gather"] == planned["table"] == 1
 
 
@@ -136,9 +136,9 @@ def test_one_job_per_point_and_what_each_stage_cost(small):
     write_small(small, axes={name: spec | {"fan": True} for name, spec in axes.items()})
     (small / "config/config.yaml").write_text("studies: [small]\nengine: {max_events: 200}\n")
     output = snakemake(small)
-    assert jobs(output)["simulate"] == 4
-    assert "simulate      4 jobs" in output[output.index("Cost by stage") :]
-    path = small / "results/small/slices/mass_ratio~0.1/frequency_ratio~1.3/restitution~0.45.npz"
+    assert jobs(output)["part"] == 4
+    assert "parts         4 jobs" in output[output.index("Cost by stage") :]
+    path = small / "results/small/parts/mass_ratio~0.1/frequency_ratio~1.3/restitution~0.45.npz"
     assert path.is_file()
     with xr.open_dataset(small / "results/small/cube.nc") as cube:
         direct = damper.simulate(
@@ -169,7 +169,7 @@ def flip_a_byte(path: Path) -> None:
 
 def test_what_is_damaged_is_found_by_its_bytes_and_made_anew(made):
     results, before = made / "results/small", digests(made / "results")
-    slices = sorted((results / "slices").rglob("*.npz"))
+    slices = sorted((results / "parts").rglob("*.npz"))
     slices[0].write_bytes(slices[0].read_bytes()[:-100])
     csv = results / "tables/edges.csv"
     csv.write_text(csv.read_text().replace("0.1", "0.2", 1))
@@ -183,14 +183,14 @@ def test_what_is_damaged_is_found_by_its_bytes_and_made_anew(made):
     assert {path.removesuffix(".png").removesuffix(".svg") for path in found} == {
         str(path).removesuffix(".png").removesuffix(".svg") for path in damaged
     }
-    assert jobs(output) == {"simulate": 2, "gather": 1, "figure": 2, "table": 1, "all": 1}
+    assert jobs(output) == {"part": 2, "gather": 1, "figure": 2, "table": 1, "all": 1}
     assert digests(made / "results") == before
     assert "Nothing to be done" in snakemake(made)
 
 
 def test_a_slice_that_is_damaged_unnoticed_is_named_in_the_log_and_made_anew(made):
     """Its times are the same, as where a disk loses a bit: it shows when the slice is read."""
-    path = min((made / "results/small/slices").rglob("*.npz"))
+    path = min((made / "results/small/parts").rglob("*.npz"))
     before = digests(made / "results")
     snakemake(made, "-n")
     record = made / ".snakemake/checked"
@@ -202,10 +202,10 @@ def test_a_slice_that_is_damaged_unnoticed_is_named_in_the_log_and_made_anew(mad
     (made / "results/small/cube.nc").unlink()
     output = snakemake(made, code=1)
     assert jobs(output) == {"gather": 1, "figure": 1, "table": 1, "all": 1}
-    for text in (output, (made / "results/logs/small/gather.log").read_text()):
+    for text in (output, (made / "results/logs/small/gather/cube.nc.log").read_text()):
         assert "Traceback" not in text
         assert f"{path.relative_to(made)} is damaged" in text
-    assert jobs(snakemake(made))["simulate"] == 1
+    assert jobs(snakemake(made))["part"] == 1
     assert digests(made / "results") == before
 
 
@@ -228,7 +228,7 @@ def test_results_dated_in_the_future_get_the_present_date(made):
     postpone()
     output = snakemake(made)
     assert output.count(warning) == 1
-    assert jobs(output) == {"simulate": 2, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    assert jobs(output) == {"part": 2, "gather": 1, "figure": 1, "table": 1, "all": 1}
     assert digests(results) == before
     assert max(path.stat().st_mtime for path in made.rglob("*")) <= time.time()
     output = snakemake(made)
@@ -270,12 +270,12 @@ def test_verify_names_what_is_not_sound_and_makes_nothing(made):
 
 def test_results_tell_what_they_were_made_of(made):
     """Decisions are the same without Snakemake's records, which a clone does not have."""
-    records, slices = made / ".snakemake", made / "results/small/slices"
+    records, slices = made / ".snakemake", made / "results/small/parts"
 
     def planned() -> dict[str, int]:
         return jobs(snakemake(made, "-n"))
 
-    everything = {"simulate": 2, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    everything = {"part": 2, "gather": 1, "figure": 1, "table": 1, "all": 1}
     other = {"parameters": {"damping_ratio": 0.02, "clearance": 0.06}}
     write_small(made, **PRODUCTS | other)
     assert planned() == everything
@@ -287,9 +287,9 @@ def test_results_tell_what_they_were_made_of(made):
     first, second = (slices / f"mass_ratio~{value}.npz" for value in (0.1, 0.2))
     kept = second.read_bytes()
     shutil.copy2(first, second)
-    assert planned() == everything | {"simulate": 1}
+    assert planned() == everything | {"part": 1}
     second.unlink()
-    assert planned() == everything | {"simulate": 1}
+    assert planned() == everything | {"part": 1}
     second.write_bytes(kept)
     os.utime(second, ns=(0, 0))
     # A figure of another study's, newer than its cube.
@@ -319,11 +319,11 @@ def test_what_no_entry_makes_any_more_is_named_and_removed_when_asked(made):
 
 
 def test_the_reason_of_a_failure_is_in_its_log(small):
-    script = small / "workflow/scripts/simulate.py"
+    script = small / "workflow/scripts/part.py"
     text_of_script = script.read_text()
     script.write_text(text_of_script.replace("part = ", 'raise ValueError("as a test")\npart = '))
     output = snakemake(small, code=1)
-    logs = sorted((small / "results/logs/small/simulate").rglob("*.log"))
+    logs = sorted((small / "results/logs/small/parts").rglob("*.log"))
     for text in (output, logs[0].read_text()):
         assert "ValueError: as a test" in text
         assert "Traceback" in text
@@ -353,7 +353,7 @@ for _ in range(6000):
 
 def test_a_run_that_is_cancelled_says_so(small):
     """Nothing failed; what was under way comes to its end, and is made again."""
-    script = small / "workflow/scripts/simulate.py"
+    script = small / "workflow/scripts/part.py"
     text = script.read_text()
     script.write_text(text.replace("part = ", f"{CANCEL}part = "))
     run = [sys.executable, "-m", "snakemake", "--cores", "1"]
@@ -367,7 +367,7 @@ def test_a_run_that_is_cancelled_says_so(small):
         "The same command makes what is missing, and again what was cut short.",
     ]
     script.write_text(text)
-    assert jobs(snakemake(small))["simulate"] == 2
+    assert jobs(snakemake(small))["part"] == 2
 
 
 def test_all_mistakes_of_all_files_at_once(small):
@@ -412,7 +412,7 @@ def test_targets_are_made_when_asked_for(small):
     asked = snakemake(small, "-n", "1-more")
     assert "results/other/cube.nc" in asked
     # It pays to compile for the longer one alone.
-    assert jobs(asked) == {"compile": 1, "simulate": 4, "gather": 2, "1-more": 1}
+    assert jobs(asked) == {"compile": 1, "part": 4, "gather": 2, "1-more": 1}
 
 
 def test_a_cache_that_is_not_used_is_said_once(small: Path, tmp_path: Path) -> None:
@@ -420,9 +420,9 @@ def test_a_cache_that_is_not_used_is_said_once(small: Path, tmp_path: Path) -> N
     shared = tmp_path / "shared"
     shared.mkdir()
     shared.chmod(0o777)
-    asked = ["--until", "simulate"]
+    asked = ["--until", "part"]
     output = snakemake(small, *asked, NUMBA_CACHE_DIR=str(shared), DAMPER_COMPILE="1")
-    assert jobs(output) == {"simulate": 2}
+    assert jobs(output) == {"part": 2}
     assert output.count(f"others may write to {shared} (mode 777); each job compiles") == 1
 
 

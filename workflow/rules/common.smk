@@ -6,7 +6,7 @@ import re
 import sys
 import time
 from contextlib import suppress
-from inspect import signature
+from functools import partial
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -17,8 +17,9 @@ try:
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
     from damper.study.fingerprint import Checked, fingerprint
+    from damper.study.model import Study
+    from damper.study.parts import simulation_modules
     from damper.study.study_file import SUFFIXES
-    from damper.verification.base import Verification
 except ImportError as error:
     raise WorkflowError(
         f"damper or one of its packages is missing ({error}): install them with "
@@ -41,9 +42,8 @@ except ConfigError as error:
     # the line of this file that found the mistake.
     sys.exit(str(error))
 
-# Studies that check the engine have rules of their own; STUDIES are those that make a cube.
-VERIFICATIONS = {n: study for n, study in CONFIG.studies.items() if isinstance(study, Verification)}
-STUDIES = {n: study for n, study in CONFIG.studies.items() if n not in VERIFICATIONS}
+# Those that simulate: other kinds check the engine.
+STUDIES = {name: study for name, study in CONFIG.studies.items() if isinstance(study, Study)}
 # What is made without being asked for; verdicts and the page speak of these.
 DEFAULT = {name: CONFIG.studies[name] for name in CONFIG.default}
 RESULTS = CONFIG.results
@@ -73,25 +73,36 @@ def products(section):
     }
 
 
-def once(function):
-    """Work out a function's value once, whether its arguments come by place or by name."""
-    names, kept = signature(function).parameters, functools.cache(function)
-    return lambda *values, **named: kept(*values, *(named[name] for name in names if name in named))
-
-
-@once
+@functools.cache
 def digest(script, *modules):
     """Digest of the code behind a script, and behind the modules that it loads by name."""
     return code_digest(SCRIPTS / script, modules)
 
 
-def job(settings):
-    """Function of wildcards that returns the settings of a job, from their values."""
-    return lambda wildcards: settings(**dict(wildcards.items()))
+# Path of a file of results -> function that returns the settings of the job which makes it. Each
+# file of rules adds its own.
+MADE = {}
+
+
+@functools.cache
+def settings_of(path):
+    """Return the settings of the job that makes a file of results."""
+    return MADE[path]()
+
+
+@functools.cache
+def made_of(path):
+    """Return the fingerprint that a file of results is to have."""
+    return fingerprint(settings_of(path))
+
+
+def job(wildcards, output):
+    """The settings of a job, as its script finds them."""
+    return settings_of(output[-1])
 
 
 # Snakemake makes a file of results again if it is older than an input. This file is newer than any.
-NEWER = ".snakemake/newer"
+RERUN_MARK = ".snakemake/rerun"
 # What is known of the bytes of results; `damper verify` reads them all.
 RECORD = Path(".snakemake/checked")
 VERIFY = "DAMPER_VERIFY" in os.environ
@@ -117,63 +128,51 @@ def redate():
 # Not in a process that makes one job of a run, such as on a cluster.
 if workflow.is_main_process:
     RECORD.parent.mkdir(exist_ok=True)
-    Path(NEWER).touch()
+    Path(RERUN_MARK).touch()
     if VERIFY:
         RECORD.unlink(missing_ok=True)
     else:
         redate()
 CHECKED = Checked(RECORD)
-# Functions that return the settings of a job, and the files that it makes; both take wildcards.
-MADE = []
 
 
-def changed(settings, *paths, parts=None):
-    """Input function: `NEWER` counts where a file is damaged, or of other settings than its job's.
+def rerun_if_changed(*patterns, needs=None):
+    """Input function: `RERUN_MARK` counts where a file is damaged, or of other settings than its job's.
 
-    Snakemake compares settings with records of its own, which a clone or a clean-up loses. `parts`
-    is an input function: `NEWER` also counts where a file of these is missing.
+    Snakemake compares settings with records of its own, which a clone or a clean-up loses. The mark
+    also counts where a file of `needs`, an input function, is missing.
     """
-    MADE.append((settings, paths))
 
-    def newer(wildcards):
+    def mark(wildcards):
         if not workflow.is_main_process:  # which has decided
-            return ancient(NEWER)
-        values = dict(wildcards.items())
-        wanted = fingerprint(settings(**values))
-        for path in (Path(path.format(**values)) for path in paths):
+            return ancient(RERUN_MARK)
+        for path in (Path(pattern.format(**dict(wildcards.items()))) for pattern in patterns):
             if not path.exists():
                 continue
             found = CHECKED.fingerprint_in(path)
             if found is None:
                 print(f"{path} is damaged, or of an earlier version: made anew", file=sys.stderr)
-            if found != wanted or parts and not all(map(os.path.exists, parts(wildcards))):
+            if (
+                found != made_of(str(path))
+                or needs
+                and not all(map(os.path.exists, needs(wildcards)))
+            ):
                 # With a content it never had: where that is the same, times do not count for
                 # Snakemake.
-                Path(NEWER).write_text(f"{time.time()}\n")
-                return NEWER
-        return ancient(NEWER)
+                Path(RERUN_MARK).write_text(f"{time.time()}\n")
+                return RERUN_MARK
+        return ancient(RERUN_MARK)
 
-    return newer
-
-
-def there(pattern):
-    """Return the values of the wildcards of every file of a pattern that is there."""
-    found = glob_wildcards(pattern)
-    if not found._fields:
-        return [{}] if COMPLETE and Path(pattern).exists() else []
-    return [dict(zip(found._fields, values)) for values in zip(*found)]
+    return mark
 
 
 def verify():
     """Print which results are not as they should be, and return the status of `damper verify`."""
     sound, wrong = 0, []
-    for settings, path, values in ((s, p, v) for s, ps in MADE for p in ps for v in there(p)):
-        try:
-            wanted = fingerprint(settings(**values))
-        except KeyError:  # a file of another rule, or one that nothing makes any more
-            continue
-        path = path.format(**values)
-        found = CHECKED.fingerprint_in(path)
+    for path in filter(os.path.exists, MADE):
+        if Path(path).parent == Path(RESULTS) and not COMPLETE:
+            continue  # verdicts and page of another selection of studies
+        found, wanted = CHECKED.fingerprint_in(path), made_of(path)
         sound += found == wanted
         if found is None:
             beside = " or the CSV beside it" if path.endswith(".md") else ""
@@ -194,36 +193,9 @@ def shown(study, product):
     return own | {what: f"{RESULTS}/{name}/cube.nc" for what, name in beside.items()}
 
 
-# Name of a file of results in a study's folder -> function of the study's name that returns the
-# settings of the job which makes it, by the kind of study. Each file of rules adds its own.
-SETTINGS = {}
-
-
-@once
-def made_of(path):
-    """Return the fingerprint that a file of results is to have."""
-    name, _, file = path.removeprefix(f"{RESULTS}/").partition("/")
-    kind = getattr(CONFIG.studies[name], "kind", "parameters")
-    return fingerprint(SETTINGS[kind, file](name))
-
-
 def of_papers(priority):
     """Function of wildcards: this priority for a job of a study that the verdicts judge, else none."""
     return lambda wildcards: priority * (next(iter(wildcards)).partition("/")[0] in JUDGED_BY)
-
-
-EVERY_MODEL = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
-
-
-def simulation_modules(study):
-    """Modules of the model and the observers of a study: others do not concern its results."""
-    # Points of any model that do not ask for it, such as those without modulation, are rigid.
-    models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
-    return [
-        *models,
-        *(f"{model}.response" for model in models if "response" in study.observers),
-        *sorted(f"damper.observers.{name}" for name in study.observers),
-    ]
 
 
 def report_failed(own_logs):

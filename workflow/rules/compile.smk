@@ -1,19 +1,23 @@
 """Compiled code, made once, so that parallel jobs find it in the cache."""
 
-from damper.study.estimate import PLAIN_SECONDS
-
-CHECKS, SOLVERS = "checks", "solvers"
+from damper.study.estimate import PLAIN_SECONDS, estimate
 
 
 def compiled(models, parts):
-    """Return the marks that these parts are compiled for these models."""
-    return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models]
+    """Return the marks that these parts, if any, are compiled for these models."""
+    return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models if parts]
 
 
-@once
+@functools.cache
 def models_of(name):
     """Return the models of a study. Points that do not ask for its model are rigid."""
     return sorted({"rigid", STUDIES[name].model})
+
+
+@functools.cache
+def taken_by(name):
+    """Return what the jobs of a study take."""
+    return estimate(STUDIES[name])
 
 
 # Studies of the default run that simulate.
@@ -39,7 +43,7 @@ def compiled_for(study):
     return [mark for model in models_of(study.name) for mark in engine_of(model, together)]
 
 
-def compiled_before(wildcards):
+def compiled_first(wildcards):
     """Return the marks of what checks and solvers build on."""
     model, parts = wildcards.model, wildcards.parts
     return [] if parts.startswith("engine") else engine_of(model, SIMULATED)
@@ -50,7 +54,7 @@ def compiled_before(wildcards):
 # run, that the simulations must rerun too. After an edit the simulation jobs compile for themselves.
 rule compile:
     input:
-        ancient(compiled_before),
+        ancient(compiled_first),
     output:
         f"{RESULTS}/compiled/{{model}}/{{parts}}.txt",
     log:

@@ -5,7 +5,6 @@ from damper.figures import modules
 FIGURES = products("figures")
 
 
-@once
 def figure_settings(figure):
     study, product, settings = FIGURES[figure]
     drawn_by = type(product).__module__
@@ -17,11 +16,22 @@ def figure_settings(figure):
     }
 
 
+for name in FIGURES:
+    for end in SUFFIXES["figures"]:
+        MADE[f"{RESULTS}/{name}.{end}"] = partial(figure_settings, name)
+
+
+def memory_with_cube(study):
+    """Return the megabytes of a job that opens a cube; those of checks of the engine are small."""
+    gathering = taken_by(study.name).gather_resources["mem_mb"] if study.name in STUDIES else 0
+    return max(1000, 500 + gathering)
+
+
 # What shows times lies beside them, in a folder of its own.
 rule figure:
     input:
         unpack(lambda wildcards: shown(*FIGURES[wildcards.figure][:2])),
-        newer=changed(figure_settings, f"{RESULTS}/{{figure}}.svg", f"{RESULTS}/{{figure}}.png"),
+        rerun=rerun_if_changed(f"{RESULTS}/{{figure}}.svg", f"{RESULTS}/{{figure}}.png"),
     output:
         svg=report(
             f"{RESULTS}/{{figure}}.svg",
@@ -40,7 +50,7 @@ rule figure:
     resources:
         mem_mb=lambda wildcards: memory_with_cube(FIGURES[wildcards.figure][0]),
     params:
-        job=job(figure_settings),
+        job=job,
     message:
         "Draw {wildcards.figure}"
     script:

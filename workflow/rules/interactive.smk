@@ -7,7 +7,6 @@ INTERACTIVE = {
 }
 
 
-@once
 def interactive_settings(figure):
     study, settings = INTERACTIVE[figure]
     return {
@@ -30,6 +29,9 @@ def interactive_settings(figure):
     }
 
 
+MADE |= {f"{RESULTS}/{name}.js": partial(interactive_settings, name) for name in INTERACTIVE}
+
+
 # Those of the page.
 DEFAULT_INTERACTIVE = [name for name, (study, _) in INTERACTIVE.items() if study.name in DEFAULT]
 
@@ -38,7 +40,7 @@ rule interactive:
     input:
         cube=lambda wildcards: f"{RESULTS}/{INTERACTIVE[wildcards.figure][0].name}/cube.nc",
         compiled=ancient(lambda wildcards: compiled_for(INTERACTIVE[wildcards.figure][0])),
-        newer=changed(interactive_settings, f"{RESULTS}/{{figure}}.js"),
+        rerun=rerun_if_changed(f"{RESULTS}/{{figure}}.js"),
     output:
         f"{RESULTS}/{{figure}}.js",
     log:
@@ -50,7 +52,7 @@ rule interactive:
     resources:
         mem_mb=lambda wildcards: memory_with_cube(INTERACTIVE[wildcards.figure][0]),
     params:
-        job=job(interactive_settings),
+        job=job,
     message:
         "Prepare {wildcards.figure} for the page"
     script:

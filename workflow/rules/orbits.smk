@@ -3,7 +3,6 @@
 ORBITS = {name: study for name, study in STUDIES.items() if study.orbits}
 
 
-@once
 def orbits_settings(study):
     study = STUDIES[study]
     return {
@@ -19,13 +18,13 @@ def orbits_settings(study):
     }
 
 
-SETTINGS["parameters", "orbits.nc"] = orbits_settings
+MADE |= {f"{RESULTS}/{name}/orbits.nc": partial(orbits_settings, name) for name in ORBITS}
 
 
 rule orbits:
     input:
         ancient(lambda wildcards: compiled_for(STUDIES[wildcards.study])),
-        changed(orbits_settings, f"{RESULTS}/{{study}}/orbits.nc"),
+        rerun_if_changed(f"{RESULTS}/{{study}}/orbits.nc"),
     output:
         f"{RESULTS}/{{study}}/orbits.nc",
     log:
@@ -35,7 +34,7 @@ rule orbits:
     wildcard_constraints:
         study=one_of(ORBITS),
     params:
-        job=job(orbits_settings),
+        job=job,
     message:
         "Follow periodic motions of {wildcards.study}"
     script:

@@ -51,22 +51,24 @@ def _page_inputs(wildcards):
     return [path for path in shown if path.endswith((".nc", ".svg", ".png", ".csv", ".md"))]
 
 
-@once
 def report_settings():
     return {
         "studies": [study.about() for study in DEFAULT.values()],
         "kinds": _page_kinds(),
         "code": digest("report.py", "damper.report.page"),
         "texts": {path.name: code_digest(path) for path in _page_texts()},
-        "interactive": [fingerprint(interactive_settings(name)) for name in DEFAULT_INTERACTIVE],
-        "claims": fingerprint(claims_settings()) if COMPLETE else "",
+        "interactive": [made_of(f"{RESULTS}/{name}.js") for name in DEFAULT_INTERACTIVE],
+        "claims": made_of(f"{RESULTS}/claims.md") if COMPLETE else "",
         "shown": [
-            fingerprint(settings(name))
-            for settings, made in ((figure_settings, FIGURES), (table_settings, TABLES))
+            made_of(f"{RESULTS}/{name}.{end}")
+            for end, made in (("svg", FIGURES), ("md", TABLES))
             for name, (study, *_) in made.items()
             if study.name in DEFAULT and "timed" not in name.split("/")
         ],
     }
+
+
+MADE |= dict.fromkeys([f"{RESULTS}/report.html", *PLOTLY], report_settings)
 
 
 rule report:
@@ -74,7 +76,7 @@ rule report:
         _page_inputs,
         claims=claims_if_complete(),
         interactive=[f"{RESULTS}/{name}.js" for name in DEFAULT_INTERACTIVE],
-        newer=changed(report_settings, f"{RESULTS}/report.html", *PLOTLY),
+        rerun=rerun_if_changed(f"{RESULTS}/report.html", *PLOTLY),
     output:
         [f"{RESULTS}/report.html", *PLOTLY],
     log:
@@ -82,7 +84,7 @@ rule report:
     benchmark:
         f"{TIMES}/report/report.tsv"
     params:
-        job=job(report_settings),
+        job=job,
         captions=CAPTIONS,
     message:
         "Write the page with everything"

@@ -8,7 +8,6 @@ def _runs_more(study):
     return study.name in STUDIES
 
 
-@once
 def table_settings(table):
     study, product, settings = TABLES[table]
     made_by = type(product).__module__
@@ -19,6 +18,9 @@ def table_settings(table):
         "code": digest("table.py", made_by, *more),
         "shown": [made_of(path) for path in shown(study, product).values()],
     }
+
+
+MADE |= {f"{RESULTS}/{name}.md": partial(table_settings, name) for name in TABLES}
 
 
 def _compiled(wildcards):
@@ -62,7 +64,7 @@ rule table:
     input:
         unpack(lambda wildcards: shown(*TABLES[wildcards.table][:2])),
         compiled=ancient(_compiled),
-        newer=changed(table_settings, f"{RESULTS}/{{table}}.md"),
+        rerun=rerun_if_changed(f"{RESULTS}/{{table}}.md"),
     output:
         csv=report(
             f"{RESULTS}/{{table}}.csv",
@@ -81,7 +83,7 @@ rule table:
     resources:
         mem_mb=lambda wildcards: memory_with_cube(TABLES[wildcards.table][0]),
     params:
-        job=job(table_settings),
+        job=job,
     message:
         "Write {wildcards.table}"
     script:

@@ -19,7 +19,6 @@ def claims_if_complete():
 JUDGED = {name: f"{RESULTS}/{name}/cube.nc" for name in JUDGED_BY if name in DEFAULT}
 
 
-@once
 def claims_settings():
     return {
         # Links to figures that are not made would lead nowhere.
@@ -29,10 +28,13 @@ def claims_settings():
     }
 
 
+MADE[f"{RESULTS}/claims.md"] = claims_settings
+
+
 rule claims:
     input:
         **JUDGED,
-        newer=changed(claims_settings, f"{RESULTS}/claims.md"),
+        rerun=rerun_if_changed(f"{RESULTS}/claims.md"),
     output:
         csv=report(f"{RESULTS}/claims.csv", category="papers", labels={"table": "claims"}),
         md=f"{RESULTS}/claims.md",
@@ -42,7 +44,7 @@ rule claims:
         f"{TIMES}/claims/claims.tsv"
     priority: 3
     params:
-        job=job(claims_settings),
+        job=job,
     message:
         "Judge the papers' statements"
     script:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from damper.observers import make_observers
 from damper.study.messages import Mistakes
 from damper.study.model import Study
-from damper.sweep.estimate import MOST_MEMORY, Job, amount, run_sizes
+from damper.sweep.estimate import MOST_MEMORY, Workload, amount, run_sizes
 
 MOST_SLICES = 1000
 """One slice is one job. A dry run took 13 s for 1000 of them, 29 s for 2000, and was not done
@@ -47,7 +47,7 @@ class Estimate(NamedTuple):
 
     slices: int
     points: int
-    job: Job
+    job: Workload
     gather_memory: int
     gather_seconds: float
     disk: int
@@ -87,7 +87,7 @@ def estimate(study: Study) -> Estimate:
     """Estimate what a study takes."""
     sizes = {name: len(values) for name, values in study.axis_values.items()}
     slices = prod(sizes[name] for name in study.fan_axes)
-    job = Job(
+    job = Workload(
         run_sizes(
             {n: sizes[n] for n in study.inner_axes},
             study.draw_settings().get("count"),

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, PrivateAttr
 
 from damper.study.fields import Line, Strict, Text
+from damper.study.jobs import Job
 
 SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
 """Section of a study -> suffixes of the files that each of its entries makes."""
@@ -93,6 +94,18 @@ class StudyFile(Strict):
             for path in self.files(section)
             for end in ends
         ]
+
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return the parts of the study, a job each: name -> job. `engine` are settings of runs."""
+        return {}
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return the files that are gathered from parts: path below the study's folder -> job."""
+        return {}
+
+    def timed(self) -> dict[str, Job]:
+        """Return the files of times, whose jobs are to be alone on the machine."""
+        return {}
 
     def about(self) -> dict[str, Any]:
         """Return what a page shows of the study, as plain values; paths without suffix."""

@@ -18,6 +18,7 @@ from damper.parameters.variables import (
     STATUS_MEANINGS,
     Variable,
 )
+from damper.sweep.parts import PartData
 from damper.sweep.slices import Slice
 
 #: Of a file's metadata: a long name and units for each variable, flags with their meanings.
@@ -118,7 +119,7 @@ def without_missing(array: np.ndarray) -> np.ndarray:
 
 
 def gather(
-    parts: Sequence[Slice],
+    parts: Sequence[PartData],
     axes: Mapping[str, Sequence[float]],
     fan_axes: Sequence[str],
     fixed: Mapping[str, float],
@@ -129,8 +130,8 @@ def gather(
 
     Parameters
     ----------
-    parts : sequence of Slice
-        In the order of the product of the fanned axes, the last one fastest.
+    parts : sequence of PartData
+        Each a slice, in the order of the product of the fanned axes, the last one fastest.
     axes : mapping of str to values
         All axes in the order of the cube's dimensions.
     fan_axes : sequence of str
@@ -151,10 +152,10 @@ def gather(
     arrays = {
         name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
     }
-    coordinates = {name: np.array(values) for name, values in parts[0].coordinates.items()}
+    first = Slice.of(parts[0])
+    coordinates = {name: np.array(values) for name, values in first.coordinates.items()}
     # Runs lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
     order = {name: axes[name] for name in (*fan_axes, *inner)}
-    first = parts[0]
     cube = dataset(
         order,
         fixed,

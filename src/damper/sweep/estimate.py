@@ -58,7 +58,7 @@ class Excess(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Job:
+class Workload:
     """What one process simulates, and what that takes.
 
     Parameters

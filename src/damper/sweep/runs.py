@@ -28,7 +28,7 @@ from damper.parameters import State
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import need_state
-from damper.sweep.estimate import Job
+from damper.sweep.estimate import Workload
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
 
@@ -102,7 +102,7 @@ def run_points(
     # Observers hold what they know of a run; only the arrays are shared.
     teams = [make_observers(asked) for _ in range(threads)]
     made = teams[0]
-    Job({"points": len(read)}, settings.transient, settings.periods, made).refuse_excess()
+    Workload({"points": len(read)}, settings.transient, settings.periods, made).refuse_excess()
     for place, observer in enumerate(made):
         observer.allocate(len(read), settings.periods)
         for team in teams[1:]:

@@ -1,16 +1,9 @@
-"""Slices: the part of a study's cube that one simulation job makes, as an .npz file.
+"""Slices: the part of a study's cube that one simulation job makes."""
 
-No xarray here: a simulation job writes plain arrays, with the same bytes each time, and the
-descriptions that gathering needs as one JSON text.
-"""
-
-import json
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from io import BytesIO
-from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -20,11 +13,10 @@ from damper.parameters.quantities import is_si
 from damper.parameters.run import RunSettings
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import Branches, branches
-from damper.sweep.estimate import Job, run_sizes
+from damper.sweep.estimate import Workload, run_sizes
 from damper.sweep.grid import product
-from damper.sweep.progress import Progress
-
-_DESCRIPTION = "__description__"
+from damper.sweep.parts import PartData
+from damper.sweep.progress import Progress, progress_lines
 
 
 @dataclass(frozen=True)
@@ -40,6 +32,28 @@ class Slice:
     coordinates: dict[str, list[float]]
     branches: dict[str, list[Any]] = field(default_factory=dict)
     labels: dict[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def part(self) -> PartData:
+        """The slice as a file holds it."""
+        about = asdict(replace(self, arrays={}))
+        del about["arrays"]
+        return PartData(self.arrays, about)
+
+    @classmethod
+    def of(cls, part: PartData) -> "Slice":
+        """Return the slice that a file holds."""
+        about = dict(part.about)
+        variables = (entry | {"dims": tuple(entry["dims"])} for entry in about.pop("variables"))
+        return cls(part.arrays, tuple(Variable(**entry) for entry in variables), **about)
+
+
+def run_part(needed: Sequence[PartData] = (), **settings: Any) -> PartData:
+    """Simulate a slice as a job of the workflow, whose log says how far it is.
+
+    `settings` are arguments of `simulate_slice`.
+    """
+    return simulate_slice(**settings, progress=progress_lines(sys.stderr)).part
 
 
 def simulate_slice(
@@ -89,7 +103,7 @@ def simulate_slice(
     draws = draws or {}
     sizes = run_sizes(counts, draws.get("count"), follow or {})
     made = make_observers(observers)
-    Job(sizes, settings.transient, settings.periods, made).refuse_excess()
+    Workload(sizes, settings.transient, settings.periods, made).refuse_excess()
     plan = branches(product(axes, fixed), axes, draws, follow or {})
     arrays, made = run_points(
         plan.points,
@@ -126,76 +140,3 @@ def _in_si(
             sizes = np.array([unit.size(variable.units) for unit in units])
             array *= sizes.reshape(-1, *[1] * (array.ndim - 1))
     return tuple(replace(v, units=SI_UNITS.get(v.units, v.units)) for v in variables)
-
-
-def write_slice(part: Slice, path: Path) -> None:
-    """Write a slice as .npz."""
-    description = {
-        "arrays": list(part.arrays),
-        "variables": [asdict(variable) for variable in part.variables],
-        "coordinates": part.coordinates,
-        "branches": part.branches,
-        "labels": part.labels,
-    }
-    text = json.dumps(description, sort_keys=True)
-    arrays: dict[str, Any] = {_DESCRIPTION: np.array(text), **part.arrays}
-    np.savez(path, **arrays)
-
-
-class DamagedSliceError(Exception):
-    """A file is not, or no longer, what a job wrote."""
-
-
-def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """Read an .npz file.
-
-    Raises
-    ------
-    DamagedSliceError
-        With the path, where the file was cut or changed.
-    """
-    stream = BytesIO(path.read_bytes())
-    try:
-        with np.load(stream) as file:
-            if bad := file.zip.testzip():
-                raise ValueError(f"the bytes of {bad} have changed")
-            return {name: file[name] for name in file.files}
-    except (BadZipFile, EOFError, KeyError, NotImplementedError, ValueError) as error:
-        raise DamagedSliceError(f"{path} is damaged: {error}") from None
-
-
-def read_part(path: Path) -> dict[str, np.ndarray]:
-    """Read an .npz file for a job; one that is damaged is removed, and SystemExit names it."""
-    try:
-        return read_arrays(path)
-    except DamagedSliceError as error:
-        path.unlink(missing_ok=True)
-        message = f"{error}\nIt is removed: the same command again makes it anew."
-        raise SystemExit(message) from None
-
-
-def read_slice(path: Path) -> Slice:
-    """Read what `write_slice` wrote.
-
-    Raises
-    ------
-    DamagedSliceError
-        With the path, where a file was cut or changed.
-    """
-    arrays = read_arrays(path)
-    try:
-        description = json.loads(str(arrays.pop(_DESCRIPTION)))
-        if list(arrays) != description["arrays"]:
-            raise ValueError("arrays are missing")
-    except (KeyError, ValueError) as error:
-        raise DamagedSliceError(f"{path} is damaged: {error}") from None
-    variables = tuple(
-        Variable(**{**entry, "dims": tuple(entry["dims"])}) for entry in description["variables"]
-    )
-    return Slice(
-        arrays,
-        variables,
-        description["coordinates"],
-        description["branches"],
-        description["labels"],
-    )

@@ -16,11 +16,12 @@ from damper.figures.common.style import style
 from damper.observers import class_in
 from damper.study.study_file import Made
 from damper.sweep.cube import CONVENTIONS, write_cube
+from damper.sweep.parts import PartData
 from damper.verification import timing
 from damper.verification.comparison import cube as comparison_cube
 from damper.verification.comparison import runs, timings
 from damper.verification.comparison.best import best_error, relative_to_base, time_to_reach
-from damper.verification.comparison.cube import gather_errors, gather_timings, order_at
+from damper.verification.comparison.cube import gather, gather_timings, order_at
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.figures import solver_summary, work_precision
 from damper.verification.comparison.marks import SOLVER_MARKS
@@ -105,9 +106,9 @@ def cubes():
     with pytest.MonkeyPatch.context() as patch:
         for module in (runs, comparison_cube):
             patch.setattr(module, "load", FAKES.__getitem__)
-        parts = {n: runs.run_scene(s, SETTINGS, REFERENCE, 1.0) for n, s in SCENES.items()}
+        parts = [PartData(runs.run_scene(s, SETTINGS, REFERENCE, 1.0)) for s in SCENES.values()]
         about = {"title": "Fakes compared"}
-        errors = gather_errors(parts, SETTINGS, TITLES, about)
+        errors = gather(parts, SETTINGS, TITLES, about)
         times = 1e-6 * errors.evaluations.values
         here = ~np.isnan(times)
         arrays = {"run_time": times, "run_time_low": 0.9 * times, "run_time_high": 1.2 * times}

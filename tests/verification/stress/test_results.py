@@ -12,15 +12,10 @@ from damper.figures.common.style import style
 from damper.observers import class_in
 from damper.study.study_file import Made
 from damper.sweep.cube import write_cube
+from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
-from damper.verification.stress.box import corners, part, random_points
-from damper.verification.stress.cube import (
-    METAMORPHIC_VARIABLES,
-    gather_checks,
-    gather_metamorphic,
-    point_of,
-    write_part,
-)
+from damper.verification.stress.box import corners, part, points_of, random_points
+from damper.verification.stress.cube import METAMORPHIC_VARIABLES, gather, point_of
 from damper.verification.stress.figures import metamorphic as metamorphic_figure
 from damper.verification.stress.figures import stress as stress_figure
 from damper.verification.stress.laws import ENERGY_PER_SEGMENT, LAW_VARIABLES, LIMIT, RUN_VARIABLES
@@ -65,7 +60,7 @@ def checked(count):
 
 
 @pytest.fixture(scope="module")
-def cube(tmp_path_factory) -> xr.Dataset:
+def cube() -> xr.Dataset:
     arrays = checked(len(RUNS))
     arrays["momentum"] = np.geomspace(1e-17, 1e-15, len(RUNS))
     arrays["momentum"][BROKEN] = 3e-12
@@ -73,12 +68,12 @@ def cube(tmp_path_factory) -> xr.Dataset:
     arrays["status"][[STOPPED, REFUSED]] = 1, 3
     for variable in LAW_VARIABLES:
         arrays[variable.name][REFUSED] = np.nan
-    folder = tmp_path_factory.mktemp("parts")
-    paths = [folder / f"{number}.npz" for number in range(3)]
-    for number, path in enumerate(paths):
-        some = {name: part(values, number, 3) for name, values in arrays.items()}
-        write_part(path, part(RUNS, number, 3), some)
-    return gather_checks({"corner all": paths}, {"title": "Made-up runs"})
+    arrays |= points_of(RUNS)
+    parts = [
+        PartData({name: part(values, number, 3) for name, values in arrays.items()})
+        for number in range(3)
+    ]
+    return gather(parts, {"title": "Made-up runs"}, {"corner all": 3})
 
 
 def test_parts_come_back_in_the_order_of_the_runs(cube):
@@ -93,24 +88,6 @@ def test_parts_come_back_in_the_order_of_the_runs(cube):
     for name, array in cube.variables.items():
         assert array.attrs["long_name"], name
     assert cube.status.attrs["flag_meanings"].split()[3] == "refused"
-
-
-def test_parts_have_the_same_bytes(tmp_path):
-    for name in "ab":
-        write_part(tmp_path / f"{name}.npz", RUNS[:4], checked(4))
-    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
-
-
-def test_a_damaged_part_is_named_and_removed(tmp_path):
-    """Its fingerprint is whole, so nothing but the reader sees it."""
-    path = tmp_path / "part.npz"
-    write_part(path, RUNS[:4], checked(4))
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
-    with pytest.raises(SystemExit, match=r"part.npz is damaged: .*\nIt is removed: the same"):
-        gather_checks({"box": [path]}, {"title": "Made-up runs"})
-    assert not path.exists()
 
 
 def test_models_are_those_of_the_parameters(cube):
@@ -201,7 +178,7 @@ BOX = {"parameters": {name: {"range": [1.0, 2.0]} for name in VALUES}}
 
 
 @pytest.fixture(scope="module")
-def again(tmp_path_factory) -> xr.Dataset:
+def again() -> xr.Dataset:
     arrays = {variable.name: np.linspace(1.0, 2.0, COUNT) for variable in METAMORPHIC_VARIABLES}
     arrays |= {f"{name}_verdict": np.full(COUNT, PASSED, dtype="i1") for name in RELATIONS}
     arrays["units_verdict"][BAD] = FAILED
@@ -213,11 +190,10 @@ def again(tmp_path_factory) -> xr.Dataset:
         arrays[f"{name}_verdict"][OUT] = NOT_APPLICABLE
         arrays[f"{name}_ratio"][OUT] = arrays[f"{name}_difference"][OUT] = np.nan
     runs = random_points(COUNT, 1, BOX)
-    folder = tmp_path_factory.mktemp("metamorphic")
-    paths = [folder / "0.npz", folder / "1.npz"]
-    for path, some in zip(paths, (slice(0, 3), slice(3, COUNT)), strict=True):
-        write_part(path, runs[some], {name: values[some] for name, values in arrays.items()})
-    return gather_metamorphic(paths, {"title": "Made-up runs"})
+    arrays |= points_of(runs)
+    stretches = (slice(0, 3), slice(3, COUNT))
+    parts = [PartData({name: v[some] for name, v in arrays.items()}) for some in stretches]
+    return gather(parts, {"title": "Made-up runs"})
 
 
 def test_stretches_come_back_in_order(again):
@@ -265,7 +241,7 @@ def test_figure_of_the_differences(again):
 
 
 def test_no_runs(tmp_path):
-    write_cube(gather_metamorphic([], {"title": "None"}), tmp_path / "metamorphic.nc")
+    write_cube(gather([], {"title": "None"}), tmp_path / "metamorphic.nc")
     cube = xr.open_dataset(tmp_path / "metamorphic.nc")
     assert "No runs were compared" in metamorphic_table.make({"metamorphic": cube}, None).markdown()
     figure = drawn(metamorphic_figure, cube)

@@ -12,6 +12,7 @@ import numpy as np
 
 from damper.parameters.units import attributes_of
 from damper.parameters.variables import TIME
+from damper.sweep.parts import PartData
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 from damper.verification.comparison.solvers import in_order, load
 from damper.verification.labels import label_of
@@ -50,9 +51,9 @@ _COMMENTS = {
 }
 
 
-def gather_errors(
-    parts: Mapping[str, Mapping[str, np.ndarray]],
-    settings: Mapping[str, Sequence[float]],
+def gather(
+    parts: Sequence[PartData],
+    solvers: Mapping[str, Sequence[float]],
     titles: Mapping[str, str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
@@ -64,11 +65,11 @@ def gather_errors(
     from damper.sweep.cube import integers
 
     arrays = {
-        name: np.stack([part[name] for part in parts.values()])
+        name: np.stack([part.arrays[name] for part in parts])
         for name in (*_SCENE, *MEASURES, "reached", "outcome")
     }
     described = _SCENE | MEASURES | {"reached": ("time at which the run ended", TIME)}
-    cube = _dataset(arrays, described, settings, titles, attributes)
+    cube = _dataset(arrays, described, solvers, titles, attributes)
     flags = {
         "long_name": "what became of the run",
         "units": "1",
@@ -78,7 +79,7 @@ def gather_errors(
     cube["outcome"] = integers(_DIMS, arrays["outcome"], flags)
     for name in ERRORS:
         orders = [
-            [order_at(cube.isel(scene=scene, solver=row), name) for row in range(len(settings))]
+            [order_at(cube.isel(scene=scene, solver=row), name) for row in range(len(solvers))]
             for scene in range(len(parts))
         ]
         attrs = {"long_name": f"observed order: {MEASURES[name][0]}", "units": "1"}
@@ -90,15 +91,15 @@ def gather_errors(
 
 def gather_timings(
     arrays: Mapping[str, np.ndarray],
-    settings: Mapping[str, Sequence[float]],
+    solvers: Mapping[str, Sequence[float]],
     titles: Mapping[str, str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
     """Put run times from `time_solvers` into a cube over ``scene``, ``solver``, ``level``.
 
-    The attributes name the machine too; the rest is as for `gather_errors`.
+    The attributes name the machine too; the rest is as for `gather`.
     """
-    return _dataset(arrays, _TIMES, settings, titles, attributes)
+    return _dataset(arrays, _TIMES, solvers, titles, attributes)
 
 
 def order_at(place: xr.Dataset, name: str) -> float:

@@ -1,16 +1,14 @@
-"""The answer to a scene in 50 digits, kept as a file of decimal strings.
+"""The answer to a scene in 50 digits, kept as decimal strings.
 
 `make_reference` computes it with `damper.verification.reference`; nothing of the engine is used.
 Parameters and start count as the exact binary values they are, but for a start so near a wall that
 only roundoff keeps it off: that is a start on the wall.
 """
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,8 +16,9 @@ from mpmath import mp, mpf
 
 from damper.models.walls import slack
 from damper.parameters import Parameters
+from damper.sweep.parts import PartData
 from damper.verification import reference
-from damper.verification.comparison.scene import Scene
+from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.reference import RESOLVED
 
 #: Digits of the run that the perturbed ones are compared with, over those of the reference.
@@ -84,15 +83,14 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     }
 
 
-def write_reference(path: Path, content: Mapping[str, Any]) -> None:
-    """Write what `make_reference` returned as JSON: the same bytes for the same reference."""
-    text = json.dumps(content, indent=1, sort_keys=True, allow_nan=False)
-    Path(path).write_text(text + "\n", encoding="utf-8", newline="\n")
+def run_part(needed: Sequence[PartData], scene: Mapping[str, Any], digits: int) -> PartData:
+    """Work out a scene, given as arguments of `read_scene`, as a job of the workflow."""
+    return PartData({}, make_reference(read_scene(**scene), digits))
 
 
-def read_reference(path: Path) -> Reference:
-    """Read what `write_reference` wrote."""
-    return as_floats(json.loads(Path(path).read_text(encoding="utf-8")))
+def gather(parts: Sequence[PartData], scenes: Sequence[str]) -> dict[str, Any]:
+    """Return the references of all scenes by name, for a file that people read."""
+    return {name: part.about for name, part in zip(scenes, parts, strict=True)}
 
 
 def as_floats(content: Mapping[str, Any]) -> Reference:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import nan
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
+from damper.sweep.parts import PartData
 from damper.verification.comparison.errors import (
     MEASURES,
     OUTCOMES,
@@ -15,11 +16,20 @@ from damper.verification.comparison.errors import (
     measure_errors,
     outcome,
 )
+from damper.verification.comparison.reference import Reference, as_floats
+from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solvers import in_order, load
 
-if TYPE_CHECKING:  # these bring mpmath and the engine along
-    from damper.verification.comparison.reference import Reference
-    from damper.verification.comparison.scene import Scene
+
+def run_part(
+    needed: Sequence[PartData],
+    scene: Mapping[str, Any],
+    solvers: Mapping[str, Sequence[float]],
+    cap: float,
+) -> PartData:
+    """Run all solvers on a scene as a job of the workflow, which needs its reference."""
+    (reference,) = needed
+    return PartData(run_scene(read_scene(**scene), solvers, as_floats(reference.about), cap))
 
 
 def run_scene(

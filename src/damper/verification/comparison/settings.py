@@ -12,6 +12,7 @@ from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import NamedMapping, Some, Strict, Text, Unit
+from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
@@ -24,10 +25,11 @@ from damper.verification.base import (
     require,
     values_of,
 )
-from damper.verification.comparison.solvers import SOLVERS
+from damper.verification.comparison.solvers import SOLVERS, module_of
 from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
+_HERE = "damper.verification.comparison"
 
 
 class SceneSettings(Strict):
@@ -52,6 +54,10 @@ class SceneSettings(Strict):
     def values(self) -> dict[str, float]:
         """Value of every quantity that is given."""
         return values_of(self.parameters)
+
+    def settings(self) -> dict[str, Any]:
+        """Return the arguments of `damper.verification.comparison.scene.read_scene`."""
+        return {"values": self.values, "until": self.until}
 
     def check_together(self, mistakes: Mistakes) -> None:
         given = {n: value for n, value in self.values.items() if n not in INITIAL_NAMES}
@@ -121,6 +127,55 @@ class Comparison(Verification):
     ] = 0.2
     figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
     tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
+
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return for each scene its reference, and the runs of all solvers, which need it."""
+        found = {}
+        for name, scene in self.scenes.items():
+            given, reference = {"scene": scene.settings()}, f"reference/{name}"
+            runs = {**given, "solvers": self.solvers, "cap": self.cap}
+            found[reference] = Job(f"{_HERE}.reference", {**given, "digits": self.digits})
+            found[f"errors/{name}"] = self._solvers_job("runs", runs, (reference,))
+        return found
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        errors, references = (
+            tuple(f"{kind}/{name}" for name in self.scenes) for kind in ("errors", "reference")
+        )
+        return {
+            "cube.nc": self._solvers_job("cube", self._described(), errors),
+            "references.json": Job(
+                f"{_HERE}.reference", {"scenes": list(self.scenes)}, needs=references
+            ),
+        }
+
+    def outputs(self) -> list[str]:
+        """Return the paths of everything that is made of the study, below its folder."""
+        return [*super().outputs(), "references.json"]
+
+    def timed(self) -> dict[str, Job]:
+        settings = {
+            **self._described(),
+            "scenes": {name: scene.settings() for name, scene in self.scenes.items()},
+            "repeats": self.repeats,
+            "cap": self.cap,
+            "spend": self.spend,
+        }
+        return {"timed/timings.nc": self._solvers_job("timings", settings)}
+
+    def _described(self) -> dict[str, Any]:
+        """Return what a dataset says of the study."""
+        titles = {name: scene.title for name, scene in self.scenes.items()}
+        return {"solvers": self.solvers, "titles": titles, "attributes": self.attributes()}
+
+    def _solvers_job(
+        self, module: str, settings: dict[str, Any], needs: tuple[str, ...] = ()
+    ) -> Job:
+        """Return a job whose module loads the solvers."""
+        solvers = sorted({module_of(name) for name in self.solvers})
+        loads = (*solvers, "damper.models.rigid", "damper.models.compliant")
+        compiled = ("solvers", *sorted(self.solvers))
+        return Job(f"{_HERE}.{module}", settings, needs, loads, compiled)
 
     @property
     def values(self) -> dict[str, str]:

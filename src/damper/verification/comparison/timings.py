@@ -4,23 +4,46 @@ Times belong to the machine and the moment, so nothing here goes into a file who
 compared. All runs share one process and one thread, and take turns.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import nan
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from damper.engine.compiled import compile_at_once
 from damper.verification.comparison.best import LONGER, PEERS
-from damper.verification.comparison.scene import Scene
+from damper.verification.comparison.cube import gather_timings
+from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import FINISHED, Solution
 from damper.verification.comparison.solvers import in_order, load
-from damper.verification.timing import take_turns
+from damper.verification.timing import machine, take_turns
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Lower quartile, median and upper quartile.
 TIMES = ("run_time_low", "run_time", "run_time_high")
 #: Length of a run that ends at once, in that of the scene.
 _AT_ONCE = 1e-6
+
+
+def measure(
+    scenes: Mapping[str, Mapping[str, Any]],
+    solvers: Mapping[str, Sequence[float]],
+    titles: Mapping[str, str],
+    attributes: Mapping[str, Any],
+    **times: Any,
+) -> xr.Dataset:
+    """Time all solvers as a job of the workflow.
+
+    `scenes` are arguments of `read_scene`, `times` of `time_solvers`.
+    """
+    read = {name: read_scene(**scene) for name, scene in scenes.items()}
+    arrays = time_solvers(read, solvers, **times)
+    return gather_timings(arrays, solvers, titles, {**attributes, **machine()})
 
 
 def time_solvers(

@@ -7,9 +7,18 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from damper.observers import OBSERVERS
 from damper.parameters import Parameters, SIParameters
-from damper.parameters.quantities import ALL, INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
+from damper.parameters.quantities import (
+    ALL,
+    INITIAL_NAMES,
+    MODEL_NAMES,
+    QUANTITIES,
+    SI_QUANTITIES,
+    is_si,
+)
 from damper.study.fields import NamedMapping, Strict, Unit
+from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
@@ -117,6 +126,13 @@ class Cost(Verification):
             observers = ", ".join(map(label_of, case.observers)) or "no observer"
             found[f"case {label_of(name)}"] = f"{values}; {observers}"
         return found | {"repeats": str(self.repeats)}
+
+    def timed(self) -> dict[str, Job]:
+        models = (f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES))
+        observers = (f"damper.observers.{name}" for name in OBSERVERS)
+        loads = (*models, *observers)
+        job = Job("damper.verification.cost.measure", self.settings(), loads=loads)
+        return {"timed/cost.json": job}
 
     def settings(self) -> dict[str, Any]:
         """Return the keywords of `damper.verification.cost.measure.measure`."""

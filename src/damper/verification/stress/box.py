@@ -10,6 +10,12 @@ from itertools import product
 from random import Random
 from typing import Any
 
+import numpy as np
+
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+
+#: Quantities of a run; those that it does not give have their defaults.
+POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 #: Distance from the wall of a free mass that is about to graze it; small, so that the primary's
 #: acceleration is nearly constant on the way.
 _GRAZING_GAP = 1e-8
@@ -66,6 +72,14 @@ def random_points(
     """
     numbers = part(range(first, first + count), *which)
     return [_draw(Random(f"{seed} {number}"), box) for number in numbers]
+
+
+def points_of(points: Sequence[Mapping[str, float]]) -> dict[str, np.ndarray]:
+    """Quantities of points as arrays (points,); defaults where a point gives none."""
+    return {
+        name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
+        for name in POINT_NAMES
+    }
 
 
 def _draw(random: Random, box: Mapping[str, Any]) -> dict[str, float]:

@@ -8,7 +8,7 @@ as it gets.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -36,7 +36,10 @@ from damper.models.response import impact_loss, integrate_segment, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.parameters.quantity import whole
 from damper.parameters.run import EngineSettings
+from damper.sweep.parts import PartData
 from damper.sweep.points import Point, read_point
+from damper.verification.stress import box
+from damper.verification.stress.box import points_of
 from damper.verification.stress.laws import LAW_NAMES, LAW_VARIABLES, REFUSED, RUN_VARIABLES
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
@@ -334,6 +337,34 @@ def _energy_size(model, s):
 def _kinetic_size(mass_ratio, v, rate, u):
     # The free mass's velocity is a difference, with the roundoff of its terms.
     return 0.5 * v * v + mass_ratio * abs(u) * (abs(v) + abs(rate))
+
+
+def run_part(
+    needed: Sequence[PartData],
+    *,
+    periods: int,
+    accuracy: float,
+    max_events: int = 1_000_000_000,
+    longest: float | None = None,
+    run: Mapping[str, float] | None = None,
+    corners: Mapping[str, Any] | None = None,
+    random: Mapping[str, Any] | None = None,
+    part: tuple[int, int] = (0, 1),
+) -> PartData:
+    """Make one part of a study's runs and check each of them, as a job of the workflow.
+
+    The runs are one `run`, or a `part` of those of `box.corners` or `box.random_points`.
+    """
+    if run is not None:
+        runs: Sequence[Mapping[str, float]] = [run]
+    elif corners is not None:
+        runs = box.part(box.corners(**corners), *part)
+    else:
+        runs = box.random_points(**random or {}, which=part)
+    arrays = run_checks(
+        runs, periods, accuracy, max_events, longest=math.inf if longest is None else longest
+    )
+    return PartData(points_of(runs) | arrays)
 
 
 def run_checks(

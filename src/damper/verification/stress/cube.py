@@ -1,20 +1,18 @@
-"""The stress study's files: one job's runs and what it found, and all of them as datasets.
-
-Parts are .npz of the same bytes always.
-"""
+"""The stress study's files: what was found of all runs, as datasets."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.quantities import ALL
 from damper.parameters.units import attributes_of
 from damper.parameters.variables import Variable
-from damper.sweep.slices import read_part
+from damper.sweep.parts import PartData
+from damper.verification.stress.box import POINT_NAMES
 from damper.verification.stress.laws import LAW_VARIABLES, RUN_OUTCOMES, RUN_VARIABLES
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
@@ -27,8 +25,6 @@ from damper.verification.stress.verdicts import (
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Quantities of a run; those that it does not give have their defaults.
-POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 _RELATION = {
     "difference": (
         "largest difference of comparable events",
@@ -71,27 +67,24 @@ METAMORPHIC_VARIABLES = (
 _VARIABLES = {v.name: v for v in (*LAW_VARIABLES, *RUN_VARIABLES, *METAMORPHIC_VARIABLES)}
 
 
-def write_part(
-    path: Path, points: Sequence[Mapping[str, float]], arrays: Mapping[str, np.ndarray]
-) -> None:
-    """Write points and what was found of their runs, arrays (points,)."""
-    given = {
-        name: np.array([point.get(name, ALL[name].default) for point in points], dtype=float)
-        for name in POINT_NAMES
-    }
-    # The stubs take what is unpacked for `allow_pickle`, too.
-    np.savez(path, **given, **arrays)  # type: ignore[arg-type]
+def gather(
+    parts: Sequence[PartData],
+    attributes: Mapping[str, Any],
+    groups: Mapping[str, int] | None = None,
+) -> xr.Dataset:
+    """Put all runs that were checked together, or, without groups, all metamorphic tests.
 
-
-def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Put all runs that were checked together: origin of the runs -> its parts in order.
-
-    The one dimension is ``run``. Quantities that a point does not give have their defaults, an
-    infinite contact stiffness among them: a rigid wall.
+    `groups` is the origin of the runs -> the number of its parts. The one dimension is ``run``.
+    Quantities that a point does not give have their defaults, an infinite contact stiffness among
+    them: a rigid wall. Each part of the metamorphic tests is a stretch of neighbours; no part at
+    all makes a dataset that has no run and no variable.
     """
-    groups = {origin: _read(paths) for origin, paths in parts.items()}
+    arrays = iter([part.arrays for part in parts])
+    if groups is None:
+        return _dataset(list(arrays), attributes)
     wholes = []
-    for some in groups.values():
+    for count in groups.values():
+        some = list(islice(arrays, count))
         whole = {
             name: np.empty(sum(map(_count, some)), array.dtype) for name, array in some[0].items()
         }
@@ -105,22 +98,10 @@ def gather_checks(parts: Mapping[str, Sequence[Path]], attributes: Mapping[str, 
     return cube.assign(origin=("run", origins, about))
 
 
-def gather_metamorphic(paths: Sequence[Path], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Put all metamorphic tests together, along ``run``; each part is a stretch of neighbours.
-
-    No part at all makes a dataset that has no run and no variable.
-    """
-    return _dataset(_read(paths), attributes)
-
-
 def point_of(cube: xr.Dataset, run: int) -> dict[str, float]:
     """Return the quantities of a run that are not their defaults, as `read_point` takes them."""
     values = {name: float(cube[name][run]) for name in POINT_NAMES}
     return {name: value for name, value in values.items() if value != ALL[name].default}
-
-
-def _read(paths: Sequence[Path]) -> list[dict[str, np.ndarray]]:
-    return [read_part(path) for path in paths]
 
 
 def _count(part: Mapping[str, np.ndarray]) -> int:

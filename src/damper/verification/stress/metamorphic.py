@@ -9,9 +9,9 @@ nothing to compare, both runs are judged step by step: by the laws that a log mu
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.models import start_run
 from damper.observers.common.base import Window
 from damper.parameters import Parameters, SIParameters, State
+from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
 from damper.verification.stress.backward import LONG, residuals
+from damper.verification.stress.box import points_of, random_points
 from damper.verification.stress.checks import Laws
 from damper.verification.stress.condition import (
     Condition,
@@ -83,6 +85,13 @@ class _FollowUp(NamedTuple):
     run: ShortRun
     state: State
     events: Events
+
+
+def run_part(needed: Sequence[PartData], runs: Mapping[str, Any]) -> PartData:
+    """Run points again as a job of the workflow; `runs` are arguments of `random_points`."""
+    points = random_points(**runs)
+    found = run_metamorphic(points, seed=runs["seed"], first=runs["first"])
+    return PartData(points_of(points) | found)
 
 
 def run_metamorphic(

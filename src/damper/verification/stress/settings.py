@@ -12,6 +12,7 @@ from pydantic import Field
 from damper.parameters.quantities import MODEL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import Coordinate, NamedMapping, Pair, Some, Strict, Unit, one_of
+from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
@@ -251,18 +252,46 @@ class Stress(Verification):
             runs = {"count": draws.runs, "seed": draws.seed, "box": draws.box()}
             yield f"random {name}", f"random_{name}", {"random": runs}, draws.parts
 
-    def parts(self) -> dict[str, dict[str, Any]]:
-        """Return every part, a job each: name -> points and the length of their runs."""
-        usual = {"periods": self.periods, "longest": self.longest}
-        found = {
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return the parts whose runs are checked, and those of the metamorphic tests."""
+        usual = {"periods": self.periods, "longest": self.longest, "max_events": self.max_events}
+        checks = {
             f"{stem}~{i}": runs | {"part": (i, count)} | usual
             for _, stem, runs, count in self._sets()
             for i in range(count)
         }
-        return found | {
+        checks |= {
             f"long_{name}": {"run": run.values, "periods": run.periods}
             for name, run in self.long_runs.items()
         }
+        return {
+            name: self._job("checks", settings | {"accuracy": self.accuracy})
+            for name, settings in checks.items()
+        } | {
+            f"metamorphic/{name}": self._job("metamorphic", settings)
+            for name, settings in self.metamorphic().items()
+        }
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        groups, about = self.groups(), {"attributes": self.attributes()}
+        counts = {origin: len(parts) for origin, parts in groups.items()}
+        checks = tuple(part for parts in groups.values() for part in parts)
+        again = tuple(f"metamorphic/{name}" for name in self.metamorphic())
+        return {
+            "cube.nc": self._job("cube", {"groups": counts, **about}, checks),
+            "metamorphic.nc": self._job("cube", about, again),
+        }
+
+    def _job(self, module: str, settings: dict[str, Any], needs: tuple[str, ...] = ()) -> Job:
+        within = "damper.verification.stress"
+        models = ("rigid", *MODEL_NAMES)
+        loads = (
+            *(f"damper.models.{model}" for model in models),
+            *(f"damper.models.{model}.response" for model in models),
+            *(f"{within}.{model}_checks" for model in models),
+        )
+        compiled = () if needs or module == "cube" else ("checks",)
+        return Job(f"{within}.{module}", settings, needs, loads, compiled)
 
     def groups(self) -> dict[str, list[str]]:
         """Return the parts that make one list of runs each, in order, by origin and name."""
@@ -272,14 +301,14 @@ class Stress(Verification):
         return found | {f"long {name}": [f"long_{name}"] for name in self.long_runs}
 
     def metamorphic(self) -> dict[str, dict[str, Any]]:
-        """Return every part of the metamorphic tests, a job each."""
+        """Return every part of the metamorphic tests: name -> settings of its job."""
         found: dict[str, dict[str, Any]] = {}
         for name, draws in self.random.items():
             ends = [i * draws.metamorphic // draws.parts for i in range(draws.parts + 1)]
             for i, (first, end) in enumerate(pairwise(ends)):
                 if end > first:
                     runs = {"count": end - first, "seed": draws.seed, "box": draws.box()}
-                    found[f"{name}~{i}"] = {"runs": runs | {"first": first}, "seed": draws.seed}
+                    found[f"{name}~{i}"] = {"runs": runs | {"first": first}}
         return found
 
     def check_together(self, mistakes: Mistakes) -> None:

@@ -1,0 +1,67 @@
+"""Jobs: what the workflow runs for a study, whatever kind of study it is.
+
+A kind of study says its `parts`, and which files are `gathered` from them or `timed`. Two rules run
+them all. So what a job does lies in a module that knows nothing of the study language: a job loads
+what it needs and no more.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from damper.study.fingerprint import fingerprint_in
+from damper.sweep.parts import DamagedPartError, PartData, read_part
+
+#: Megabytes and minutes of a job that is small.
+USUAL_RESOURCES = {"mem_mb": 1000, "runtime": 30}
+
+
+class Job(NamedTuple):
+    """What one job does, and what it takes."""
+
+    module: str
+    """Has the function that does it, by the job's rule: `run_part(needed, **settings)` returns a
+    `damper.sweep.parts.PartData`; `gather(parts, **settings)` and `measure(**settings)` return a
+    dataset, or what JSON can hold."""
+    settings: dict[str, Any]
+    """Plain values, as JSON holds them."""
+    needs: tuple[str, ...] = ()
+    """Names of the study's parts that the function is given, in this order."""
+    loads: tuple[str, ...] = ()
+    """Modules that are loaded by name: they belong to the code behind the result."""
+    compiled: tuple[str, ...] = ()
+    """What it is worth compiling before, as the rule `compile` names it."""
+    resources: Mapping[str, int] = USUAL_RESOURCES
+
+
+def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartData]:
+    """Read parts for a job; SystemExit names those that are not as they should be.
+
+    These are removed, so that the same command makes them anew.
+    """
+    parts, refused = [], []
+    for path, made_of in zip(map(Path, paths), fingerprints, strict=True):
+        try:
+            found = fingerprint_in(path)
+            if found != made_of:
+                what = "of other parameters, settings or code" if found else "damaged"
+                raise DamagedPartError(f"{path} is {what}")
+            parts.append(read_part(path))
+        except DamagedPartError as error:
+            refused.append(str(error))
+            path.unlink(missing_ok=True)
+    if refused:
+        lines = "\n".join(refused)
+        raise SystemExit(f"{lines}\nThey are removed: the same command again makes them anew.")
+    return parts
+
+
+def write(made: Any, path: str, code: str) -> None:
+    """Write what a job has gathered or measured: a dataset as netCDF, with its code, or JSON."""
+    if isinstance(made, dict):
+        Path(path).write_text(f"{json.dumps(made, indent=1)}\n", encoding="utf-8", newline="\n")
+        return
+    from damper.sweep.cube import REFERENCES, write_cube
+
+    write_cube(made.assign_attrs(references=REFERENCES, code_digest=code), Path(path))
