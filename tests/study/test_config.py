@@ -16,6 +16,7 @@ import yaml
 
 from damper.study.axes import coordinate_name
 from damper.study.config import ConfigError, Study, load_config, load_study
+from damper.study.yaml_file import dump_yaml
 
 GOOD = """\
 title: Restitution and chatter
@@ -100,28 +101,16 @@ def test_good_file(tmp_path: Path) -> None:
 
 
 def test_canonical_text_is_a_fixed_point(tmp_path: Path) -> None:
-    study = load(tmp_path, GOOD)
+    text = changed("clearance: 0.05", 'clearance: {value: 0.05, stated: "table 1\\n"}')
+    study = load(tmp_path, text.replace("step: 0.002", 'step: 0.002, stated: "1e-3"'))
+    assert study.stated == {"clearance": "table 1", "restitution": "1e-3"}
     text = study.to_yaml()
     again = load(tmp_path, text)
-    assert again == study
-    assert again.to_yaml() == text
+    assert (again, again.to_yaml()) == (study, text)
     shuffled = yaml.safe_load(text)
     shuffled = {key: shuffled[key] for key in sorted(shuffled)}
     shuffled["parameters"] = dict(reversed(shuffled["parameters"].items()))
-    assert load(tmp_path, yaml.safe_dump(shuffled, sort_keys=False)).to_yaml() == text
-
-
-def test_origin_of_values(tmp_path: Path) -> None:
-    text = changed("clearance: 0.05", 'clearance: {value: 0.05, stated: "table 1"}')
-    text = text.replace("step: 0.002", 'step: 0.002, stated: "1e-3"')
-    study = load(tmp_path, text)
-    assert list(study.assumed) == ["damping_ratio", "frequency_ratio"]
-    assert study.stated == {"clearance": "table 1", "restitution": "1e-3"}
-    assert study.fixed["clearance"] == 0.05
-    again = load(tmp_path, study.to_yaml())
-    assert again == study
-    assert again.to_yaml() == study.to_yaml()
-    assert load(tmp_path, GOOD).stated == {}
+    assert load(tmp_path, dump_yaml(shuffled)).to_yaml() == text
 
 
 @pytest.mark.parametrize("words", ["no", "1e-8", "a: b # c", "é\n\ttab"])
@@ -152,22 +141,15 @@ def test_study_without_axes_is_one_point(tmp_path: Path) -> None:
         ("{start: 0.1, stop: 0.7, num: 7}", (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
         ("{start: 0, stop: 1, step: 0.3333333333}", (0.0, 0.3333333333, 0.6666666666, 1.0)),
         ("{start: 1e-8, stop: 1, num: 5, spacing: log}", (1e-8, 1e-6, 1e-4, 1e-2, 1.0)),
-        ("{start: 1, stop: 1000, num: 3, spacing: log}", None),
+        ("{start: 1, stop: 1000, num: 3, spacing: log}", (1.0, 31.6227766017, 1000.0)),
         ("{start: 0, stop: 1, num: 4}", (0.0, 1 / 3, 2 / 3, 1.0)),
-        ("{values: [-0.0, 1e-8, .5, 1, 0x2, 1_0]}", None),
+        ("{values: [-0.0, 1e-8, .5, 1, 0x2]}", (0.0, 1e-8, 0.5, 1.0, 2.0)),
         ("{values: [3, 1, 2]}", (3.0, 1.0, 2.0)),
     ],
 )
 def test_values_are_formed_in_decimal(tmp_path: Path, axis: str, values: Any) -> None:
     text = changed("clearance: 0.05", "").replace("axes:", f"axes:\n  clearance: {axis}")
-    text = text.split("figures:")[0]
-    if "1_0" in axis:
-        assert "not a number (value: '1_0')" in blame(tmp_path, text)
-        text = text.replace(", 1_0", "")
-        values = (0.0, 1e-8, 0.5, 1.0, 2.0)
-    if "1000" in axis:
-        values = (1.0, 31.6227766017, 1000.0)
-    got = load(tmp_path, text).axis_values["clearance"]
+    got = load(tmp_path, text.split("figures:")[0]).axis_values["clearance"]
     assert got == values
     assert all(math.copysign(1, value) == 1 for value in got)
 
@@ -192,150 +174,25 @@ def test_override_replaces_the_way_an_axis_is_given(
     assert again.fan_axes == study.fan_axes
 
 
-# What is refused: text in the good file, what replaces it, and parts of the message.
+# What is refused.
 
-R = "{start: 0, stop: 1, step: 0.002}"
-MISTAKES = {
-    "unknown key": (
-        R,
-        "{start: 0, stop: 1, nmu: 501}",
-        "good.yaml:9  axes.restitution.nmu\n"
-        "    unknown key 'nmu' (value: 501)\n"
-        "    allowed: values, start, stop, num, step, spacing, fan, follow, assumed, stated\n"
-        "    did you mean 'num'?",
-    ),
-    "missing": ("transient: 300\n", "", "'transient' is missing\n    allowed: integer >= 0"),
-    "parameter missing": (
-        "  clearance: 0.05\n",
-        "",
-        "good.yaml:3  parameters.clearance",
-        "'clearance' is not given",
-        "clearance >= 0, under parameters, axes or draws",
-    ),
-    "list as a key": ("periods:", "? [1]\n: 2\nperiods:", "a key must be a name, not a list"),
-    "parameter and axis": (
-        "clearance: 0.05",
-        "clearance: 0.05\n  restitution: 0.5",
-        "good.yaml:10  axes.restitution",
-        "'restitution' is given twice: under parameters and under axes",
-    ),
-    "out of range": (
-        "clearance: 0.05",
-        "clearance: -1",
-        "good.yaml:5  parameters.clearance\n    out of range (value: -1)\n"
-        "    allowed: number, clearance >= 0",
-    ),
-    "not finite": ("0.05\n", ".inf\n", "not finite (value: .inf)"),
-    "huge integer": ("clearance: 0.05", f"clearance: {'9' * 5000}", "not finite"),
-    "quoted number": (
-        "clearance: 0.05",
-        "clearance: '0.05'",
-        "not a number (value: '0.05', which is text: take off the quotes)",
-    ),
-    "null": ("clearance: 0.05", "clearance:", "parameters.clearance\n", "(value: nothing)"),
-    "float for integer": ("periods: 100", "periods: 1e2", "(value: 100.0, write 100)"),
-    "title of two lines": (
-        "Restitution and chatter",
-        r'"a\nb"',
-        "more than one line",
-        "text on one line",
-    ),
-    "escaped control character": (
-        "Restitution and chatter",
-        '"a\\eb"',
-        "title",
-        "a control character",
-    ),
+TABLE = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
+LONG = {
+    "no parameters": (GOOD[GOOD.index("  damping_ratio") : GOOD.index("axes:")], "2 errors "),
+    "no observers": (GOOD[GOOD.index("  impact_section") :], "at least one observer"),
+}
+TABLE["files"] |= {name: (old, "", part) for name, (old, part) in LONG.items()}
+TABLE["files"] |= {
     "name too long": ("  chatter:", f"  {'x' * 101}:", "name of a table", "up to 100 letters"),
-    "empty title": ("Restitution and chatter", "' '", "title", "the text is empty"),
-    "fan": (
-        "values: [1.1, 2], fan: true",
-        "values: [1.1, 2], fan: yes",
-        "not true or false (value: 'yes')",
-    ),
-    "duplicate value": ("[1.1, 2]", "[1.1, 2, 1.10]", "values[2]", "1.1 is given twice"),
-    "no values": (R, "{fan: false}", "does not say which values it has", "values; or start"),
-    "values and num": ("[1.1, 2],", "[1.1, 2], num: 3,", "values stands alone, but num is given"),
-    "num and step": ("step: 0.002", "step: 0.5, num: 3", "num (3) and step (0.5) are both given"),
-    "backwards": (
-        "start: 0, stop: 1,",
-        "start: 1, stop: 0,",
-        "start (1) must be less than stop (0)",
-    ),
-    "step does not divide": (
-        "step: 0.002",
-        "step: 0.3",
-        "step 0.3 does not divide the range from 0 to 1 (3.33333 steps): use stop: 0.9 or num: 4",
-    ),
-    "too many values": ("step: 0.002", "step: 1e-9", "more than 1000000 values"),
-    "too close": (R, "{start: 1e-320, stop: 2e-320, num: 9999}", "no 9999 distinct values"),
-    "log with step": ("step: 0.002", "step: 0.5, spacing: log", "log goes with num, not with step"),
-    "log from zero": ("step: 0.002", "num: 5, spacing: log", "log needs start > 0 (value: 0)"),
-    "too many slices": (
-        "step: 0.002}",
-        "step: 0.002, fan: true}",
-        "make 4008 slices: mass_ratio (4 values), frequency_ratio (2 values), "
-        "restitution (501 values)",
-        "at most 1000 slices; take 'fan: true' from restitution",
-    ),
-    "two origins": (
-        'assumed: "the',
-        'stated: "table 1", assumed: "the',
-        "good.yaml:4  parameters.damping_ratio\n    assumed and stated are both given\n",
-        "1 error ",
-    ),
-    "no parameters": (
-        'damping_ratio: {value: 0.02, assumed: "the paper\'s value is lost"}\n  clearance: 0.05\n',
-        "\n",
-        "good.yaml:3  parameters.damping_ratio\n",
-        "good.yaml:3  parameters.clearance\n",
-        "2 errors ",
-    ),
-    "no observers": (
-        GOOD[GOOD.index("  impact_section") :],
-        "",
-        "at least one observer",
-        "accumulation, burst_at, bursts, chatter_bursts",
-    ),
-    "unknown observer": ("impacts:", "impact:", "unknown observer 'impact'", "'impacts'?"),
-    "both sections": (
-        "  impacts:\n",
-        "  stroboscopic_section:\n",
-        "good.yaml:12  observers",
-        "impact_section and stroboscopic_section cannot both",
-        "both write displacement and velocity",
-    ),
-    "threshold": (
-        "  impacts:\n",
-        "  impacts: {threshold: 3}\n",
-        "observers.impacts.threshold\n    out of range (value: 3)",
-        "or {speed: > 0}",
-    ),
-    "threshold of both": ("speed: 1e-8", "speed: 1, fraction: 0.1", "exactly one of"),
-    "kind": ("kind: bifurcation", "kind: bifurcations", "did you mean 'bifurcation'?"),
-    "no kind": ("kind: bifurcation, ", "", "figures.bifurcation.kind", "'kind' is missing"),
-    "figure's key": ("each: m", "eech: m", "figures.bifurcation.eech\n", "kind, see, along, each"),
-    "stem": ("  bifurcation:", "  bif/urc:", "cannot be the name of a figure", "letters, digits"),
-    "stem a number": ("  bifurcation:", "  12:", "put 12 in quotes"),
-    "key twice": (
-        "periods: 100\n",
-        "periods: 100\nperiods: 200\n",
-        "good.yaml:12  periods",
-        "the key 'periods' is given twice (first in line 11)",
-    ),
-    "key not text": ("periods: 100\n", "periods: 100\n7: 8\n", "a key must be text (it is 7)"),
-    "merge key": ("periods: 100\n", "periods: 100\n<<: {a: 1}\n", "unknown key '<<'"),
-    "alias within": ("  clearance: 0.05", "  clearance: &a [*a]", "good.yaml:5", "an alias (*)"),
-    "tab": ("  clearance", "\tclearance", "not valid YAML at line 5, column 1", "tabs"),
+    "integer too long": ("clearance: 0.05", f"clearance: {'9' * 5000}", "not finite"),
     "nesting": ("0.05\n", "[" * 3000 + "\n", "nested deeper than 50 levels"),
-    "surrogate": ("Restitution and chatter", r'"\ud800"', "not text in UTF-8"),
-    "control character": ("periods", "per\x07iods", "line 11, column 4", r"'\x07' may not"),
 }
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", TABLE["files"])
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
-    old, new, *parts = MISTAKES[name]
+    old, new, *parts = TABLE["files"][name]
+    assert old in GOOD
     message = blame(tmp_path, GOOD.replace(old, new, 1))
     for part in parts:
         assert part in message, message
@@ -383,20 +240,6 @@ def test_file_that_never_ends(tmp_path: Path) -> None:
             load_config(None, tmp_path, [path])
 
 
-@pytest.mark.parametrize("remark", ["assumed", "stated"])
-def test_a_remark_is_one_line(tmp_path: Path, remark: str) -> None:
-    """It becomes a point of a list in tables, which a line break would end."""
-
-    def written(text: str) -> str:
-        return GOOD.replace(
-            "parameters:\n", f"parameters:\n  phase: {{value: 0, {remark}: {text}}}\n"
-        )
-
-    message = blame(tmp_path, written('"a\\nb"'))
-    assert f"parameters.phase.{remark}\n    the text has more than one line (value: 'a" in message
-    assert getattr(load(tmp_path, written('"a\\n"')).parameters["phase"], remark) == "a"
-
-
 def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:
     override = {"axes": {"restitution": {"num": "many"}}, "periods": 0, "perods": 1}
     message = blame(tmp_path, GOOD, override)
@@ -415,8 +258,6 @@ def test_override_leaves_out_what_is_null(tmp_path: Path) -> None:
     # Only there, and only what there is.
     assert "figures.bifurcaton\n" in blame(tmp_path, GOOD, {"figures": {"bifurcaton": None}})
     assert "parameters.clearance\n" in blame(tmp_path, GOOD, {"parameters": {"clearance": None}})
-    text = changed("bifurcation: {kind", "one:\n  bifurcation: {kind")
-    assert "figures.one\n" in blame(tmp_path, text)
 
 
 # The workflow's configuration.
@@ -456,27 +297,10 @@ def test_good_config(tmp_path: Path) -> None:
     assert config(tmp_path).engine.accuracy == 1e-12
 
 
-@pytest.mark.parametrize(
-    ("mapping", "parts"),
-    [
-        ({"studies": ["god"]}, ["config  studies[0]", "unknown study 'god'", "mean 'good'?"]),
-        ({"studies": ["none.yaml"]}, ["none.yaml\n", "there is no such file"]),
-        ({"studies": ["good", "good"]}, ["1 error ", "'good' is given twice (first as [0])"]),
-        (
-            {"studies": ["good", "config/studies/good.yaml"]},
-            ["config  studies[1]", "two studies are called 'good'"],
-        ),
-        ({"studies": ["a b.yaml"]}, ["'a b' cannot be the name of a study"]),
-        ({"studys": 1}, ["config  studys", "did you mean 'studies'?"]),
-        ({"engine": {"accuracy": "1e-2"}}, ["config  engine.accuracy", "(value: 0.01)", "1e-15"]),
-        ({"engine": None}, ["config  engine", "not a mapping (value: nothing)"]),
-        ({"overrides": {"god": {}}}, ["config  overrides.god", "did you mean 'good'?"]),
-        ({"overrides": {"good": 3}}, ["config  overrides.good", "not a mapping (value: 3)"]),
-        ({5: 6}, ["a key must be text (it is 5)"]),
-    ],
-)
-def test_mistake_in_the_config(tmp_path: Path, mapping: dict[Any, Any], parts: list[str]) -> None:
+@pytest.mark.parametrize("name", TABLE["configurations"])
+def test_mistake_in_the_config(tmp_path: Path, name: str) -> None:
     write(tmp_path, GOOD)
+    mapping, *parts = TABLE["configurations"][name]
     with pytest.raises(ConfigError) as caught:
         load_config({"studies": ["good"], **mapping}, tmp_path)
     for part in parts:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
@@ -312,117 +313,13 @@ def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
 
 
 TABLE = "tables:\n  edges: {kind: intervals, along: clearance}\n"
-MISTAKES: dict[str, tuple[tuple[str, str], str, list[str]]] = {
-    "word": (("", ""), "initial: stedy\n", ["initial\n", "(value: 'stedy')", "rest, steady"]),
-    "old form": (
-        (RANDOM, ""),
-        "initial: {primary: steady, draws: 5, seed: 1, initial_position: [-1, 1]}\n"
-        "figures:\n  f: {kind: map, x: clearance, y: phase, variable: chatter, worst: [draw]}\n",
-        [
-            "starts.yaml:14  initial",
-            "allowed: initial: steady, and beside it "
-            "draws: {count: 5, seed: 1, initial_position: [-1, 1]}",
-            "1 error ",
-        ],
-    ),
-    "symbol": (("initial_position", "p0"), "", ["17  draws.p0", "mean 'initial_position'?"]),
-    "no seed": (("  seed: 1\n", ""), "", ["draws.seed", "'seed' is missing", "integer >= 0"]),
-    "no quantity": (
-        (RANDOM, "draws: {count: 5, seed: 1}\n"),
-        "",
-        ["draws\n", "no quantity is drawn"],
-    ),
-    "out of range": (("1e-3, 1]", "1e-3, 1.5]"), "", ["18  draws.restitution.range[1]", "<= 1"]),
-    "backwards": (("[-1, 1]", "[1, -1]"), "", ["low must be less than high"]),
-    "no share": ((", share: 0.1", ""), "", ["draws.restitution.share", "how often it takes"]),
-    "share of a range": ((", values: [0, 1]", ""), "", ["share is of both a range and values"]),
-    "log from zero": (("1e-3, 1]", "0, 1]"), "", ["restitution.spacing", "low > 0"]),
-    "range of whole numbers": (
-        ("initial_position: [-1, 1]", "modulation_order: [1, 4]"),
-        "",
-        ["draws.modulation_order", "'modulation_order' is a whole number", "values: its values"],
-    ),
-    "drawn and fixed": (
-        ("initial_position", "phase"),
-        "",
-        [
-            "17  draws.phase",
-            "'phase' is given twice: under parameters and under draws",
-            "one of the two",
-        ],
-    ),
-    "drawn and an axis": (
-        ("initial_position: [-1", "clearance: [0"),
-        "",
-        ["draws.clearance", "'clearance' is given twice: under axes and under draws"],
-    ),
-    "other models": (
-        ("initial_position: [-1, 1]", "modulation_depth: {values: [0, 0.1]}"),
-        "  support_stiffness_ratio: [0, 1]\n",
-        ["parameters\n", "modulation_depth"],
-    ),
-    "theory": (
-        ("", ""),
-        "figures:\n  f: {kind: bifurcation, along: clearance, variables: [approach_speed], "
-        "theory: two_impacts}\n",
-        ["figures.f", "its formulas take one restitution, which is drawn here", "at: {draw: 0}"],
-    ),
-    "orbits": (
-        ("", ""),
-        "orbits: {m: {along: clearance, start: 1}}\n",
-        ["orbits\n", "dimensionless parameters alone", "drawn parameters"],
-    ),
-    "steady and displaced": (
-        ("phase: 0.1", "initial_displacement: 0.5"),
-        "initial: steady\n",
-        ["7  parameters.initial_displacement", "the primary starts on its steady response"],
-    ),
-    "steady and random": (
-        ("initial_position", "initial_velocity"),
-        "initial: steady\n",
-        ["draws.initial_velocity", "given, but the primary starts on its steady response"],
-    ),
-    "resonance": (
-        ("damping_ratio: 0.05\n  frequency_ratio: 0.8", "damping_ratio: 0\n  frequency_ratio: 1"),
-        "initial: steady\n",
-        ["19  initial", "there is no steady linear response", "rest"],
-    ),
-    "steady and missing": (
-        ("  damping_ratio: 0.05\n", ""),
-        "initial: steady\n",
-        ["'damping_ratio' is not given", "1 error "],
-    ),
-    "fan and follow": (
-        ("[0.5, 1, 2]", "[0.5, 1, 2], follow: both, fan: true"),
-        "",
-        ["axes.clearance.fan", "fan and follow (both)", "cannot be cut into jobs", "1 error "],
-    ),
-    "follow two": (
-        (
-            "  phase: 0.1\naxes:\n",
-            "axes:\n  damping_ratio: {values: [0, 1], follow: down}\n  phase: {values: [0, 1], "
-            "follow: down}\n",
-        ),
-        "",
-        ["axes.phase.follow", "'damping_ratio' is followed already", "one axis"],
-    ),
-    "follow a start": (
-        ("axes:\n", "axes:\n  initial_velocity: {values: [0, 1], follow: up}\n"),
-        "",
-        ["axes.initial_velocity.follow", "sets where a run starts, so it cannot be followed"],
-    ),
-    "follow and a table": (
-        ("[0.5, 1, 2]", "[0.5, 1, 2], follow: up"),
-        TABLE,
-        ["several at each point (direction, draw)", "without follow and without draws"],
-    ),
-}
+MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["starts"]
 
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
-    (old, new), more, parts = MISTAKES[name]
-    text = STUDY + RANDOM
+    old, new, more, *parts = MISTAKES[name]
+    text, old = STUDY + RANDOM, RANDOM if old == "RANDOM" else old
     assert not old or text.count(old) == 1
     message = blame(tmp_path, (text.replace(old, new) if old else text) + more)
     for part in parts:
