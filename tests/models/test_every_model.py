@@ -258,10 +258,10 @@ DECLARING = (
     "engine.model",
     "engine.peak",
     "engine.search",
+    "models.laws",
     "models.response",
     "models.tangent",
     "models.walls",
-    "verification.stress.checks",
 )
 DECLARED = sorted(
     {

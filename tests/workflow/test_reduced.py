@@ -12,7 +12,7 @@ import yaml
 from project_copy import REDUCED, ROOT, copy_project, digests, jobs, snakemake
 
 import damper
-from damper.verification.stress.laws import LAW_NAMES, broken
+from damper.observers.common.laws import LAW_NAMES, broken
 
 #: Studies that check the engine; what they make is their own.
 CHECKS = ("solvers", "stress", "cost")

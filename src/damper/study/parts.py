@@ -67,6 +67,7 @@ def simulation_modules(study: Study) -> tuple[str, ...]:
     models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
     return (
         *models,
-        *(f"{model}.response" for model in models if "response" in study.observers),
+        *(f"{model}.response" for model in models if study.observers.keys() & {"response", "laws"}),
+        *(f"{model}.laws" for model in models if "laws" in study.observers),
         *sorted(f"damper.observers.{name}" for name in study.observers),
     )

@@ -5,6 +5,7 @@ import math
 #: Names of laws, models and solvers that are not their words with underscores.
 LABELS = {
     "touch": "gap at impact",
+    "energy_balance": "energy",
     "tensile_force": "tensile contact force",
     "time_varying": "time-varying",
     "exact": "exact engine",

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.observers.common.laws import LAW_VARIABLES
 from damper.parameters.quantities import ALL
 from damper.parameters.units import attributes_of
 from damper.parameters.variables import Variable
 from damper.sweep.parts import PartData
 from damper.verification.stress.box import POINT_NAMES
-from damper.verification.stress.laws import LAW_VARIABLES, RUN_OUTCOMES, RUN_VARIABLES
+from damper.verification.stress.outcomes import RUN_OUTCOMES, RUN_VARIABLES
 from damper.verification.stress.verdicts import (
     ALLOWANCE,
     CHECKS,

@@ -4,7 +4,7 @@ Mirrored (phase + pi, all signs changed), started some whole forcing periods lat
 units and back, and with a sharper and a looser accuracy, a run must give the same events. How
 closely is a matter of its condition (`damper.verification.stress.condition`); where that leaves
 nothing to compare, both runs are judged step by step: by the laws that a log must keep
-(`damper.verification.stress.checks`), and those of the rigid damper by their backward error too
+(the observer `laws`), and those of the rigid damper by their backward error too
 (`damper.verification.stress.backward`). No run is dropped.
 """
 
@@ -19,12 +19,13 @@ from damper.engine.segment import STICK
 from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.models import start_run
 from damper.observers.common.base import Window
+from damper.observers.common.laws import LAW_NAMES, excess
+from damper.observers.laws import Laws
 from damper.parameters import Parameters, SIParameters, State
 from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
 from damper.verification.stress.backward import LONG, residuals
 from damper.verification.stress.box import points_of, random_points
-from damper.verification.stress.checks import Laws
 from damper.verification.stress.condition import (
     Condition,
     Scale,
@@ -33,7 +34,6 @@ from damper.verification.stress.condition import (
     matching,
     scale_of,
 )
-from damper.verification.stress.laws import LAW_NAMES, excess
 from damper.verification.stress.runs import END, REST, Events, ShortRun, events_of, short_run
 from damper.verification.stress.verdicts import (
     ALLOWANCE,

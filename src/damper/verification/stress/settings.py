@@ -288,7 +288,7 @@ class Stress(Verification):
         loads = (
             *(f"damper.models.{model}" for model in models),
             *(f"damper.models.{model}.response" for model in models),
-            *(f"{within}.{model}_checks" for model in models),
+            *(f"damper.models.{model}.laws" for model in models),
         )
         compiled = () if needs or module == "cube" else ("checks",)
         return Job(f"{within}.{module}", settings, needs, loads, compiled)

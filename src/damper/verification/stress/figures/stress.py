@@ -9,9 +9,9 @@ import numpy as np
 
 from damper.figures.common.layout import wrap
 from damper.figures.common.style import BLUE, ORANGE, PAGE, SKY, VERMILION
+from damper.observers.common.laws import LIMIT
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.labels import label_of, short
-from damper.verification.stress.laws import LIMIT
 from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
 
 if TYPE_CHECKING:

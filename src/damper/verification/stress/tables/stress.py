@@ -5,17 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, excess
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.labels import label_of, short
 from damper.verification.stress.cube import point_of
-from damper.verification.stress.laws import (
-    ENERGY_PER_SEGMENT,
-    LAW_NAMES,
-    LIMIT,
-    RUN_OUTCOMES,
-    excess,
-)
+from damper.verification.stress.outcomes import RUN_OUTCOMES
 from damper.verification.stress.regimes import REGIMES, Regime, with_models
 
 if TYPE_CHECKING:
@@ -135,7 +130,7 @@ def _laws(cube: xr.Dataset) -> pd.DataFrame:
 
     far, stopped = excesses(cube), cube.status.values > 0
     kept = far <= 1.0
-    limits = {"not_finite": "0", "energy": f"{LIMIT:g} and more"}
+    limits = {"not_finite": "0", "energy_balance": f"{LIMIT:g} and more"}
     counts = pd.DataFrame(
         {
             "runs": far.notna().sum(),

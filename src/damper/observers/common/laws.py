@@ -1,4 +1,4 @@
-"""The laws that every run must keep: their names, and how far off each may be. No engine is loaded.
+"""The laws that every run keeps: their names, and how far off each may be. No engine is loaded.
 
 Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
 some 1e-16 to 1e-15 in each.
@@ -8,13 +8,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damper.parameters.variables import STATUS_MEANINGS, Variable
+from damper.parameters.variables import Variable
 
-#: Status beside those of the engine: the run was refused with an error.
-REFUSED = 3
-RUN_OUTCOMES = (*STATUS_MEANINGS, "refused")
-
-#: What the checks write for each run; what a run does not have, such as impacts, stays NaN.
+#: What the observer `laws` writes of each run.
 LAW_VARIABLES = (
     Variable(
         "penetration",
@@ -48,10 +44,10 @@ LAW_VARIABLES = (
         comment="over the sizes of the force's terms",
     ),
     Variable(
-        "energy",
+        "energy_balance",
         "input less losses and change of the stored energy",
         "1",
-        comment="over the whole run and the sizes of the balance's terms",
+        comment="over the whole record and the sizes of the balance's terms",
     ),
     Variable(
         "clock",
@@ -61,21 +57,7 @@ LAW_VARIABLES = (
     ),
     Variable("not_finite", "segments with a number that is not finite", "1"),
 )
-#: What a run was, beside the laws.
-RUN_VARIABLES = (
-    Variable(
-        "status",
-        "why the run ended",
-        "1",
-        dtype="i1",
-        comment="0 finished; 1 budget of max_events used up; 2 a search for an event failed; "
-        "3 refused",
-    ),
-    Variable("events", "events of the run", "1", dtype="i8"),
-    Variable("evaluations", "evaluations of the flow that finding them took", "1", dtype="i8"),
-    Variable("segments", "segments of the run", "1"),
-    Variable("periods", "forcing periods that were asked for", "1", dtype="i8"),
-)
+SEGMENTS = Variable("segments", "segments of the run's record", "1")
 LAW_NAMES = tuple(variable.name for variable in LAW_VARIABLES)
 
 #: Largest violation that is still roundoff; the target of the project for penetration.
@@ -91,7 +73,7 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
     """
     if name == "not_finite":
         return np.where(values > 0.0, np.inf, values)
-    limit = LIMIT + (ENERGY_PER_SEGMENT * segments if name == "energy" else 0.0)
+    limit = LIMIT + (ENERGY_PER_SEGMENT * segments if name == "energy_balance" else 0.0)
     return values / limit
 
 

@@ -1,13 +1,11 @@
-"""What the checks need to know of compliant contact."""
+"""What the observer `laws` has to know of compliant contact."""
 
 import math
 
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.models.compliant import Compliant
-from damper.models.rigid import Rigid
-from damper.verification.stress import rigid_checks  # noqa: F401 - which is shared here
-from damper.verification.stress.checks import (
+from damper.models.laws import (
     contact_force,
     contact_speed,
     flight_at,
@@ -15,6 +13,8 @@ from damper.verification.stress.checks import (
     support_speed,
     support_stiffness,
 )
+from damper.models.rigid import Rigid
+from damper.models.rigid import laws as _rigid  # noqa: F401 - which is shared here
 
 flight_at.share(Compliant, Rigid)
 support_speed.share(Compliant, Rigid)

@@ -1,11 +1,9 @@
-"""What the checks need to know of the rigid damper."""
+"""What the observer `laws` has to know of the rigid damper."""
 
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import increments, motion_from
-from damper.models.rigid import Rigid
-from damper.models.walls import primary_motion
-from damper.verification.stress.checks import (
+from damper.models.laws import (
     Sample,
     contact_force,
     contact_speed,
@@ -14,6 +12,8 @@ from damper.verification.stress.checks import (
     support_speed,
     support_stiffness,
 )
+from damper.models.rigid import Rigid
+from damper.models.walls import primary_motion
 
 flight_start.of(Rigid)(primary_motion)
 

@@ -1,12 +1,10 @@
-"""What the checks need to know of a grounded free mass."""
+"""What the observer `laws` has to know of a grounded free mass."""
 
 from damper.engine.forcing import phase_at
 from damper.engine.model import begin
 from damper.engine.oscillator import increments, motion_from
 from damper.models.grounded import Grounded
-from damper.models.rigid import Rigid
-from damper.verification.stress import rigid_checks  # noqa: F401 - which is shared here
-from damper.verification.stress.checks import (
+from damper.models.laws import (
     Sample,
     contact_force,
     contact_speed,
@@ -15,6 +13,8 @@ from damper.verification.stress.checks import (
     support_speed,
     support_stiffness,
 )
+from damper.models.rigid import Rigid
+from damper.models.rigid import laws as _rigid  # noqa: F401 - which is shared here
 
 contact_speed.share(Grounded, Rigid)
 

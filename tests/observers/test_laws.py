@@ -1,4 +1,4 @@
-"""The checks of the stress study: they hold on a reduced grid, and find what is wrong."""
+"""The observer of the laws: they hold on a reduced grid, and it finds what is wrong."""
 
 import math
 
@@ -29,10 +29,11 @@ from damper.engine.segment import (
 )
 from damper.models import start_run
 from damper.observers.common.base import Window
+from damper.observers.common.laws import LAW_NAMES, LIMIT, broken, excess
+from damper.observers.laws import Laws
 from damper.verification.stress import checks
 from damper.verification.stress.box import corners
-from damper.verification.stress.checks import Laws
-from damper.verification.stress.laws import LAW_NAMES, LIMIT, REFUSED, broken, excess
+from damper.verification.stress.outcomes import REFUSED
 
 # To compile them takes longer than these runs.
 run_checks = plain(checks.run_checks)
@@ -66,7 +67,7 @@ OTHERS = """
 import numpy as np
 from damper.verification.stress.box import corners
 from damper.verification.stress.checks import run_checks
-from damper.verification.stress.laws import broken
+from damper.observers.common.laws import broken
 base = {"damping_ratio": [0.0, 10.0], "frequency_ratio": [0.5], "mass_ratio": [1e-6, 0.3],
         "restitution": [0.5], "clearance": [0.1]}
 for more in (
@@ -78,7 +79,7 @@ for more in (
     found = run_checks(runs, 1, max_events=30)
     assert not broken(found).any(), [runs[i] for i in np.flatnonzero(broken(found))]
     assert (found["events"] > 0).any()
-    assert np.isfinite(found["energy"]).all()
+    assert np.isfinite(found["energy_balance"]).all()
     assert np.isfinite(found["tensile_force"]).any()
 # Only at a release from a rigid wall is x'' zero.
 soft = {"mass_ratio": 0.3, "damping_ratio": 0.0, "frequency_ratio": 1.0, "clearance": 1e-3,
@@ -207,7 +208,7 @@ def test_another_restitution_is_found(run):
 def test_lost_energy_is_found(run):
     trajectory, log = run
     # An approach speed only tells how much an impact takes.
-    assert violated(trajectory, changed(log, impact_row(log), SPEED, 1e-8)) == {"energy"}
+    assert violated(trajectory, changed(log, impact_row(log), SPEED, 1e-8)) == {"energy_balance"}
 
 
 def test_a_motion_that_does_not_join_is_found(run):
@@ -250,8 +251,8 @@ def test_a_refused_run_says_so_and_the_others_run():
     run = GENERIC
     found = run_checks([run, run | {"restitution": 1.5}, run], 2)
     assert found["status"].tolist() == [0, REFUSED, 0]
-    assert np.isnan(found["energy"][1])
-    assert found["energy"][0] == found["energy"][2] < LIMIT
+    assert np.isnan(found["energy_balance"][1])
+    assert found["energy_balance"][0] == found["energy_balance"][2] < LIMIT
     assert found["periods"].tolist() == [2, 0, 2]
 
 

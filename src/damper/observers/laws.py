@@ -1,0 +1,290 @@
+"""Laws that every run keeps, however extreme: how far off each it is.
+
+The state at the end of each segment is read from the closed form and compared with the start of the
+next one, so the laws of impact and continuity are tested on the log and not on what the event loop
+reports of itself. What a model has of its own is in the module `laws` beside it.
+"""
+
+import math
+from importlib import import_module
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.forcing import rate_of
+from damper.engine.impact import restitution_at
+from damper.engine.model import mass_ratio_at, motion
+from damper.engine.segment import (
+    COLUMNS,
+    CONTACT,
+    FLIGHT,
+    IMPACT,
+    STICKING,
+    TAIL,
+    segment_at,
+    write_segment,
+)
+from damper.engine.trajectory import Trajectory
+from damper.models.laws import (
+    Sample,
+    contact_force,
+    contact_speed,
+    flight_at,
+    flight_start,
+    support_speed,
+    support_stiffness,
+)
+from damper.models.response import impact_loss, integrate_segment, stored_energy
+from damper.observers.common.base import Observer, Window, fields_of, record_type
+from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
+
+#: Samples of a segment beside its end; of one in which little can turn, and of a long one.
+_SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
+#: Product of a segment's length and the primary's fastest rate below which little can turn.
+_SHORT = 0.5
+
+#: Largest violation of each law in a run, what the energy balance needs, and how many segments.
+_FOUND = record_type(
+    *LAW_NAMES, "input", "input_size", "lost", "stored", "stored_last", "largest", "segments"
+)
+
+
+_SAMPLE = record_type(*Sample._fields)
+
+
+class Laws(Observer):
+    """How far each law of the model is violated over the record, at worst.
+
+    Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
+    some 1e-16 to 1e-15 in each; beyond 1e-12 a law is broken. What a run does not have, such as
+    impacts, is missing. A run that stopped early is looked at as far as it came.
+    """
+
+    variables = (*LAW_VARIABLES, SEGMENTS)
+
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        super().begin(run, trajectory, window)
+        package = type(self._model).__module__
+        import_module(f"{package}.laws")
+        response = import_module(f"{package}.response")
+        self._tables = getattr(response, "prepare", lambda model: ())(self._model)
+        self._found = np.zeros(1, _FOUND)
+        for name in ("touch", "momentum", "restitution_law", "tensile_force"):
+            self._found[name] = np.nan
+        self._last = np.zeros(COLUMNS)
+        self._end = np.zeros(1, _SAMPLE)
+
+    def observe(self, log: np.ndarray) -> None:
+        """Read the next piece of the log."""
+        _follow(self._model, self._tables, log, self._found, self._last, self._end)
+
+    def finish(self, finished: bool) -> None:
+        """Write what was found, up to a stop too."""
+        # Plain numbers: NumPy's warn of infinite ones.
+        found = dict(zip(fields_of(_FOUND), self._found[0].tolist(), strict=True))
+        if found["segments"]:
+            left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
+            size = found["input_size"] + found["lost"] + found["largest"]
+            found["energy_balance"] = abs(left) / size if size > 0.0 else abs(left)
+        else:
+            found["energy_balance"] = math.nan
+        self._put({name: found[name] for name in (*LAW_NAMES, "segments")})
+
+
+@compiled
+def _follow(model, tables, log, records, last, ends):
+    found = records[0]
+    end = ends[0]
+    at = Sample(end.x, end.v, end.gap, end.rate, end.terms)
+    for index in range(len(log)):
+        for column in range(COLUMNS):
+            if not math.isfinite(log[index, column]):
+                found.not_finite += 1.0
+                break
+        s = segment_at(log[index])
+        if found.segments > 0.0:
+            _compare(model, segment_at(last), at, s, found)
+        if s.mode == FLIGHT and s.gap >= 0.0:
+            at = _sample_flight(model, s, found)
+        else:
+            at = _sample_contact(model, s, found)
+        _add_energies(model, tables, s, index == len(log) - 1, found)
+        mass_ratio = mass_ratio_at(model, s.periods, s.time)
+        last_size = _kinetic_size(mass_ratio, at.v, at.rate, at.v - s.side * at.rate)
+        found.largest = _larger(found.largest, last_size)
+        found.segments += 1.0
+        write_segment(last, s, s.duration)
+    end.x = at.x
+    end.v = at.v
+    end.gap = at.gap
+    end.rate = at.rate
+    end.terms = at.terms
+
+
+@compiled
+def _add_energies(model, tables, s, is_last, found):
+    """Add the energies that a segment takes and loses; keep those stored at the run's ends."""
+    part = integrate_segment(model, tables, s, 0.0, s.duration, math.inf)
+    found.input += part.work + part.modulation
+    # The work is at most this, however its parts cancel.
+    work_size = math.sqrt(s.duration * max(part.speed_square, 0.0))
+    work_size += s.duration * contact_speed(model, s)
+    found.input_size += work_size + abs(part.modulation)
+    found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
+    if s.cause == IMPACT:
+        found.lost += impact_loss(model, s)
+    found.largest = max(found.largest, _energy_size(model, s))
+    for k in range(2):
+        if (k == 0 and found.segments == 0.0) or (k == 1 and is_last):
+            energy = stored_energy(model, s, 0.0 if k == 0 else s.duration)
+            if k == 0:
+                found.stored = energy
+            else:
+                found.stored_last = energy
+
+
+@compiled
+def _larger(old, new):
+    """The larger of the two; the old one is NaN as long as there is none."""
+    return old if old >= new else new
+
+
+@compiled
+def _part(difference, size):
+    """A difference over the size of its terms; none is no violation, whatever the size."""
+    return abs(difference) / size if difference != 0.0 else 0.0
+
+
+@compiled
+def _compare(model, last, end, s, found):
+    """Compare the end of one segment with the start of the next one."""
+    passed = (s.periods - last.periods) * model.period + (s.time - last.time)
+    found.clock = _larger(found.clock, abs(passed - last.duration) / model.period)
+    gap = end.gap
+    rate = end.rate
+    size = end.terms + 1.0 + abs(end.x)
+    if s.side != last.side:
+        gap = 2.0 * model.clearance - gap
+        rate = -rate
+        size += 2.0 * model.clearance
+    # A velocity's terms: those of the start and what spring, force and dashpot add.
+    added = (1.0 + abs(last.x)) * min(last.duration, 1.0)
+    added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
+    added += support_speed(model, abs(end.x), abs(last.v), last.duration)
+    speeds = abs(last.v) + abs(last.gap_rate) + abs(end.v) + abs(rate) + added
+    jump = _larger(_part(s.x - end.x, size), _part(s.v_before - end.v, speeds))
+    if s.cause == IMPACT and s.mode != CONTACT:
+        found.touch = _larger(found.touch, _part(gap, size))
+        rebound = -restitution_at(model.law, -rate) * rate
+        law = _part(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
+        found.restitution_law = _larger(found.restitution_law, law)
+        mass_ratio = mass_ratio_at(model, s.periods, s.time)
+        # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
+        change = (s.v - end.v) + mass_ratio * ((s.v - end.v) - s.side * (s.gap_rate - rate))
+        momentum = _part(change, speeds * (1.0 + mass_ratio))
+        found.momentum = _larger(found.momentum, momentum)
+    else:
+        jump = _larger(jump, _part(s.gap - gap, size))
+        jump = _larger(jump, _part(s.v - end.v, speeds))
+        jump = _larger(jump, _part(s.gap_rate - rate, speeds))
+    found.continuity = _larger(found.continuity, jump)
+
+
+@compiled
+def _sample_flight(model, s, found):
+    """Look beyond both walls at samples of a flight, at its end, and where the gap turns between.
+
+    Returns the sample at its end.
+    """
+    start = flight_start(model, s)
+    forcing_rate = rate_of(model.free.forcing)
+    swings = s.duration * max(1.0, forcing_rate)
+    samples = _SAMPLES
+    if max(model.free.rate, forcing_rate) * s.duration <= _SHORT:
+        samples = _FEWEST_SAMPLES
+    elif swings > _SAMPLES:
+        samples = _MOST_SAMPLES if swings > _MOST_SAMPLES else int(swings)
+    tau = 0.0
+    rate = s.gap_rate
+    depth = 0.0
+    end = Sample(s.x, s.v, s.gap, s.gap_rate, s.gap)
+    # Where the gap turns between two samples, to look there too.
+    turn = -1.0
+    k = 0
+    while k <= samples or turn >= 0.0:
+        part = (k + 0.5) / samples
+        # Denser towards both ends, where the walls are.
+        now = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
+        at = flight_at(model, s, start, turn if turn >= 0.0 else now)
+        depth = _larger(depth, _depth(model, at))
+        if turn >= 0.0:
+            turn = -1.0
+            continue
+        end = at
+        if not math.isfinite(at.gap + at.rate + at.x):
+            found.not_finite += 1.0
+            break
+        if rate * at.rate < 0.0:
+            turn = tau + (now - tau) * (rate / (rate - at.rate))
+        tau = now
+        rate = at.rate
+        k += 1
+    found.penetration = _larger(found.penetration, depth)
+    return end
+
+
+@compiled
+def _depth(model, at):
+    """Depth beyond either wall; negative between them."""
+    return max(-at.gap, at.gap - 2.0 * model.clearance) / (1.0 + abs(at.x) + at.terms)
+
+
+@compiled
+def _sample_contact(model, s, found):
+    """Look whether everything is finite, and whether the contact force is tensile; as above."""
+    sticks = s.mode == STICKING and s.side != 0.0
+    if s.mode == TAIL and s.duration > 0.0:
+        # Its first bounce rises highest.
+        half = 0.5 * (1.0 - restitution_at(model.law, 0.0)) * s.completion
+        x, v, gap, rate = motion(model, s, min(half, s.duration))
+        depth = _depth(model, Sample(x, v, gap, rate, gap))
+        found.penetration = _larger(found.penetration, depth)
+    # Without a force to look at, one in the middle: what is not finite is not so at one time only.
+    samples = 1
+    if sticks:
+        rate = max(model.free.rate, rate_of(model.free.forcing))
+        samples = _SAMPLES if rate * s.duration > _SHORT else _FEWEST_SAMPLES
+    at = Sample(0.0, 0.0, 0.0, 0.0, 0.0)
+    for k in range(samples + 1):
+        part = (k + 0.5) / samples
+        tau = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
+        x, v, gap, rate = motion(model, s, tau)
+        size = abs(gap) + (abs(s.v) + abs(s.gap_rate)) * s.duration
+        at = Sample(x, v, gap, rate, size)
+        if not math.isfinite(x + v + gap + rate):
+            found.not_finite += 1.0
+            break
+        if sticks:
+            force, size = contact_force(model, s, tau, at)
+            found.tensile_force = _larger(found.tensile_force, max(-force, 0.0) / size)
+    return at
+
+
+@compiled
+def _energy_size(model, s):
+    """Sizes of the stored energy's terms, just before and after what begins a segment."""
+    mass_ratio = mass_ratio_at(model, s.periods, s.time)
+    y = abs(s.x) + model.clearance
+    springs = 0.5 * (s.x * s.x + support_stiffness(model) * y * y)
+    kinetic = _kinetic_size(mass_ratio, s.v, s.gap_rate, s.v - s.side * s.gap_rate)
+    if s.cause == IMPACT:
+        before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)
+        kinetic = max(kinetic, before)
+    return springs + kinetic
+
+
+@compiled
+def _kinetic_size(mass_ratio, v, rate, u):
+    # The free mass's velocity is a difference, with the roundoff of its terms.
+    return 0.5 * v * v + mass_ratio * abs(u) * (abs(v) + abs(rate))
