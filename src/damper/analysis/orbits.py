@@ -2,48 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product as combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from damper.parameters import Parameters
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
-from damper.parameters.units import LENGTH, SPEED, attributes_of
+from damper.parameters.variables import LENGTH, SPEED, Variable
+from damper.sweep.cube import described, described_all
 from damper.sweep.orbits.arcs import run_arc
 from damper.sweep.orbits.branch import Branch, continue_orbit
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.orbits.point_curve import continue_point
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-#: Variable, also of a special point -> long name and units; a text has none.
-_ABOUT = {
-    "motion": ("name of the motion that the branch is of", ""),
-    "along": ("axis that the branch is followed along", ""),
-    "first_end": ("why the branch ends where it begins", ""),
-    "last_end": ("why the branch ends", ""),
-    "value": ("value of the axis that the branch is followed along, in its units", "1"),
-    "stable": ("whether the motion is stable", "1"),
-    "multiplier": ("size of the Floquet multipliers, the largest first", "1"),
-    "slowest_impact": ("approach speed of the slowest impact", SPEED),
-    "kind": ("what happens at the special point", ""),
-    "branch": ("number of the branch", "1"),
-    "word": ("order of the events in a period", ""),
-    "displacement": ("primary displacement once per forcing period", LENGTH),
-    "velocity": ("primary velocity once per forcing period", SPEED),
-    "curve": ("number of the curve of special points", "1"),
-    "curve_branch": ("number of the branch on which the curve begins", "1"),
-    "curve_other": ("the other parameter of the curve", ""),
-    "curve_kind": ("what happens at the points of the curve", ""),
-    "curve_first_end": ("why the curve ends where it begins", ""),
-    "curve_last_end": ("why the curve ends", ""),
-    "curve_word": ("order of the events in a period", ""),
-    "curve_value": ("value of the axis that the branch is followed along, in its units", "1"),
-    "curve_other_value": ("value of the other parameter, in its units", "1"),
-}
+_VALUE = "value of the axis that the branch is followed along, in its units"
+_BRANCH, _CURVE, _CURVE_POINT = ("branch",), ("curve",), ("curve_point",)
+#: Of branches, and of curves of special points.
+_VARIABLES = (
+    Variable("motion", "name of the motion that the branch is of", "", _BRANCH),
+    Variable("along", "axis that the branch is followed along", "", _BRANCH),
+    Variable("first_end", "why the branch ends where it begins", "", _BRANCH),
+    Variable("last_end", "why the branch ends", "", _BRANCH),
+    Variable("stable", "whether the motion is stable", "1", ("orbit",)),
+    Variable("slowest_impact", "approach speed of the slowest impact", SPEED, ("orbit",)),
+    Variable("kind", "what happens at the special point", "", ("point",)),
+    Variable("curve_branch", "number of the branch on which the curve begins", "1", _CURVE),
+    Variable("curve_other", "the other parameter of the curve", "", _CURVE),
+    Variable("curve_kind", "what happens at the points of the curve", "", _CURVE),
+    Variable("curve_first_end", "why the curve ends where it begins", "", _CURVE),
+    Variable("curve_last_end", "why the curve ends", "", _CURVE),
+    Variable("curve", "number of the curve of special points", "1", _CURVE_POINT),
+    Variable("curve_word", "order of the events in a period", "", _CURVE_POINT),
+    Variable("curve_value", _VALUE, "1", _CURVE_POINT),
+    Variable("curve_other_value", "value of the other parameter, in its units", "1", _CURVE_POINT),
+)
+#: Of an orbit, and of that at a special point.
+_OF_ORBIT = (
+    Variable("branch", "number of the branch", "1"),
+    Variable("value", _VALUE, "1"),
+    Variable("word", "order of the events in a period", ""),
+    Variable("multiplier", "size of the Floquet multipliers, the largest first", "1", ("number",)),
+    Variable("displacement", "primary displacement once per forcing period", LENGTH, ("turn",)),
+    Variable("velocity", "primary velocity once per forcing period", SPEED, ("turn",)),
+)
 #: Largest step along a curve of special points.
 _STEP = 0.1
 
@@ -76,8 +80,6 @@ def follow_orbits(
         forcing periods of an orbit. Along `curve_point`, special points over the axis and another
         parameter, with the number of their `curve`.
     """
-    import xarray as xr
-
     found = []
     for name, entry in entries.items():
         along = entry["along"]
@@ -97,68 +99,63 @@ def follow_orbits(
     turns = max((entry["period"] for entry in entries.values()), default=1)
     orbits = [(k, o) for k, (*_, branch) in enumerate(found) for o in branch.orbits]
     points = [(k, p) for k, (*_, branch) in enumerate(found) for p in branch.special_points]
-    variables: dict[str, Any] = {
-        "motion": ("branch", _texts(name for name, *_ in found)),
-        "along": ("branch", _texts(along for _, along, *_ in found)),
-        "first_end": ("branch", _texts(branch.ends[0] for *_, branch in found)),
-        "last_end": ("branch", _texts(branch.ends[1] for *_, branch in found)),
-        **{
-            axis: ("branch", np.array([where.get(axis, np.nan) for _, _, where, _ in found], float))
-            for axis in axes
-        },
-        "value": (
-            "orbit",
-            np.array([getattr(o.parameters, found[k][1]) for k, o in orbits], float),
-        ),
-        "stable": ("orbit", np.array([o.stable for _, o in orbits], "i1")),
-        "slowest_impact": ("orbit", np.array([o.slowest_impact for _, o in orbits], float)),
-        "curve_branch": ("curve", np.array([k for k, *_ in curves], "i4")),
-        "curve_other": ("curve", _texts(other for _, _, other, _ in curves)),
-        "curve_kind": ("curve", _texts(curve.kind for *_, curve in curves)),
-        "curve_first_end": ("curve", _texts(curve.ends[0] for *_, curve in curves)),
-        "curve_last_end": ("curve", _texts(curve.ends[1] for *_, curve in curves)),
-        "curve": ("curve_point", np.array([k for k, _ in on_curves], "i4")),
-        "curve_word": ("curve_point", _texts(orbit.word for _, orbit in on_curves)),
-        **{
-            name: ("curve_point", np.concatenate([np.empty(0), *values]))
-            for name, values in (
-                ("curve_value", [curve.values(along) for _, along, _, curve in curves]),
-                ("curve_other_value", [curve.values(other) for *_, other, curve in curves]),
-            )
-        },
-        "kind": ("point", _texts(p.kind for _, p in points)),
-        "point_value": ("point", np.array([p.value for _, p in points], float)),
+    arrays: dict[str, Any] = {
+        "motion": _texts(name for name, *_ in found),
+        "along": _texts(along for _, along, *_ in found),
+        "first_end": _texts(branch.ends[0] for *_, branch in found),
+        "last_end": _texts(branch.ends[1] for *_, branch in found),
+        "stable": np.array([o.stable for _, o in orbits], "i1"),
+        "slowest_impact": np.array([o.slowest_impact for _, o in orbits], float),
+        "kind": _texts(p.kind for _, p in points),
+        "curve_branch": np.array([k for k, *_ in curves], "i4"),
+        "curve_other": _texts(other for _, _, other, _ in curves),
+        "curve_kind": _texts(curve.kind for *_, curve in curves),
+        "curve_first_end": _texts(curve.ends[0] for *_, curve in curves),
+        "curve_last_end": _texts(curve.ends[1] for *_, curve in curves),
+        "curve": np.array([k for k, _ in on_curves], "i4"),
+        "curve_word": _texts(orbit.word for _, orbit in on_curves),
+        "curve_value": _joined(curve.values(along) for _, along, _, curve in curves),
+        "curve_other_value": _joined(curve.values(other) for *_, other, curve in curves),
     }
-    for dim, prefix, each in (
-        ("orbit", "", orbits),
-        ("point", "point_", [(k, point.orbit) for k, point in points]),
-    ):
-        section = np.full((len(each), turns, 2), np.nan)
-        for row, (_, orbit) in zip(section, each, strict=True):
-            row[: orbit.period] = _on_section(orbit, at)
-        multipliers = np.full((len(each), 4), np.nan)
-        for row, (_, orbit) in zip(multipliers, each, strict=True):
-            row[: len(orbit.multipliers)] = abs(orbit.multipliers)
-        variables |= {
-            f"{prefix}branch": (dim, np.array([k for k, _ in each], "i4")),
-            f"{prefix}word": (dim, _texts(orbit.word for _, orbit in each)),
-            f"{prefix}multiplier": ((dim, "number"), multipliers),
-            f"{prefix}displacement": ((dim, "turn"), section[:, :, 0]),
-            f"{prefix}velocity": ((dim, "turn"), section[:, :, 1]),
-        }
-    coords = {name: fixed[name] for name in PARAMETER_NAMES if name in fixed}
-    dataset = xr.Dataset(variables, coords=coords)
-    for name in map(str, dataset.variables):
-        dataset[name].attrs = _described(name)
-    return dataset
+    data = described_all(arrays, _VARIABLES)
+    for axis in axes:
+        values = np.array([where.get(axis, np.nan) for _, _, where, _ in found], float)
+        data[axis] = described(_quantity(axis), values, _BRANCH)
+    along_orbits = [getattr(o.parameters, found[k][1]) for k, o in orbits]
+    data |= _of_orbits("orbit", "", orbits, along_orbits, turns, at)
+    at_points = [(k, point.orbit) for k, point in points]
+    data |= _of_orbits("point", "point_", at_points, [p.value for _, p in points], turns, at)
+    given = [name for name in PARAMETER_NAMES if name in fixed]
+    return xr.Dataset(data, {name: described(_quantity(name), fixed[name]) for name in given})
 
 
-def _described(name: str) -> dict[str, str]:
-    """Attributes of a variable."""
-    if name in ALL:
-        return {"long_name": ALL[name].long_name, **attributes_of(ALL[name].units)}
-    long_name, units = _ABOUT[name.removeprefix("point_")]
-    return {"long_name": long_name} | (attributes_of(units) if units else {})
+def _of_orbits(
+    dim: str,
+    prefix: str,
+    orbits: Sequence[tuple[int, PeriodicOrbit]],
+    values: Sequence[float],
+    turns: int,
+    at: float,
+) -> dict[str, xr.Variable]:
+    """Return what is kept of orbits, each with the number of its branch and its value there."""
+    section = np.full((len(orbits), turns, 2), np.nan)
+    multipliers = np.full((len(orbits), 4), np.nan)
+    for row, (_, orbit) in enumerate(orbits):
+        section[row, : orbit.period] = _on_section(orbit, at)
+        multipliers[row, : len(orbit.multipliers)] = abs(orbit.multipliers)
+    arrays = {
+        "branch": np.array([k for k, _ in orbits], "i4"),
+        "value": np.array(values, float),
+        "word": _texts(orbit.word for _, orbit in orbits),
+        "multiplier": multipliers,
+        "displacement": section[:, :, 0],
+        "velocity": section[:, :, 1],
+    }
+    return {prefix + name: v for name, v in described_all(arrays, _OF_ORBIT, [dim]).items()}
+
+
+def _quantity(name: str) -> Variable:
+    return Variable(name, ALL[name].long_name, ALL[name].units)
 
 
 def _branch(
@@ -186,3 +183,7 @@ def _on_section(orbit: PeriodicOrbit, at: float) -> np.ndarray:
 
 def _texts(words: Any) -> np.ndarray:
     return np.array(list(words), dtype=object)
+
+
+def _joined(parts: Iterable[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.empty(0), *parts])

@@ -17,9 +17,11 @@ def attributes_of(units: str) -> dict[str, str]:
 
     Examples
     --------
-    >>> attributes_of("rad"), attributes_of("F0/K")
-    ({'units': 'rad'}, {'units': '1', 'scaled_by': 'F0/K'})
+    >>> attributes_of("rad"), attributes_of("F0/K"), attributes_of("")
+    ({'units': 'rad'}, {'units': '1', 'scaled_by': 'F0/K'}, {})
     """
+    if not units:
+        return {}
     return {"units": "1", "scaled_by": units} if units in SI_UNITS else {"units": units}
 
 

@@ -17,7 +17,10 @@ CHATTER_IMPACTS = 5
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of a cube: its name, description and dimensions after the axes'."""
+    """One variable of a cube: its name, description and dimensions after the axes'.
+
+    `units` are empty for a text. `flags` are the meanings of its values 0, 1, 2, ...
+    """
 
     name: str
     long_name: str
@@ -25,6 +28,7 @@ class Variable:
     dims: tuple[str, ...] = ()
     dtype: str = "f8"
     comment: str = ""
+    flags: tuple[str, ...] = ()
 
 
 #: Variables of which more is worse, so that of several runs the greatest value counts.
@@ -45,6 +49,7 @@ STATUS = Variable(
     "1",
     dtype="i1",
     comment="0 finished; 1 budget of max_events used up; 2 a search for an event gave up",
+    flags=STATUS_MEANINGS,
 )
 
 #: Dimensions beside the axes: long name and units.

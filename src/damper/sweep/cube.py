@@ -1,5 +1,6 @@
 """Cubes: arrays over runs -> an xarray Dataset over named axes, and its netCDF file."""
 
+import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +16,6 @@ from damper.parameters.variables import (
     OWN_DIMENSIONS,
     SI_UNITS,
     STATUS,
-    STATUS_MEANINGS,
     Variable,
 )
 from damper.sweep.parts import PartData
@@ -69,44 +69,61 @@ def dataset(
     branches = dict(branches or {})
     shape = tuple(len(along) for along in (*values.values(), *branches.values()))
     data: dict[str, Any] = {}
+    dims = (*axes, *branches)
     for variable in (*variables, STATUS):
         array = arrays[variable.name]
-        attrs: dict[str, Any] = {"long_name": variable.long_name, **attributes_of(variable.units)}
-        if variable.comment:
-            attrs["comment"] = variable.comment
-        if variable is STATUS:
-            attrs |= {
-                "flag_values": np.arange(3, dtype="i1"),
-                "flag_meanings": " ".join(STATUS_MEANINGS),
-            }
-        made = (*axes, *branches, *variable.dims), array.reshape(shape + array.shape[1:]), attrs
-        counts = array.dtype.kind == "i" and variable is not STATUS
-        data[variable.name] = integers(*made) if counts else made
+        array = array.reshape(shape + array.shape[1:])
+        data[variable.name] = described(variable, array, dims, missing=variable is not STATUS)
     si = is_si([*axes, *fixed, *(labels or ())])
     coords: dict[str, Any] = {}
     for name, quantity in ALL.items():
         units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
-        attrs = {"long_name": quantity.long_name, **attributes_of(units)}
+        about = Variable(name, quantity.long_name, units)
         if name in axes:
-            coords[name] = (name, values[name], attrs)
+            coords[name] = described(about, values[name], [name])
         elif name in fixed:
-            coords[name] = ((), float(fixed[name]), attrs)
+            coords[name] = described(about, float(fixed[name]))
         elif labels and name in labels:
-            coords[name] = ("draw", np.asarray(labels[name]), attrs)
+            coords[name] = described(about, labels[name], ["draw"])
     for name, along in (branches | dict(coordinates)).items():
-        coords[name] = (name, along, {})
-    cube = xr.Dataset(data, coords, dict(attributes))
-    for name, (long_name, units) in OWN_DIMENSIONS.items():
-        if name in cube.coords:
-            cube[name].attrs["long_name"] = long_name
-            if units:
-                cube[name].attrs["units"] = units
-    return cube
+        long_name, units = OWN_DIMENSIONS.get(name, (name, ""))
+        coords[name] = described(Variable(name, long_name, units, (name,)), along)
+    return xr.Dataset(data, coords, dict(attributes))
 
 
-def integers(dims: Any, array: np.ndarray, attrs: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return a variable of which `NO_VALUE` stands for no value, as xarray.Dataset takes it."""
-    return dims, without_missing(array), attrs, {"dtype": array.dtype, "_FillValue": NO_VALUE}
+def described(
+    variable: Variable, array: Any, dims: Sequence[str] = (), missing: bool = False
+) -> xr.Variable:
+    """Return an array with what is declared of it.
+
+    Parameters
+    ----------
+    variable : Variable
+    array : array_like
+    dims : sequence of str
+        Dimensions before those of the variable.
+    missing : bool
+        Whether `NO_VALUE` stands for no value, where it holds integers.
+    """
+    array = np.asarray(array)
+    attrs: dict[str, Any] = {"long_name": variable.long_name, **attributes_of(variable.units)}
+    if variable.comment:
+        attrs["comment"] = variable.comment
+    if variable.flags:
+        attrs["flag_values"] = np.arange(len(variable.flags), dtype="i1")
+        attrs["flag_meanings"] = " ".join(re.sub("[ -]", "_", flag) for flag in variable.flags)
+    encoding = {}
+    if missing and array.dtype.kind == "i":
+        encoding = {"dtype": array.dtype, "_FillValue": NO_VALUE}
+        array = without_missing(array)
+    return xr.Variable((*dims, *variable.dims), array, attrs, encoding)
+
+
+def described_all(
+    arrays: Mapping[str, Any], variables: Iterable[Variable], dims: Sequence[str] = ()
+) -> dict[str, xr.Variable]:
+    """Return arrays by the names of their variables, with what is declared of them."""
+    return {v.name: described(v, arrays[v.name], dims) for v in variables}
 
 
 def without_missing(array: np.ndarray) -> np.ndarray:

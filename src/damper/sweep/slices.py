@@ -44,8 +44,11 @@ class Slice:
     def of(cls, part: PartData) -> "Slice":
         """Return the slice that a file holds."""
         about = dict(part.about)
-        variables = (entry | {"dims": tuple(entry["dims"])} for entry in about.pop("variables"))
-        return cls(part.arrays, tuple(Variable(**entry) for entry in variables), **about)
+        variables = tuple(
+            Variable(**{**entry, "dims": tuple(entry["dims"]), "flags": tuple(entry["flags"])})
+            for entry in about.pop("variables")
+        )
+        return cls(part.arrays, variables, **about)
 
 
 def run_part(needed: Sequence[PartData] = (), **settings: Any) -> PartData:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.parameters.units import attributes_of
-from damper.parameters.variables import TIME
+from damper.parameters.variables import TIME, Variable
 from damper.sweep.parts import PartData
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 from damper.verification.comparison.solvers import in_order, load
@@ -29,26 +28,33 @@ _EPS = float(np.finfo(float).eps)
 _FEWEST = 3
 
 _DIMS = ("scene", "solver", "level")
-_SCENE = {
-    "reference_impacts": ("impacts of the reference that count", "1"),
-    "sensitivity": ("largest growth of a small change of the start until the end", "1"),
-    "until": ("end of the run", TIME),
-    "periods": ("forcing periods from start to end", "1"),
-}
-_TIMES = {
-    "run_time": ("run time, median of the repetitions", "s"),
-    "run_time_low": ("run time, lower quartile", "s"),
-    "run_time_high": ("run time, upper quartile", "s"),
-    "call_time": ("fixed cost of a call: run time of a run that ends at once", "s"),
-    "stretch_time": ("run time beyond that, in a long run, for each length of the scene", "s"),
-    "stretch_impacts": ("impacts in a long run for each length of the scene", "1"),
-}
-_COMMENTS = {
-    "state_error": "velocities in F0/sqrt(K M)",
-    "evaluations": "what one costs differs from solver to solver",
-    "outcome": "errors are those of the events found: judge missed ones by this; missing where "
+#: What `damper.verification.comparison.runs.run_scene` finds.
+_FOUND = (
+    Variable("reference_impacts", "impacts of the reference that count", "1"),
+    Variable("sensitivity", "largest growth of a small change of the start until the end", "1"),
+    Variable("until", "end of the run", TIME),
+    Variable("periods", "forcing periods from start to end", "1"),
+    *MEASURES.values(),
+    Variable("reached", "time at which the run ended", TIME),
+)
+_OUTCOME = Variable(
+    "outcome",
+    "what became of the run",
+    "1",
+    comment="errors are those of the events found: judge missed ones by this; missing where "
     "the solver has no such level",
-}
+    flags=OUTCOMES,
+)
+_TIMES = (
+    Variable("run_time", "run time, median of the repetitions", "s"),
+    Variable("run_time_low", "run time, lower quartile", "s"),
+    Variable("run_time_high", "run time, upper quartile", "s"),
+    Variable("call_time", "fixed cost of a call: run time of a run that ends at once", "s"),
+    Variable(
+        "stretch_time", "run time beyond that, in a long run, for each length of the scene", "s"
+    ),
+    Variable("stretch_impacts", "impacts in a long run for each length of the scene", "1"),
+)
 
 
 def gather(
@@ -62,30 +68,19 @@ def gather(
     Dimensions are ``scene``, ``solver``, ``level``. For each error there is an order, ``order_``
     and its name, over scene and solver. `titles` has a few words for each scene.
     """
-    from damper.sweep.cube import integers
+    from damper.sweep.cube import described
 
-    arrays = {
-        name: np.stack([part.arrays[name] for part in parts])
-        for name in (*_SCENE, *MEASURES, "reached", "outcome")
-    }
-    described = _SCENE | MEASURES | {"reached": ("time at which the run ended", TIME)}
-    cube = _dataset(arrays, described, solvers, titles, attributes)
-    flags = {
-        "long_name": "what became of the run",
-        "units": "1",
-        "flag_values": np.arange(len(OUTCOMES), dtype="i1"),
-        "flag_meanings": " ".join(OUTCOMES),
-    }
-    cube["outcome"] = integers(_DIMS, arrays["outcome"], flags)
+    names = [variable.name for variable in (*_FOUND, _OUTCOME)]
+    arrays = {name: np.stack([part.arrays[name] for part in parts]) for name in names}
+    cube = _dataset(arrays, _FOUND, solvers, titles, attributes)
+    cube["outcome"] = described(_OUTCOME, arrays["outcome"], _DIMS, missing=True)
     for name in ERRORS:
         orders = [
             [order_at(cube.isel(scene=scene, solver=row), name) for row in range(len(solvers))]
             for scene in range(len(parts))
         ]
-        attrs = {"long_name": f"observed order: {MEASURES[name][0]}", "units": "1"}
-        cube[f"order_{name}"] = (_DIMS[:2], np.array(orders, dtype=float), attrs)
-    for name, text in _COMMENTS.items():
-        cube[name].attrs["comment"] = text
+        about = Variable(f"order_{name}", f"observed order: {cube[name].long_name}", "1")
+        cube[about.name] = described(about, np.array(orders, dtype=float), _DIMS[:2])
     return cube
 
 
@@ -121,7 +116,7 @@ def order_at(place: xr.Dataset, name: str) -> float:
 
 def _dataset(
     arrays: Mapping[str, np.ndarray],
-    described: Mapping[str, tuple[str, str]],
+    variables: Iterable[Variable],
     settings: Mapping[str, Sequence[float]],
     titles: Mapping[str, str],
     attributes: Mapping[str, Any],
@@ -129,12 +124,13 @@ def _dataset(
     """Arrays over scene, solver and level, or the first of these, as a dataset."""
     import xarray as xr
 
+    from damper.sweep.cube import described
+
     names = in_order(settings)
     solvers = [load(name) for name in names]
     levels = np.full((len(names), max(map(len, settings.values()))), math.nan)
     for row, name in enumerate(names):
         levels[row, : len(settings[name])] = settings[name]
-    finer = np.array([solver.finer for solver in solvers], dtype="i1")
     coordinates = {
         "scene": ("scene", list(titles), "scene"),
         "solver": ("solver", names, "solver"),
@@ -142,12 +138,19 @@ def _dataset(
         "title": ("scene", list(titles.values()), "title of the scene"),
         "label": ("solver", [label_of(name) for name in names], "name of the solver in print"),
         "setting_name": ("solver", [solver.setting for solver in solvers], "what is varied"),
-        "finer": ("solver", finer, "1 where a larger setting is the finer one, else -1"),
+        "finer": (
+            "solver",
+            np.array([solver.finer for solver in solvers], dtype="i1"),
+            "1 where a larger setting is the finer one, else -1",
+        ),
     }
-    coords = {name: (dim, v, {"long_name": words}) for name, (dim, v, words) in coordinates.items()}
-    about = {"long_name": "the solver's setting", "units": "1"}
-    data: dict[str, Any] = {"setting": (_DIMS[1:], levels, about)}
-    for name, (long_name, units) in described.items():
-        array = arrays[name]
-        data[name] = (_DIMS[: array.ndim], array, {"long_name": long_name, **attributes_of(units)})
+    coords = {
+        name: described(Variable(name, words, "", (dim,)), values)
+        for name, (dim, values, words) in coordinates.items()
+    }
+    setting = Variable("setting", "the solver's setting", "1", _DIMS[1:])
+    data = {"setting": described(setting, levels)}
+    for variable in variables:
+        array = arrays[variable.name]
+        data[variable.name] = described(variable, array, _DIMS[: array.ndim])
     return xr.Dataset(data, coords, dict(attributes))

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from damper.parameters.variables import LENGTH, TIME, Variable
 from damper.verification.comparison.solution import FAILED, FINISHED, Solution
 
 if TYPE_CHECKING:  # these bring mpmath and the engine along
@@ -52,19 +53,32 @@ GOOD = OUTCOMES.index("good")
 #: Counts that are 0 unless events were passed over or made up.
 MISSES = ("missed_impacts", "extra_impacts", "missed_sticks", "extra_sticks", "missed_releases")
 
-#: All that `measure_errors` returns: name -> long name and units.
+#: All that `measure_errors` returns.
 MEASURES = {
-    "impact_time_error": ("largest error of an impact time", "sqrt(M/K)"),
-    "accumulation_error": ("largest error of the time at which sticking begins", "sqrt(M/K)"),
-    "release_error": ("largest error of a release time", "sqrt(M/K)"),
-    "state_error": ("largest error of displacements and velocities at the end", "F0/K"),
-    "penetration": ("largest distance beyond a wall", "F0/K"),
-    "missed_impacts": ("impacts of the reference that were passed over", "1"),
-    "extra_impacts": ("impacts that the reference does not have", "1"),
-    "missed_sticks": ("beginnings of sticking that were passed over", "1"),
-    "extra_sticks": ("beginnings of sticking that the reference does not have", "1"),
-    "missed_releases": ("releases that were passed over", "1"),
-    "evaluations": ("evaluations of the acceleration, or of the closed-form flow", "1"),
+    variable.name: variable
+    for variable in (
+        Variable("impact_time_error", "largest error of an impact time", TIME),
+        Variable("accumulation_error", "largest error of the time at which sticking begins", TIME),
+        Variable("release_error", "largest error of a release time", TIME),
+        Variable(
+            "state_error",
+            "largest error of displacements and velocities at the end",
+            LENGTH,
+            comment="velocities in F0/sqrt(K M)",
+        ),
+        Variable("penetration", "largest distance beyond a wall", LENGTH),
+        Variable("missed_impacts", "impacts of the reference that were passed over", "1"),
+        Variable("extra_impacts", "impacts that the reference does not have", "1"),
+        Variable("missed_sticks", "beginnings of sticking that were passed over", "1"),
+        Variable("extra_sticks", "beginnings of sticking that the reference does not have", "1"),
+        Variable("missed_releases", "releases that were passed over", "1"),
+        Variable(
+            "evaluations",
+            "evaluations of the acceleration, or of the closed-form flow",
+            "1",
+            comment="what one costs differs from solver to solver",
+        ),
+    )
 }
 
 

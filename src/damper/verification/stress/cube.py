@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from damper.observers.common.laws import LAW_VARIABLES
 from damper.parameters.quantities import ALL
-from damper.parameters.units import attributes_of
 from damper.parameters.variables import Variable
 from damper.sweep.parts import PartData
 from damper.verification.stress.box import POINT_NAMES
@@ -114,31 +114,25 @@ def _dataset(
 ) -> xr.Dataset:
     import xarray as xr
 
-    from damper.sweep.cube import integers
+    from damper.sweep.cube import described
 
     data = {}
     for name in parts[0] if parts else ():
-        variable = "run", np.concatenate([part[name] for part in parts]), _attributes(name)
-        data[name] = integers(*variable) if name.endswith("_verdict") else variable
+        array = np.concatenate([part[name] for part in parts])
+        missing = name.endswith("_verdict")
+        data[name] = described(_described(name), array, ["run"], missing)
     runs = np.arange(sum(map(_count, parts)))
-    coords = {"run": ("run", runs, {"long_name": "run", "units": "1"})}
+    coords = {"run": described(Variable("run", "run", "1", ("run",)), runs)}
     return xr.Dataset(data, coords, dict(attributes))
 
 
-def _attributes(name: str) -> dict[str, Any]:
-    about: Any = ALL[name] if name in POINT_NAMES else _VARIABLES[name]
-    attrs: dict[str, Any] = {"long_name": about.long_name, **attributes_of(about.units)}
-    if getattr(about, "comment", ""):
-        attrs["comment"] = about.comment
-    flags: Mapping[int, str] = {}
+def _described(name: str) -> Variable:
+    """Return what is declared of a quantity or of what was found."""
+    if name in POINT_NAMES:
+        return Variable(name, ALL[name].long_name, ALL[name].units)
     if name == "status":
-        flags = dict(enumerate(RUN_OUTCOMES))
-    elif name.endswith("_verdict"):
-        flags = {code: words for code, words in RELATION_VERDICTS.items() if code != NOT_APPLICABLE}
-    if flags:
-        words = (meaning.replace(" ", "_").replace("-", "_") for meaning in flags.values())
-        attrs |= {
-            "flag_values": np.array(list(flags), dtype="i1"),
-            "flag_meanings": " ".join(words),
-        }
-    return attrs
+        return replace(_VARIABLES[name], flags=RUN_OUTCOMES)
+    if name.endswith("_verdict"):
+        flags = (words for code, words in RELATION_VERDICTS.items() if code != NOT_APPLICABLE)
+        return replace(_VARIABLES[name], flags=tuple(flags))
+    return _VARIABLES[name]
