@@ -212,7 +212,7 @@ def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:
     [
         ({"rowz": "clearance"}, "unknown key 'rowz'.*did you mean 'rows'"),
         ({"variables": ["displacment"]}, "value: 'displacment'.*did you mean 'displacement'"),
-        ({"variables": "displacement"}, "variables: not a list.*must be list of"),
+        ({"variables": "displacement"}, "variables: must be a list.*must be list of"),
     ],
 )
 def test_settings_of_a_figure_that_are_none_are_refused(

@@ -184,7 +184,7 @@ LONG = {
 TABLE["files"] |= {name: (old, "", part) for name, (old, part) in LONG.items()}
 TABLE["files"] |= {
     "name too long": ("  chatter:", f"  {'x' * 101}:", "name of a table", "up to 100 letters"),
-    "integer too long": ("clearance: 0.05", f"clearance: {'9' * 5000}", "not finite"),
+    "integer too long": ("clearance: 0.05", f"clearance: {'9' * 5000}", "must be a finite"),
     "nesting": ("0.05\n", "[" * 3000 + "\n", "nested deeper than 50 levels"),
 }
 
@@ -248,7 +248,7 @@ def test_value_from_an_override_is_told_as_such(tmp_path: Path) -> None:
         assert f"good.yaml (override)  {key}\n" in message
     message = blame(tmp_path, GOOD, {"axes": {"restitution": {"stop": 0.999}}})
     assert "good.yaml (override))  axes.restitution\n" in message
-    assert "good.yaml (override)\n    not a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
+    assert "good.yaml (override)\n    must be a mapping" in blame(tmp_path, GOOD, [1])  # type: ignore[arg-type]
 
 
 def test_override_leaves_out_what_is_null(tmp_path: Path) -> None:

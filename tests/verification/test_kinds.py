@@ -111,7 +111,13 @@ MISTAKES = [
     ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
     ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
     ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
-    ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
+    (
+        "comparison",
+        ("solvers", "exact"),
+        [0],
+        "solvers.exact[0]",
+        "must be greater than 0 (value: 0)",
+    ),
     (
         "comparison",
         ("scenes", "burst", "parameters"),

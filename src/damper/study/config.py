@@ -214,7 +214,7 @@ def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> 
     if isinstance(override, dict):
         data = _merged(data, override, _dropped(data | override))
     elif override is not None:
-        problems.append(parts.problem(prefix, f"not a mapping (value: {display(override)})"))
+        problems.append(parts.problem(prefix, f"must be a mapping (value: {display(override)})"))
     try:
         study = _kind_of(data).model_validate(data)
         if isinstance(study, Study):

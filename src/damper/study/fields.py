@@ -202,14 +202,14 @@ def _in_range(number: float, info: ValidationInfo) -> float:
 def _plain(text: str) -> str:
     """Check for characters that figures, tables and pages cannot show."""
     if re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", text):
-        raise PydanticCustomError("control_character", "a control character")
+        raise PydanticCustomError("control_character", "there is a control character in it")
     return text
 
 
 def _on_one_line(text: str) -> str:
     text = text.rstrip("\n")  # of a folded block
     if re.search(r"[\n\u2028\u2029]", text):
-        raise PydanticCustomError("several_lines", "more than one line")
+        raise PydanticCustomError("several_lines", "the text has more than one line")
     return text
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -90,15 +89,17 @@ def mistakes_of(
         if kind == "too_short" and loc in lists:
             continue
         if kind == "missing" and isinstance(loc[-1], int):
-            kind, loc = "too_short", loc[:-1]  # one of a pair
+            if loc[-1] == 0:
+                continue  # so is the other one of the pair
+            kind, loc = "missing_item", loc[:-1]
         if kind == "mistake":
             report = line["ctx"]
         elif isinstance(of, type) and kind in ("extra_forbidden", "invalid_key"):
             key, value = (value, None) if kind == "invalid_key" else (loc[-1], value)
             loc, report = (as_part(key),), _unknown("key", key, of.model_fields, value)
         elif isinstance(of, type) and not loc:
-            sort = "text in UTF-8" if kind == "string_unicode" else "a mapping"
-            report = _report(f"not {sort} (value: {display(value)})", join_names(of.model_fields))
+            kind = "string_unicode" if kind == "string_unicode" else "dict_type"
+            report = _report(_in_plain_words(kind, "", value), join_names(of.model_fields))
         else:
             schema = _schema_at(of, loc)
             allowed = words_of(schema)
@@ -107,8 +108,10 @@ def mistakes_of(
             near = ""
             if kind == "literal_error" and isinstance(value, str):
                 near = nearest(value, choices_of(schema))
-            message = _message(kind, value, schema, line.get("ctx", {}))
-            report = _report(message or f"'{loc[-1]}' is missing", allowed, near)
+            message = _in_plain_words(kind, line["msg"], value)
+            if kind == "missing":
+                message = f"'{loc[-1]}' is missing"
+            report = _report(message, allowed, near)
         found.append((loc, report))
     return found
 
@@ -126,54 +129,36 @@ def _schema_at(of: type[BaseModel] | TypeAdapter[Any] | None, loc: Loc) -> Schem
     return dict(schema)
 
 
-_SORTS = {
-    "string": "text",
-    "boolean": "true or false",
-    "array": "a list",
-    "number": "a number",
-    "integer": "an integer",
+#: Errors of pydantic whose own words are not plain -> ours.
+_MESSAGES = {
+    "bool_type": "must be true or false",
+    "dict_type": "must be a mapping",
+    "float_type": "must be a number",
+    "int_type": "must be an integer",
+    "missing_item": "must be two numbers",
+    "literal_error": "not one of the choices",
+    "string_pattern_mismatch": "the text is empty",
+    "string_type": "must be text",
+    "string_unicode": "not text in UTF-8",
+    "tuple_type": "must be a list",
 }
-_NUMBERS = ("a number", "an integer")
+_WORDS = {"Input should": "must", "Tuple should": "the list must", " after validation": ""}
 
 
-def _message(kind: str, value: Any, schema: Schema, context: dict[str, Any]) -> str:
-    """Return what one of pydantic's errors says of a value; nothing if it is missing."""
-    shown = f"(value: {display(value)}"
-    if kind == "missing":
-        return ""
-    if kind == "literal_error":
-        return f"not one of the choices {shown})"
-    if kind == "string_pattern_mismatch":
-        return "the text is empty"
-    if kind == "control_character":
-        return f"there is a control character in it {shown})"
-    if kind == "several_lines":
-        return f"the text has more than one line {shown})"
-    if kind == "string_unicode":
-        return f"not text in UTF-8 {shown})"
-    if kind.startswith(("greater_than", "less_than", "out_of_range")):
-        return f"out of range {shown})"
-    if kind == "not_rising":
-        return "low must be less than high"
-    if "prefixItems" in schema:
-        return f"not two numbers {shown})"
-    if kind == "too_long":
-        return f"{context['actual_length']} values are more than {context['max_length']}"
-    if kind == "too_short":
-        return f"too few values ({len(value)})" if value else "the list is empty"
-    sort = _SORTS.get(str(schema.get("type")), "a mapping")
-    if sort in _NUMBERS and isinstance(value, float) and not math.isfinite(value):
-        return f"not finite {shown})"
-    return f"not {sort} {shown}{_hint(sort, value)})"
+def _in_plain_words(kind: str, message: str, value: Any) -> str:
+    """Return what one of pydantic's errors says of a value."""
+    for word, plain in _WORDS.items():
+        message = message.replace(word, plain)
+    return f"{_MESSAGES.get(kind, message)} (value: {display(value)}{_hint(kind, value)})"
 
 
-def _hint(sort: str, value: Any) -> str:
-    if sort in _NUMBERS and isinstance(value, str) and NUMBER.fullmatch(value):
+def _hint(kind: str, value: Any) -> str:
+    if kind in ("float_type", "int_type") and isinstance(value, str) and NUMBER.fullmatch(value):
         return ", which is text: take off the quotes"
-    if sort == "an integer" and isinstance(value, float) and value.is_integer():
+    if kind == "int_type" and isinstance(value, float) and value.is_integer():
         return f", write {int(value)}" if abs(value) < 1e15 else ""
     short = value is not None and not isinstance(value, dict | list)
-    return ", put it in quotes" if sort == "text" and short else ""
+    return ", put it in quotes" if kind == "string_type" and short else ""
 
 
 def _unknown(what: str, name: object, names: Iterable[str], value: object) -> Report:
