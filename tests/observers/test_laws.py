@@ -64,35 +64,35 @@ def test_every_law_holds_on_a_reduced_grid():
 
 
 OTHERS = """
+import itertools, json
 import numpy as np
-from damper.verification.stress.box import corners
-from damper.verification.stress.checks import run_checks
+from damper import simulate
 from damper.observers.common.laws import broken
-base = {"damping_ratio": [0.0, 10.0], "frequency_ratio": [0.5], "mass_ratio": [1e-6, 0.3],
-        "restitution": [0.5], "clearance": [0.1]}
-for more in (
-    {"support_stiffness_ratio": [2.0], "support_damping_ratio": [0.0, 2e-4]},
-    {"modulation_depth": [0.5], "modulation_order": [2.0]},
-    {"contact_stiffness_ratio": [1e4], "contact_tension": [0.0, 1.0]},
-):
-    runs = corners(base | more, ("centre", "approaching"))
-    found = run_checks(runs, 1, max_events=30)
-    assert not broken(found).any(), [runs[i] for i in np.flatnonzero(broken(found))]
-    assert (found["events"] > 0).any()
-    assert np.isfinite(found["energy_balance"]).all()
+base = {"damping_ratio": [0.0, 10.0], "frequency_ratio": 0.5, "mass_ratio": [1e-6, 0.3],
+        "restitution": 0.5, "clearance": 0.1, "initial_relative_velocity": [0.0, 1.0]}
+models = (
+    {},
+    {"support_stiffness_ratio": 2.0, "support_damping_ratio": [0.0, 2e-4]},
+    {"modulation_depth": 0.5, "modulation_order": 2.0},
+    {"contact_stiffness_ratio": 1e4, "contact_tension": [0.0, 1.0]},
+    # Only at a release from a rigid wall is x'' zero.
+    {"clearance": 1e-3, "contact_stiffness_ratio": 1e3, "contact_tension": [0.0, 1.0]},
+)
+for model, transient in itertools.product(models, (0, 2)):
+    cube = simulate(**{**base, **model}, observers=["laws"], transient=transient, periods=1,
+                    max_events=100)
+    found = {name: variable.values.ravel() for name, variable in cube.data_vars.items()}
+    there = found["segments"] > 0
+    assert there.any() and np.isfinite(found["energy_balance"][there]).all()
+    assert not broken(found).any(), (model, transient)
     assert np.isfinite(found["tensile_force"]).any()
-# Only at a release from a rigid wall is x'' zero.
-soft = {"mass_ratio": 0.3, "damping_ratio": 0.0, "frequency_ratio": 1.0, "clearance": 1e-3,
-        "restitution": 0.5, "contact_stiffness_ratio": 1e3}
-found = run_checks([soft, soft | {"contact_tension": 1.0}], 4)
-assert found["status"].max() == 0
-assert max(found["continuity"].max(), found["penetration"].max()) < 1e-13
-print(len(runs))
+print(json.dumps(len(models)))
 """
 
 
-def test_every_law_holds_for_the_other_models_in_plain_python():
-    assert in_new_process(OTHERS, DAMPER_COMPILE="0") == 16
+def test_every_law_holds_for_every_model_at_any_time_in_plain_python():
+    """A record that begins in a flight after an impact has lost nothing in that."""
+    assert in_new_process(OTHERS, DAMPER_COMPILE="0") == 5
 
 
 @pytest.fixture(scope="module")

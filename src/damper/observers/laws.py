@@ -57,7 +57,8 @@ class Laws(Observer):
 
     Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
     some 1e-16 to 1e-15 in each; beyond 1e-12 a law is broken. What a run does not have, such as
-    impacts, is missing. A run that stopped early is looked at as far as it came.
+    impacts, is missing. A record begins with the segment under way; that of a run that stopped
+    early is as long as it came.
     """
 
     variables = (*LAW_VARIABLES, SEGMENTS)
@@ -132,7 +133,8 @@ def _add_energies(model, tables, s, is_last, found):
     work_size += s.duration * contact_speed(model, s)
     found.input_size += work_size + abs(part.modulation)
     found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
-    if s.cause == IMPACT:
+    # What an impact at the start of the first segment lost, is lost before the record.
+    if s.cause == IMPACT and found.segments > 0.0:
         found.lost += impact_loss(model, s)
     found.largest = max(found.largest, _energy_size(model, s))
     for k in range(2):
