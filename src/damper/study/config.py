@@ -7,6 +7,7 @@ in every file.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import reduce
@@ -55,6 +56,10 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
         settings = Settings.model_validate(mapping)
     except ValidationError as error:
         problems += [parts.problem(loc, **report) for loc, report in mistakes_of(error)]
+    rules = _rules(directory)
+    for name in filter(rules.__contains__, _part_of(mapping, "targets", dict)):
+        message = f"{display(name)} is a rule of the workflow"
+        problems.append(parts.problem(("targets", name), message, "another name"))
     overrides = _part_of(mapping, "overrides", dict)
     paths = _paths(_asked(mapping), overrides, directory, parts, problems)
     for name, path in paths.items():
@@ -127,6 +132,13 @@ def _over(below: Any, above: Any) -> Any:
 def _label(path: Path, directory: Path) -> str:
     """Return how messages call a file: relative to a folder where it is below it."""
     return (path.relative_to(directory) if path.is_relative_to(directory) else path).as_posix()
+
+
+def _rules(directory: Path) -> set[str]:
+    """Return the names of the workflow's own rules, which no target may take."""
+    files = [directory / "Snakefile", *(directory / "workflow" / "rules").glob("*.smk")]
+    texts = (file.read_text("utf-8") for file in files if file.is_file())
+    return {name for text in texts for name in re.findall(r"(?m)^rule (\w+):", text)}
 
 
 def _asked(mapping: Any) -> list[tuple[Loc, Any]]:

@@ -5,13 +5,17 @@ them all. So what a job does lies in a module that knows nothing of the study la
 what it needs and no more.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from damper.study.fingerprint import fingerprint_in
-from damper.sweep.parts import DamagedPartError, PartData, read_part
+
+if TYPE_CHECKING:
+    from damper.sweep.parts import PartData
 
 #: Megabytes and minutes of a job that is small.
 USUAL_RESOURCES = {"mem_mb": 1000, "runtime": 30}
@@ -40,6 +44,9 @@ def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartDa
 
     These are removed, so that the same command makes them anew.
     """
+    # Not above: studies are read without numpy.
+    from damper.sweep.parts import DamagedPartError, read_part
+
     parts, refused = [], []
     for path, made_of in zip(map(Path, paths), fingerprints, strict=True):
         try:

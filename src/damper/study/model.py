@@ -317,28 +317,6 @@ def _units_text(name: str, si: bool) -> str:
     return "" if units == "1" else f" {units}"
 
 
-#: Names of the workflow's own rules, which no target may take.
-RULES = (
-    *(
-        "all",
-        "compile",
-        "part",
-        "gather",
-        "timed",
-        "figure",
-        "table",
-        "orbits",
-        "claims",
-        "papers",
-        "interactive",
-        "report",
-        "crate",
-        "documents",
-        "tidy",
-    ),
-)
-
-
 class Settings(Strict):
     """The configuration as written; which studies there are is known to the file system."""
 
@@ -375,12 +353,9 @@ class Settings(Strict):
 
     def check_together(self, mistakes: Mistakes) -> None:
         for name in self.targets:
-            loc = ("targets", name)
             if name.startswith("-"):
                 message = f"{display(name)} reads like an option of snakemake"
-                mistakes.add(loc, message, "a name without - in front")
-            if name in RULES:
-                mistakes.add(loc, f"{display(name)} is a rule of the workflow", "another name")
+                mistakes.add(("targets", name), message, "a name without - in front")
 
 
 @dataclass(frozen=True)
