@@ -8,12 +8,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
+import yaml
+from project_copy import copy_project, jobs, snakemake
+
+from damper import Parameters, events
 
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS
+OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:-2]
+STUDY_SETTINGS, STUDY_JOBS = BLOCKS[-2:]
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
@@ -34,6 +41,10 @@ def copy(tmp_path_factory):
     (package / "tables/extremes.py").write_text(TABLE)
     with (package / "engine/impact.py").open("a") as file:
         file.write("\n\n" + LAW)
+    kind = package / "verification/first_impacts"
+    kind.mkdir()
+    for name, text in (("__init__", ""), ("settings", STUDY_SETTINGS), ("jobs", STUDY_JOBS)):
+        (kind / f"{name}.py").write_text(text)
     dampers = package / "parameters/dampers.py"
     insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
@@ -234,3 +245,30 @@ print(json.dumps([worst, impacts, bool(same)]))
     assert same
     assert "ask for different contact laws" in laws
     assert "compliant contact has a constant restitution" in compliant
+
+
+def test_kind_of_study_needs_no_rule(copy, tmp_path):
+    """Its parts run by the rules of all kinds; what is damaged or edited is made again."""
+    project = copy_project(tmp_path)
+    study = {"title": "First", "source": "docs", "kind": "first_impacts", "clearances": [0.1, 0.5]}
+    file = project / "config/studies/first.yaml"
+    file.write_text(yaml.safe_dump(study))
+    (project / "config/config.yaml").write_text("studies: [first]\n")
+    environment = {"PYTHONPATH": str(copy), "DAMPER_COMPILE": "0"}
+    assert jobs(snakemake(project, **environment)) == {"part": 2, "gather": 1, "all": 1}
+    file.write_text(yaml.safe_dump(study | {"clearances": [0.1, 0.5, 0.9]}))
+    assert jobs(snakemake(project, **environment)) == {"part": 1, "gather": 1, "all": 1}
+    with xr.open_dataset(project / "results/first/cube.nc") as cube:
+        assert cube.clearance.values.tolist() == [0.1, 0.5, 0.9]
+        assert (np.diff(cube.first_impact) > 0.0).all()
+        found = events(Parameters(0.1, 0.05, 0.8, 0.5, 0.6), until=100.0)
+        assert cube.first_impact.sel(clearance=0.5) == found["time"][0]
+        assert cube.attrs["code_digest"]
+    part = project / "results/first/parts/clearance~0.5.npz"
+    part.write_bytes(part.read_bytes()[:-9])
+    output = snakemake(project, "-n", **environment)
+    assert f"{part.relative_to(project)} is damaged" in output
+    assert jobs(output) == {"part": 1, "gather": 1, "all": 1}
+    with (copy / "damper/verification/first_impacts/jobs.py").open("a") as edited:
+        edited.write("# edited\n")
+    assert jobs(snakemake(project, "-n", **environment))["part"] == 3

@@ -82,7 +82,7 @@ class StudyFile(Strict):
         """
         return {
             PurePosixPath(product.folder, section, stem).as_posix(): (product, settings)
-            for name, product in getattr(self, section).items()
+            for name, product in getattr(self, section, {}).items()
             for stem, settings in product.files(name, self).items()
         }
 
