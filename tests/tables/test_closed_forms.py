@@ -108,7 +108,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
             "observers": {"impacts": None},
             "tables": {"a": {"kind": "two_impacts", "along": "clearance"}},
         },
-        ("needs a section among the observers",),
+        ("needs stroboscopic_section or impact_section among the observers",),
     ),
     "motion without impacts": (
         {

@@ -22,7 +22,6 @@ from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_ROWS,
     At,
@@ -30,8 +29,6 @@ from damper.study.products import (
     Each,
     FigureSettings,
     Role,
-    StudyContents,
-    need,
 )
 
 if TYPE_CHECKING:
@@ -71,6 +68,7 @@ class AccumulationFigure(FigureSettings):
     impact of each burst apart, and the slopes 2 and 3 that the errors should have.
     """
 
+    needs = ("accumulation",)
     roles: ClassVar[Mapping[str, Role]] = {"each": Role(), "rows": Role(most=MOST_ROWS)}
     overlays: ClassVar[bool] = True
 
@@ -81,10 +79,6 @@ class AccumulationFigure(FigureSettings):
     ] = None
     at: At = None
     caption: Caption = None
-
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        super().check_against(study, mistakes)
-        need(study, mistakes, "accumulation")
 
 
 def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:

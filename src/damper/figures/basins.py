@@ -18,7 +18,6 @@ from damper.study.products import (
     Product,
     Role,
     StudyContents,
-    need,
     need_starts,
 )
 from damper.study.study_file import See
@@ -33,6 +32,7 @@ class BasinsFigure(Product):
     All other axes and draws are starts.
     """
 
+    needs = ("motion",)
     roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2)}
 
     along: Annotated[Text, Field(description="Axis of the abscissa.")]
@@ -41,7 +41,6 @@ class BasinsFigure(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need(study, mistakes, "motion")
         need_starts(study, mistakes, self.along)
 
 

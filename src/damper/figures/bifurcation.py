@@ -50,7 +50,6 @@ from damper.study.products import (
     StudyContents,
     need,
     need_orbits,
-    need_section,
 )
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
@@ -159,15 +158,14 @@ class Bifurcation(FigureSettings):
         super().check_against(study, mistakes)
         self._need_variables(study, mistakes)
         if self.orbits:
-            need_section(study, mistakes)
             need_orbits(("orbits",), study, mistakes)
         if self.mark and "bursts" not in study.observers:
             mistakes.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
     def _need_variables(self, study: StudyContents, mistakes: Mistakes) -> None:
         shown = set(self.variables)
-        if shown & {*SECTION_VARIABLES, *_RELATIVE}:
-            need_section(study, mistakes)
+        if self.orbits or shown & {*SECTION_VARIABLES, *_RELATIVE}:
+            need(study, mistakes, SECTIONS)
         if shown & set(_AMPLITUDES):
             need(study, mistakes, "response")
         if "approach_speed" in shown and not study.asks("impacts", "speeds"):

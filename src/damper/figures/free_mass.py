@@ -29,7 +29,6 @@ from damper.study.products import (
     FigureSettings,
     Role,
     StudyContents,
-    need,
     need_listed_bursts,
 )
 
@@ -77,6 +76,7 @@ class FreeMass(FigureSettings):
     Onset, duration and sticking of that burst are annotated, chatter and sticking are shaded.
     """
 
+    needs = ("trajectory",)
     roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
 
     each: Each = None
@@ -109,7 +109,6 @@ class FreeMass(FigureSettings):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need(study, mistakes, "trajectory")
         need_listed_bursts(study, mistakes)
 
 

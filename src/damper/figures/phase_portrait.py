@@ -14,7 +14,6 @@ from damper.figures.common.layout import head, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_COLUMNS,
     At,
@@ -22,10 +21,8 @@ from damper.study.products import (
     Each,
     FigureSettings,
     Role,
-    StudyContents,
-    need,
-    need_section,
 )
+from damper.study.settings import SECTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +54,7 @@ _FEW = 16
 class PhasePortrait(FigureSettings):
     """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
 
+    needs = ("trajectory", SECTIONS)
     roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
 
     columns: Annotated[
@@ -69,11 +67,6 @@ class PhasePortrait(FigureSettings):
     each: Each = None
     at: At = None
     caption: Caption = None
-
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        super().check_against(study, mistakes)
-        need(study, mistakes, "trajectory")
-        need_section(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: PhasePortrait) -> Figure:

@@ -13,7 +13,6 @@ from damper.analysis.closed_forms import damper_at
 from damper.figures.common.layout import head, legend, place_text, say, select
 from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
 from damper.study.fields import Text
-from damper.study.messages import Mistakes
 from damper.study.products import (
     MOST_PANELS,
     At,
@@ -21,8 +20,6 @@ from damper.study.products import (
     Each,
     FigureSettings,
     Role,
-    StudyContents,
-    need,
 )
 from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
@@ -71,6 +68,7 @@ class SlowManifold(FigureSettings):
     """
 
     of_theory: ClassVar[bool] = True
+    needs = ("trajectory",)
     roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
 
     panels: Annotated[
@@ -79,10 +77,6 @@ class SlowManifold(FigureSettings):
     each: Each = None
     at: At = None
     caption: Caption = None
-
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        super().check_against(study, mistakes)
-        need(study, mistakes, "trajectory")
 
 
 def draw(results: Mapping[str, Any], settings: SlowManifold) -> Figure:

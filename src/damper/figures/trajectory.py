@@ -21,7 +21,6 @@ from damper.study.products import (
     FigureSettings,
     Role,
     StudyContents,
-    need,
 )
 from damper.study.yaml_file import display
 
@@ -51,6 +50,7 @@ _BETWEEN: dict[str, Any] = {"color": "#E8E8E8", "lw": 0.0}
 class TrajectoryFigure(FigureSettings):
     """Displacements and velocities of both masses over time, at one point."""
 
+    needs = ("trajectory",)
     roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
 
     each: Each = None
@@ -71,7 +71,6 @@ class TrajectoryFigure(FigureSettings):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need(study, mistakes, "trajectory")
         length = study.stretch
         if length is None:  # what is wrong with it is said where it stands
             return

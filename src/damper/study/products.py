@@ -15,7 +15,7 @@ from damper.parameters.variables import GREATER_IS_WORSE, Variable
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of
 from damper.study.messages import Mistakes
-from damper.study.settings import SECTIONS, FollowedOrbit, given_settings
+from damper.study.settings import FollowedOrbit, given_settings
 from damper.study.study_file import Made, See
 from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
@@ -134,6 +134,8 @@ class Product(Made):
 
     of_theory: ClassVar[bool] = False
     """Whether it shows a theory of the rigid damper, whatever its settings are."""
+    needs: ClassVar[tuple[str | tuple[str, ...], ...]] = ()
+    """Observers that it reads, whatever its settings are; of several in one place any will do."""
     roles: ClassVar[Mapping[str, Role]] = {}
     """Settings that name axes."""
 
@@ -143,7 +145,8 @@ class Product(Made):
         return self.of_theory or getattr(self, "theory", None) is not None
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        """Note what it asks for and the study lacks; here, what is wrong with its roles."""
+        """Note what it asks for and the study lacks; here, observers and axes."""
+        need(study, mistakes, *self.needs)
         self.take_roles(study, mistakes)
 
     def take_roles(self, study: StudyContents, mistakes: Mistakes) -> dict[str, str]:
@@ -225,6 +228,7 @@ class FigureSettings(Product):
     see: See = None
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need(study, mistakes, *self.needs)
         used = self.take_roles(study, mistakes)
         used |= self._take_values(used, study, mistakes)
         # Where a role is wrong, this would make a second mistake of the first.
@@ -346,17 +350,13 @@ def need_orbits(loc: tuple[str, ...], study: StudyContents, mistakes: Mistakes) 
         mistakes.add(loc, message, "orbits: {a name: {along: an axis, start: a value of it}}")
 
 
-def need(study: StudyContents, mistakes: Mistakes, *observers: str) -> None:
-    """Note which of these observers the study lacks."""
-    for name in observers:
-        if name not in study.observers:
-            mistakes.add((), f"needs {name} among the observers", name)
-
-
-def need_section(study: StudyContents, mistakes: Mistakes) -> None:
-    """Note that the study has no section."""
-    if not any(section in study.observers for section in SECTIONS):
-        mistakes.add((), "needs a section among the observers", " or ".join(SECTIONS))
+def need(study: StudyContents, mistakes: Mistakes, *observers: str | tuple[str, ...]) -> None:
+    """Note which of these observers the study lacks; of several in one place any will do."""
+    for wanted in observers:
+        names = (wanted,) if isinstance(wanted, str) else wanted
+        if not any(name in study.observers for name in names):
+            either = " or ".join(names)
+            mistakes.add((), f"needs {either} among the observers", either)
 
 
 def need_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:

@@ -10,11 +10,8 @@ from pydantic import Field
 
 from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
 from damper.parameters.units import units_of
-from damper.study.messages import Mistakes
 from damper.study.products import (
     Product,
-    StudyContents,
-    need,
 )
 from damper.tables import Table
 
@@ -25,6 +22,8 @@ if TYPE_CHECKING:
 class AccumulationTable(Product):
     """How well theory predicts when and where complete bursts end, at each point of the study."""
 
+    needs = ("accumulation",)
+
     within: Annotated[
         float,
         Field(
@@ -34,9 +33,6 @@ class AccumulationTable(Product):
             "agree: the table says from which impact on it does.",
         ),
     ] = 0.01
-
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need(study, mistakes, "accumulation")
 
 
 def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:

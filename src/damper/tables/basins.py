@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import Product, Role, StudyContents, need, need_starts
+from damper.study.products import Product, Role, StudyContents, need_starts
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 class Basins(Product):
     """The part of the starts that ends in each motion, with confidence limits."""
 
+    needs = ("motion",)
     roles: ClassVar[Mapping[str, Role]] = {"along": Role()}
 
     along: Annotated[
@@ -29,7 +30,6 @@ class Basins(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need(study, mistakes, "motion")
         need_starts(study, mistakes, self.along)
 
 

@@ -23,7 +23,6 @@ from damper.study.products import (
     Product,
     Role,
     StudyContents,
-    need,
     need_one_run,
 )
 from damper.tables import Table
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
 class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
+    needs = ("bursts",)
     roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=3)}
 
     along: Annotated[Text, Field(description="Axis on which the intervals lie.")]
@@ -48,7 +48,6 @@ class Intervals(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need(study, mistakes, "bursts")
         need_one_run(study, mistakes, bisected="edges")
 
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 class Performance(Product):
     """How well the damper damps: the best clearance, its band, statements on good damping."""
 
+    needs = ("response", "impacts", "bursts")
     roles: ClassVar[Mapping[str, Role]] = {
         "along": Role(least=2),
         "over": Role(least=2),
@@ -49,7 +50,7 @@ class Performance(Product):
     ] = DAMPED
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need(study, mistakes, "response", "impacts", "bursts")
+        need(study, mistakes, *self.needs)
         used = self.take_roles(study, mistakes)
         for name in study.branches:
             if name not in used:

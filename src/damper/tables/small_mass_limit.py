@@ -16,7 +16,6 @@ from damper.study.products import (
     Role,
     StudyContents,
     count_values,
-    need,
     need_one_run,
 )
 from damper.study.yaml_file import join_names
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 class SmallMassLimit(Product):
     """The border between complete and incomplete bursts beside its small-mass limit."""
 
+    needs = ("bursts",)
     of_theory: ClassVar[bool] = True
 
     resolution: Annotated[
@@ -36,7 +36,7 @@ class SmallMassLimit(Product):
     ] = 1e-4
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need(study, mistakes, "bursts")
+        super().check_against(study, mistakes)
         need_one_run(study, mistakes, bisected="borders")
         for names in (("restitution",), FREE_TRAVEL):
             found = next((name for name in names if name in study.axes), None)

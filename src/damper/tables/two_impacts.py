@@ -17,9 +17,8 @@ from damper.study.products import (
     Product,
     Role,
     StudyContents,
-    need,
-    need_section,
 )
+from damper.study.settings import SECTIONS
 from damper.tables import Table
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ class TwoImpacts(Product):
     """Where the closed-form motion with two impacts per period exists and is stable."""
 
     of_theory: ClassVar[bool] = True
-
+    needs = (SECTIONS, "impacts")
     roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2)}
 
     along: Annotated[Text, Field(description="Axis on which the ranges lie.")]
@@ -43,8 +42,6 @@ class TwoImpacts(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_section(study, mistakes)
-        need(study, mistakes, "impacts")
         if self.along in INITIAL_NAMES:
             message = f"'{self.along}' sets where a run starts: the closed form does not know it"
             mistakes.add(("along",), message, "an axis of a parameter")
