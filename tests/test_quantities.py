@@ -154,6 +154,17 @@ def test_a_quantity_acts_or_is_refused(consumer: Callable, name: str) -> None:
         assert found != answer(consumer, QUIET | company)
 
 
+@pytest.mark.parametrize("name", VALUES)
+def test_the_energy_balance_closes_with_every_quantity(name: str) -> None:
+    company, value = VALUES[name]
+    values = QUIET | company | {name: value}
+    arrays, _ = plain(run_points)([values], ["response"], transient=1, periods=3)
+    found = {name: float(array[0]) for name, array in arrays.items()}
+    scale = abs(found["energy_input"]) + found["dashpot_loss"] + found["peak_displacement"] ** 2
+    assert found["impact_loss"] > 0.0
+    assert abs(found["energy_residual"]) < 2e-14 * scale
+
+
 def answer(consumer: Callable, values: dict[str, float]) -> Any:
     """What a consumer computes, or the words in which it refuses."""
     try:

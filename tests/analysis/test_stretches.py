@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from plain_bursts import Scene, all_bursts
+from plain_events import Scene
 from scenes import PAPER_A, SLOW
 
 from damper import simulate
@@ -39,12 +39,12 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
 ) -> None:
     cube = run(values, start=START, length=LENGTH)
     scene = Scene(values, 0, PERIODS)
-    expected = [burst for burst in all_bursts(scene.rows()) if burst.ended]
+    expected = scene.ended
     found = listed_bursts(cube)
     assert len(found) == len(expected) > 5
     for burst, plain in zip(found, expected, strict=True):
-        assert burst.end == pytest.approx(plain.stick if plain.complete else plain.times[-1])
-        assert burst.chatter == (plain.visible(scene.restitution, 0.03) >= 5)
+        assert burst.end == pytest.approx(plain.end)
+        assert burst.chatter == (plain.visible(scene.restitution) >= 5)
         if not math.isnan(burst.sticking):
             assert burst.release == pytest.approx(plain.release)
     known = np.isfinite(cube.trajectory_time.values)

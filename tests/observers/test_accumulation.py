@@ -9,14 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from plain_bursts import Scene, all_bursts
+from plain_events import Scene, random_scenes
 from scenes import PAPER_A, SLOW
 
 from damper import Parameters, simulate
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
-from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
 from damper.verification.reference import run as exact_run
 
@@ -29,18 +28,11 @@ PREDICTED = (
 )
 
 
-def observed(scene: Scene, **given: Any) -> dict[str, np.ndarray]:
-    """Results of the observer for one run."""
-    arrays, _ = run_points([scene.parameters], {"accumulation": given}, **scene.run())
-    return {name: array[0] for name, array in arrays.items()}
-
-
 def expected(scene: Scene) -> Iterator[dict[str, Any]]:
     """Complete bursts of the record, from the rows of `damper.events`."""
-    rows = scene.rows()
-    at = {float(row["time"]): row for row in rows if row["kind"] == 0}
-    for burst in all_bursts(rows):
-        if burst.onset >= scene.start and burst.complete:
+    at = {float(row["time"]): row for row in scene.rows if row["kind"] == 0}
+    for burst in scene.begun:
+        if burst.complete:
             hits = [at[time] for time in burst.times]
             yield {
                 "wall": burst.wall,
@@ -95,36 +87,23 @@ def test_bursts_that_began_before_the_record_are_left_out() -> None:
     straddling = 0
     for phase in np.linspace(-3.0, 3.0, 9).tolist():
         scene = Scene({**PAPER_A, "phase": phase}, 12, 2)
-        assert_as_expected(observed(scene), scene)
-        last = [burst for burst in all_bursts(scene.rows()) if burst.onset < scene.start][-1]
+        assert_as_expected(scene.observed("accumulation"), scene)
+        last = [burst for burst in scene.all_bursts if burst.onset < scene.start][-1]
         straddling += last.complete and last.stick > scene.start
     assert straddling >= 2
 
 
 @settings(max_examples=25)
-@given(
-    mass_ratio=st.sampled_from([0.001, 0.1, 0.5, 2.0]),
-    damping_ratio=st.sampled_from([0.0, 0.02, 0.3, 1.0]),
-    frequency_ratio=st.sampled_from([0.05, 0.2, 0.7, 1.3]),
-    clearance=st.sampled_from([0.0, 0.02, 0.1, 0.4]),
-    restitution=st.floats(0, 1),
-    phase=st.sampled_from([0.0, 1.0, math.pi / 2]),
-    transient=st.integers(0, 6),
-    periods=st.integers(1, 6),
-    bursts=st.integers(1, 15),
-    impacts=st.integers(1, 80),
-)
-def test_random_scenes(
-    transient: int, periods: int, bursts: int, impacts: int, **parameters: float
-) -> None:
-    scene = Scene(parameters, transient, periods)
-    assert_as_expected(observed(scene, bursts=bursts, impacts=impacts), scene)
+@given(scene=random_scenes(), bursts=st.integers(1, 15), impacts=st.integers(1, 80))
+def test_random_scenes(scene: Scene, bursts: int, impacts: int) -> None:
+    found = scene.observed("accumulation", bursts=bursts, impacts=impacts)
+    assert_as_expected(found, scene)
 
 
 def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
     """With a heavy free mass the first impacts of many bursts come before the push."""
     scene = Scene({**SLOW, "mass_ratio": 2.0, "clearance": 0.4, "restitution": 0.5}, 0, 20)
-    assert assert_as_expected(observed(scene, bursts=60), scene) > 10
+    assert assert_as_expected(scene.observed("accumulation", bursts=60), scene) > 10
 
 
 # --- against many digits
@@ -133,7 +112,7 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
 def test_known_burst_to_forty_digits() -> None:
     """Model section 7: completion at 44.249718778208865; no further off than it says."""
     scene = Scene(SLOW, 0, 2)
-    found = observed(scene)
+    found = scene.observed("accumulation")
     with mp.workdps(40):
         decimals = {name: mpf(str(value)) for name, value in SLOW.items()}
     run = exact_run(decimals, until=45, digits=40).events
@@ -157,8 +136,8 @@ def test_known_burst_to_forty_digits() -> None:
 
 
 def test_uncertainty_grows_with_the_accuracy_asked_for() -> None:
-    coarse = observed(Scene(SLOW, 0, 2, accuracy=1e-6))
-    fine = observed(Scene(SLOW, 0, 2))
+    coarse = Scene(SLOW, 0, 2, accuracy=1e-6).observed("accumulation")
+    fine = Scene(SLOW, 0, 2).observed("accumulation")
     assert 1e-9 < coarse["completion_time_uncertainty"][0] <= 1e-6 + 1e-14
     off = abs(coarse["completion_displacement"][0] - fine["completion_displacement"][0])
     assert 1e-14 < off < coarse["completion_displacement_uncertainty"][0]
@@ -169,7 +148,7 @@ def test_uncertainty_grows_with_the_accuracy_asked_for() -> None:
 def test_late_bursts_are_as_sharp_as_early_ones() -> None:
     """The orbit at restitution .3 is periodic: two bursts a period, the same for ever."""
     scene = {**SLOW, "restitution": 0.3}
-    early, late = (observed(Scene(scene, n, 3), bursts=4) for n in (200, 20_000))
+    early, late = (Scene(scene, n, 3).observed("accumulation", bursts=4) for n in (200, 20_000))
     seen = np.isfinite(early["remaining_time"])
     assert seen.sum() > 20
     for name in ("remaining_time", "remaining_displacement", *PREDICTED[:4]):

@@ -71,6 +71,18 @@ def test_runs_do_not_mix(name: str) -> None:
             np.testing.assert_array_equal(stopped[~missing], kept)
 
 
+@each
+def test_a_run_that_stops_in_its_transient_writes_nothing(name: str) -> None:
+    ask = {name: SETTINGS.get(name, {})}
+    found, (observer,) = run_points([SLOW], ask, transient=9, periods=3, max_events=5)
+    assert found["status"].tolist() == [1]
+    for variable in observer.variables:
+        # What the stretch is, and that no event is left out of it, is known.
+        if variable.name not in ("trajectory_start", "trajectory_events_left_out"):
+            stopped = found[variable.name]
+            assert (np.isnan(stopped) if stopped.dtype.kind == "f" else stopped == -1).all()
+
+
 def test_a_field_that_records_hide_is_refused() -> None:
     """Plain Python would read NumPy's attribute in its place, and compiled code the field."""
     with pytest.raises(ValueError, match="size already"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_bursts import Scene
+from plain_events import Scene
 
 from damper import Parameters, events
 from damper.engine.segment import CAUSE, IMPACT, PERIODS, TIME

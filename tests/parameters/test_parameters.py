@@ -216,12 +216,6 @@ def test_si_values_that_leave_a_range(change: dict[str, float], words: str) -> N
     assert refused(SIParameters, {**SI, **change}).startswith(words)
 
 
-def test_yield_speed_is_scaled_as_speeds_are() -> None:
-    damper = SIParameters(**SI, yield_speed=0.3)
-    assert damper.dimensionless.yield_speed == 0.6
-    assert SIParameters(**SI).dimensionless.yield_speed == math.inf
-
-
 def test_state_errors() -> None:
     name = "y"
     values = {"x": 0.1, "v": 0.2, "y": 0.3, "u": 0.4, "time": 0.5}

@@ -41,7 +41,7 @@ def test_any_sequence_will_do(values: Any) -> None:
     assert cube.status.shape == (2,)
 
 
-def test_same_numbers_as_single_lanes() -> None:
+def test_same_numbers_as_single_runs() -> None:
     axes = {"mass_ratio": [0.05, 0.3], "clearance": [0.02, 0.4, 9.0], "restitution": [0.0, 0.7]}
     observers: dict[str, Any] = {
         "stroboscopic_section": {"free_mass": True, "at": 0.1},

@@ -95,7 +95,7 @@ def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
 
 @pytest.mark.parametrize("start", [None, State(0.4, -0.2, 1.4, 0.3, 1.7)], ids=["rest", "state"])
 @pytest.mark.parametrize("name", AXES)
-def test_followed_lanes_are_a_chain(name: str, start: State | None) -> None:
+def test_followed_runs_are_a_chain(name: str, start: State | None) -> None:
     cube = simulate(
         **{**SCENE, name: AXES[name]}, **RUN, observers=SEEN, follow={name: "both"}, state=start
     )
@@ -223,7 +223,7 @@ def test_progress_counts_every_run() -> None:
 
 
 @pytest.mark.parametrize("start", [None, State(0.1, 0.2, 0.1, 0.7)], ids=["rest", "state"])
-def test_successor_of_a_stopped_lane_starts_afresh(start: State | None) -> None:
+def test_successor_of_a_stopped_run_starts_afresh(start: State | None) -> None:
     """As the first runs do; and the chain goes on from there."""
     # Elastic in a narrow gap: far more impacts than the limit.
     values = [1.0, 2.0, 0.0003, 1.5]
@@ -242,7 +242,7 @@ def test_successor_of_a_stopped_lane_starts_afresh(start: State | None) -> None:
             assert same == (d in fresh[direction] or d == 0.0003)
 
 
-def test_every_lane_stopped() -> None:
+def test_every_run_stopped() -> None:
     scene = {**SCENE, "restitution": 1.0}
     cube = simulate(
         **{**scene, "clearance": [0.0003, 0.0004]},

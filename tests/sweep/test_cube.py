@@ -275,7 +275,7 @@ def test_file_is_compressed_netcdf4(tmp_path: Path) -> None:
 # --- the layout by hand
 
 
-def test_lanes_become_axes_with_the_last_one_fastest() -> None:
+def test_runs_become_axes_with_the_last_one_fastest() -> None:
     runs = np.arange(6.0)
     arrays = {
         "bursts_per_period": runs,
