@@ -13,19 +13,17 @@ from functools import cached_property
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import GetJsonSchemaHandler, TypeAdapter
+from pydantic import GetJsonSchemaHandler, TypeAdapter, create_model
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from damper.observers import class_in
-from damper.parameters.quantities import nearest, unknown_name
-from damper.study.fields import Strict
-from damper.study.messages import Mistakes
+from damper.parameters.quantities import unknown_name
+from damper.study.fields import Strict, one_of
 from damper.study.products import Product
 from damper.study.schema import Schema, nested
 from damper.study.study_file import StudyFile
-from damper.study.yaml_file import display, join_names
 
 
 class Kinds(Mapping[str, type[Any]]):
@@ -58,15 +56,15 @@ class Kinds(Mapping[str, type[Any]]):
         """Return the class of settings that say their ``kind``."""
         if not isinstance(data, dict):
             raise PydanticKnownError("dict_type")
-        mistakes, kind = Mistakes(), data.get("kind")
-        if "kind" not in data:
-            mistakes.add(("kind",), "'kind' is missing", join_names(self.modules))
-        elif not isinstance(kind, str) or kind not in self.modules:
-            near = nearest(kind, self.modules) if isinstance(kind, str) else ""
-            message = f"not one of the choices (value: {display(kind)})"
-            mistakes.add(("kind",), message, join_names(self.modules), near)
-        mistakes.settle()
-        return self[str(kind)]
+        kind = self._named.model_validate({key: data[key] for key in data if key == "kind"})
+        return self[kind.kind]
+
+    @cached_property
+    def _named(self) -> Any:
+        """Class of what is said of a kind alone."""
+        return create_model(
+            "Kind", __base__=Strict, kind=(Annotated[str, one_of(self.modules)], ...)
+        )
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(
