@@ -94,10 +94,10 @@ def checked(name: str, value: Any) -> Any:
     return setting.checked(name, value)
 
 
-def settings_text() -> str:
-    """Return the entries of the settings in a docstring, in numpydoc's form."""
+def settings_text(cls: type[_Checked] = RunSettings) -> str:
+    """Return the entries of a class of settings in a docstring, in numpydoc's form."""
     entries = []
-    for name, setting in SETTINGS.items():
+    for name, setting in declared_in(cls).items():
         units = f"; in {setting.units}" if setting.units else ""
         about = wrap(f"{setting.meaning.removesuffix('.')}{units}.", 90)
         head = f"{name} : {type(setting.default).__name__}, default {setting.default}"

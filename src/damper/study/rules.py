@@ -30,7 +30,7 @@ def check_study(study: Study) -> None:
     _check_followed(study, mistakes)
     _check_slices(study, mistakes)
     _check_record(study, mistakes)
-    if _given_once(study, mistakes):
+    if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
         _check_theories(study, mistakes)
@@ -128,13 +128,18 @@ def _check_curves(study: Study, entry: FollowedOrbit, mistakes: Mistakes) -> Non
                 )
 
 
-def _check_dampers(study: Study, mistakes: Mistakes) -> None:
-    """Refuse values that no damper has, and to compare a damper with a theory of another one."""
+def _makes_dampers(study: Study, mistakes: Mistakes) -> bool:
+    """Whether there are dampers of all the values."""
     try:
-        points = study.corners
+        return bool(study.corners)
     except ValueError as error:
         mistakes.add(("parameters",), str(error))
-        return
+        return False
+
+
+def _check_dampers(study: Study, mistakes: Mistakes) -> None:
+    """Refuse to compare a damper with a theory of another one."""
+    points = study.corners
     acting = {name for point in points for name in point.acting}
     for name in study.interactive:
         if study.model != "rigid":

@@ -1,6 +1,7 @@
 """`damper.events`: the exact event sequence of one run as a structured array."""
 
 import math
+from inspect import cleandoc
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 from damper.parameters.quantity import real
+from damper.parameters.run import EngineSettings, settings_text
 from damper.parameters.state import need_state
 from damper.sweep.estimate import MOST_PERIODS
 
@@ -97,10 +99,7 @@ def events(
 
     Other Parameters
     ----------------
-    accuracy : float, default 1e-12
-        Largest error of an accumulation time; all other events are exact to rounding.
-    max_events : int, default 1_000_000
-        Events after which the run stops.
+    {engine}
 
     Returns
     -------
@@ -182,3 +181,6 @@ def events(
         for name, size in _SIZES.items():
             found[name] *= getattr(units, size)
     return found
+
+
+events.__doc__ = cleandoc(events.__doc__ or "").replace("{engine}\n", settings_text(EngineSettings))
