@@ -176,7 +176,7 @@ def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     )
     assert done.returncode == 1
     _, good, bad, other, *_ = [line.split() for line in done.stdout.splitlines()]
-    assert good[:6] == ["restitution", "yes", "16", "8016", "8016", "6.41e+07"]
+    assert good[:6] == ["restitution", "yes", "4", "8016", "8016", "6.41e+07"]
     assert bad == ["wrong", "no", *"-" * 9]
     assert other == ["stress", "yes", *"-" * 9]
     assert "wrong.yaml:17  periods\n" in done.stderr
@@ -189,10 +189,10 @@ def test_check_names_what_this_machine_cannot_hold(
     monkeypatch.setattr(check, "machine_memory", lambda: 200e6)
     assert check.main([str(STUDIES / "restitution.yaml")]) == 0
     printed = capsys.readouterr().out
-    for what, size in (("a simulation job", "253 MB"), ("to gather the cube", "240 MB")):
+    for what, size in (("a simulation job", "261 MB"), ("to gather the cube", "240 MB")):
         more = "of memory, more than the 200 MB of this machine"
         assert f"restitution: {what} takes some {size} {more}\n" in printed
-    monkeypatch.setattr(check, "machine_memory", lambda: 254e6)
+    monkeypatch.setattr(check, "machine_memory", lambda: 262e6)
     check.main([str(STUDIES / "restitution.yaml")])
     assert "this machine" not in capsys.readouterr().out
 
