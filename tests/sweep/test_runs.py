@@ -47,15 +47,13 @@ SUBSETS = [
     for subset in itertools.combinations(OBSERVERS, n)
     if not set(SECTIONS) <= set(subset)
 ]
-SETTINGS: dict[str, dict[str, Any]] = {
+SETTINGS: dict[str, dict[str, Any]] = {name: {} for name in OBSERVERS} | {
     "stroboscopic_section": {"at": 0.3, "free_mass": True},
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},
     "burst_at": {"time": 20.0},
     "chatter_bursts": {"since": [0, 2]},
-    "response": {},
-    "lyapunov": {},
     "motion": {"longest": 3},
     "accumulation": {"bursts": 4, "impacts": 9},
     "trajectory": {"samples_per_period": 7, "events": 40},
