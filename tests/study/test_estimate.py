@@ -83,7 +83,7 @@ def test_arrays_and_disk_are_those_of_a_slice(tmp_path: Path) -> None:
         study.fixed, study.axis_values, observers=study.observer_settings(), **study.run
     )
     assert found.job.array_bytes == sum(array.nbytes for array in part.arrays.values())
-    write_part(part.part, tmp_path / "all.npz")
+    write_part(part, tmp_path / "all.npz")
     assert found.job.array_bytes < (tmp_path / "all.npz").stat().st_size < found.disk
 
 

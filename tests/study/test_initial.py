@@ -161,8 +161,8 @@ def test_draws_through_slices_and_files(tmp_path: Path) -> None:
     parts = []
     for place in itertools.product(*(axes[name] for name in fan)):
         part = simulate_slice(fixed | dict(zip(fan, place, strict=True)), {}, draws=DRAWS, **RUN)
-        assert part.branches == {"draw": [0, 1, 2, 3]}
-        write_part(part.part, tmp_path / "a.npz")
+        assert part.about["branches"] == {"draw": [0, 1, 2, 3]}
+        write_part(part, tmp_path / "a.npz")
         parts.append(read_part(tmp_path / "a.npz"))
     cube = gather(parts, axes, fan, fixed, {})
     whole = simulate(**fixed, **axes, **RUN, draws=DRAWS)

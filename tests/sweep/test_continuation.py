@@ -176,7 +176,7 @@ def test_gathered_slices_follow_alike(order: tuple[str, ...], fanned: int, tmp_p
             follow=follow,
             **RUN,
         )
-        write_part(part.part, tmp_path / "part.npz")
+        write_part(part, tmp_path / "part.npz")
         parts.append(read_part(tmp_path / "part.npz"))
     cube = gather(parts, axes, fan, fixed, {})
     assert cube.displacement.dims == (*axes, "direction", "draw", "sample")

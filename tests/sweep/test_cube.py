@@ -48,7 +48,7 @@ def gathered(
     for place in itertools.product(*(axes[name] for name in fan_axes)):
         fixed = FIXED | dict(zip(fan_axes, place, strict=True))
         inner = {name: values for name, values in axes.items() if name not in fan_axes}
-        part = simulate_slice(fixed, inner, observers=OBSERVERS, **{**RUN, **more}).part
+        part = simulate_slice(fixed, inner, observers=OBSERVERS, **{**RUN, **more})
         if folder:
             write_part(part, folder / f"{len(parts)}.npz")
             part = read_part(folder / f"{len(parts)}.npz")
@@ -105,7 +105,7 @@ def test_descending_axes_keep_their_order() -> None:
 def test_study_without_axes() -> None:
     fixed = FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3, "restitution": 0.5}
     part = simulate_slice(fixed, {}, observers=OBSERVERS, **RUN)
-    cube = gather([part.part], {}, (), fixed, ATTRIBUTES)
+    cube = gather([part], {}, (), fixed, ATTRIBUTES)
     assert cube.chatter.dims == ()
     assert float(cube.restitution) == 0.5
     assert cube.displacement.values.tolist() == part.arrays["displacement"][0].tolist()
@@ -120,7 +120,7 @@ def test_missing_slice_is_noticed() -> None:
     )
     axes = {"mass_ratio": [0.1, 0.2], "restitution": [0.1, 0.2]}
     with pytest.raises(ValueError, match="reshape"):
-        gather([part.part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
+        gather([part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
 
 
 # --- descriptions

@@ -149,7 +149,7 @@ def simulate(
         attributes["initial"] = repr(state)
     if random:
         attributes["draws"] = json.dumps(random)
-    return gather([part.part], axes, (), fixed, attributes)
+    return gather([part], axes, (), fixed, attributes)
 
 
 def _with_names(plain: Signature) -> Signature:

@@ -19,7 +19,6 @@ from damper.parameters.variables import (
     Variable,
 )
 from damper.sweep.parts import PartData
-from damper.sweep.slices import Slice
 
 #: Of a file's metadata: a long name and units for each variable, flags with their meanings.
 CONVENTIONS = "CF-1.11"
@@ -169,22 +168,22 @@ def gather(
     arrays = {
         name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
     }
-    first = Slice.of(parts[0])
-    coordinates = {name: np.array(values) for name, values in first.coordinates.items()}
+    first = parts[0].about
+    coordinates = {name: np.array(values) for name, values in first["coordinates"].items()}
     # Runs lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
     order = {name: axes[name] for name in (*fan_axes, *inner)}
     cube = dataset(
         order,
         fixed,
         arrays,
-        first.variables,
+        parts[0].variables,
         coordinates,
         attributes,
-        first.branches,
-        first.labels,
+        first["branches"],
+        first["labels"],
     )
     cube.attrs |= {
-        "quantities": " ".join([*axes, *fixed, *first.labels]),
+        "quantities": " ".join([*axes, *fixed, *first["labels"]]),
         "runs": cube.status.size,
         "runs_stopped_early": int((cube.status != 0).sum()),
     }

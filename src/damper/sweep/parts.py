@@ -13,6 +13,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from damper.parameters.variables import Variable
+
 _ABOUT = "__about__"
 
 
@@ -22,6 +24,14 @@ class PartData:
 
     arrays: dict[str, np.ndarray]
     about: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """What is declared of the arrays of a slice."""
+        return tuple(
+            Variable(**{**entry, "dims": tuple(entry["dims"]), "flags": tuple(entry["flags"])})
+            for entry in self.about["variables"]
+        )
 
 
 class DamagedPartError(Exception):

@@ -93,16 +93,15 @@ def run_points(
     read = [read_point(values, primary) for values in points]
     chains = _chains(after, len(read))
     threads = _threads(workers, len(read), len(chains))
-    settings = RunSettings(**run)
+    asked = list(observers) if isinstance(observers, Iterator) else observers
+    settings = check_workload({"points": len(read)}, asked, run)
     need_state(state)
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
-    asked = list(observers) if isinstance(observers, Iterator) else observers
     # Observers hold what they know of a run; only the arrays are shared.
     teams = [make_observers(asked) for _ in range(threads)]
     made = teams[0]
-    Workload({"points": len(read)}, settings.transient, settings.periods, made).refuse_excess()
     for place, observer in enumerate(made):
         observer.allocate(len(read), settings.periods)
         for team in teams[1:]:
@@ -113,6 +112,21 @@ def run_points(
     for observer in made:
         arrays |= observer.arrays
     return arrays, made
+
+
+def check_workload(
+    sizes: Mapping[str, int],
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
+    run: Mapping[str, Any],
+) -> RunSettings:
+    """Return the settings of runs; ValueError or TypeError where they cannot end or be kept.
+
+    `sizes` are the dimensions of the runs, which need not be listed for this.
+    """
+    settings = RunSettings(**run)
+    made = make_observers(observers)
+    Workload(sizes, settings.transient, settings.periods, made).refuse_excess()
+    return settings
 
 
 class _Sweep:

@@ -2,53 +2,19 @@
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
-from damper.observers import make_observers
 from damper.parameters import State
 from damper.parameters.quantities import is_si
-from damper.parameters.run import RunSettings
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import Branches, branches
-from damper.sweep.estimate import Workload, run_sizes
+from damper.sweep.estimate import run_sizes
 from damper.sweep.grid import product
 from damper.sweep.parts import PartData
 from damper.sweep.progress import Progress, progress_lines
-
-
-@dataclass(frozen=True)
-class Slice:
-    """What a simulation job made: arrays over its runs, their descriptions and coordinates.
-
-    The runs are the product of the job's axes and of `branches`, such as both directions of a
-    continuation. `labels` are drawn quantities along the branch dimension `draw`.
-    """
-
-    arrays: dict[str, np.ndarray]
-    variables: tuple[Variable, ...]
-    coordinates: dict[str, list[float]]
-    branches: dict[str, list[Any]] = field(default_factory=dict)
-    labels: dict[str, list[float]] = field(default_factory=dict)
-
-    @property
-    def part(self) -> PartData:
-        """The slice as a file holds it."""
-        about = asdict(replace(self, arrays={}))
-        del about["arrays"]
-        return PartData(self.arrays, about)
-
-    @classmethod
-    def of(cls, part: PartData) -> "Slice":
-        """Return the slice that a file holds."""
-        about = dict(part.about)
-        variables = tuple(
-            Variable(**{**entry, "dims": tuple(entry["dims"]), "flags": tuple(entry["flags"])})
-            for entry in about.pop("variables")
-        )
-        return cls(part.arrays, variables, **about)
 
 
 def run_part(needed: Sequence[PartData] = (), **settings: Any) -> PartData:
@@ -56,7 +22,7 @@ def run_part(needed: Sequence[PartData] = (), **settings: Any) -> PartData:
 
     `settings` are arguments of `simulate_slice`.
     """
-    return simulate_slice(**settings, progress=progress_lines(sys.stderr)).part
+    return simulate_slice(**settings, progress=progress_lines(sys.stderr))
 
 
 def simulate_slice(
@@ -71,7 +37,7 @@ def simulate_slice(
     progress: Progress | None = None,
     workers: int | None = 1,
     **run: Any,
-) -> Slice:
+) -> PartData:
     """Simulate one slice.
 
     Parameters
@@ -89,8 +55,11 @@ def simulate_slice(
 
     Returns
     -------
-    Slice
-        In SI units if the points are given in them.
+    PartData
+        Arrays over the runs: the product of the axes and of `branches`, such as both directions of
+        a continuation. In SI units if the points are given in them. About them: ``variables``
+        describes them, ``coordinates`` are along the observers' own dimensions, ``branches`` along
+        those of the runs, and ``labels`` are drawn quantities along the branch dimension `draw`.
 
     Raises
     ------
@@ -98,15 +67,13 @@ def simulate_slice(
         As `run_points`, and for too many runs before they are listed.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
-    from damper.sweep.runs import run_points
+    from damper.sweep.runs import check_workload, run_points
 
-    settings = RunSettings(**run)
     observers = list(observers) if isinstance(observers, Iterator) else observers
     counts = {name: len(values) for name, values in axes.items()}
     draws = draws or {}
     sizes = run_sizes(counts, draws.get("count"), follow or {})
-    made = make_observers(observers)
-    Workload(sizes, settings.transient, settings.periods, made).refuse_excess()
+    check_workload(sizes, observers, run)
     plan = branches(product(axes, fixed), axes, draws, follow or {})
     arrays, made = run_points(
         plan.points,
@@ -121,13 +88,14 @@ def simulate_slice(
     variables = tuple(variable for observer in made for variable in observer.variables)
     if is_si([*fixed, *axes, *plan.labels]):
         variables = _in_si(arrays, variables, plan)
-    return Slice(
-        arrays,
-        variables,
-        {k: v.tolist() for observer in made for k, v in observer.coordinates().items()},
-        plan.dimensions,
-        plan.labels,
-    )
+    coordinates = {k: v.tolist() for observer in made for k, v in observer.coordinates().items()}
+    about = {
+        "variables": [asdict(variable) for variable in variables],
+        "coordinates": coordinates,
+        "branches": plan.dimensions,
+        "labels": plan.labels,
+    }
+    return PartData(arrays, about)
 
 
 def _in_si(
