@@ -1,11 +1,9 @@
 """Errors of predicted completions over the rebound speed: points, laws and what the legend says."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, svg_of
+from figures.drawing import drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
@@ -96,26 +94,6 @@ def test_legends_tell_slopes_and_how_many_points(cube: xr.Dataset) -> None:
     ]
 
 
-def test_place_without_complete_bursts_says_so(cube: xr.Dataset) -> None:
-    figure = drawn("accumulation", cube, rows="restitution", at=AT)
-    for ax in figure.axes[4:]:
-        assert [text.get_text() for text in ax.texts] == [
-            "no complete burst with a prediction here"
-        ]
-    titles = [ax.get_title(loc="left") for ax in figure.axes]
-    assert titles == ["$r$ = 0.6", "", "$r$ = 0.8", "", "$r$ = 0.97", ""]
-
-
-def test_labels_and_layout(cube: xr.Dataset) -> None:
-    figure = drawn("accumulation", cube, rows="damping_ratio", at={"restitution": 0.8}, caption="C")
-    assert figure.axes[0].get_ylabel() == r"error of completion time / ($\sqrt{M/K}$)"
-    assert figure.axes[1].get_ylabel() == "error of completion point / ($F_0/K$)"
-    assert figure.axes[3].get_xlabel() == r"rebound speed $w$ / ($F_0/\sqrt{KM}$)"
-    assert figure.get_suptitle().startswith("C\n")
-    assert "$r$ = 0.8" in figure.get_suptitle()
-    assert_nothing_overlaps(figure)
-
-
 def test_plastic_bursts_have_nothing_to_draw() -> None:
     """Predicted exactly: no error that a logarithmic axis shows."""
     cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.0, **RUN)
@@ -131,15 +109,3 @@ def test_draws_lie_over_each_other() -> None:
     one = points(drawn("accumulation", cube, at={"draw": 0}).axes[0], VERMILION)[1]
     assert len(both.get_xdata()) == int(np.isfinite(cube.first_order_time[..., 0]).sum())
     assert 0 < len(one.get_xdata()) < len(both.get_xdata())
-
-
-def test_in_si_units() -> None:
-    cube = damper.simulate(**{**SI, "free_mass": 0.4}, gap=1.2e-3, forcing_frequency=4.0, **RUN)
-    figure = drawn("accumulation", cube)
-    assert figure.axes[0].get_ylabel() == "error of completion time / s"
-    assert figure.axes[1].get_xlabel() == "rebound speed $w$ / (m/s)"
-
-
-def test_files(cube: xr.Dataset, tmp_path: Path) -> None:
-    svg = svg_of(drawn("accumulation", cube, rows="restitution", at=AT), tmp_path)
-    assert "<image" in svg, "point clouds are rasterised"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
@@ -217,43 +217,6 @@ def test_what_did_not_fit_is_told() -> None:
     assert re.search(r"\d+ events did not fit", told)
     assert "bursts listed to $t$ = " in told
     assert_nothing_overlaps(figure)
-
-
-def test_labels_and_page(cube: xr.Dataset) -> None:
-    figure = draw(cube, near=40.0)
-    left, right = columns(figure)
-    assert [ax.get_ylabel() for ax in left] == [
-        "free mass\ndisplacement $y$\n / ($F_0/K$)",
-        "relative\ndisplacement $y-x$\n / ($F_0/K$)",
-        "free mass\nvelocity $\\dot y$\n / ($F_0/\\sqrt{KM}$)",
-        "relative\nvelocity $\\dot y-\\dot x$\n / ($F_0/\\sqrt{KM}$)",
-        "duration of each\nburst of chatter \n / ($\\sqrt{M/K}$)",
-    ]
-    for ax in (left[4], right[4]):
-        assert ax.get_xlabel() == r"time $t$ / ($\sqrt{M/K}$)"
-    assert_nothing_overlaps(figure)
-
-
-def test_si() -> None:
-    cube = simulate(
-        **SI,
-        gap=0.002,
-        forcing_frequency=[10.0, 20.0],
-        transient=0,
-        periods=10,
-        observers={"trajectory": None, "bursts": {"records": 50}},
-    )
-    figure = draw(cube, at={"forcing_frequency": 20.0})
-    left, _ = columns(figure)
-    assert left[4].get_xlabel() == "time $t$ / s"
-    assert left[1].get_ylabel().endswith("/ m")
-    assert {line.get_ydata()[0] for line in left[1].lines[1:]} == {-0.001, 0.001}
-
-
-def test_a_run_without_motion_is_refused(cube: xr.Dataset) -> None:
-    nothing = cube.assign(trajectory_time=np.nan * cube.trajectory_time)
-    with pytest.raises(ValueError, match="no motion was sampled: the run stopped before"):
-        draw(nothing)
 
 
 def test_stated_burst_stands_beside_ours(cube: xr.Dataset) -> None:

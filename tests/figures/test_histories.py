@@ -1,13 +1,12 @@
 """Time histories one above the other, with chatter and sticking shaded."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, svg_of
+from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
@@ -145,13 +144,6 @@ def test_bursts_must_be_listed() -> None:
         drawn("histories", bare, panels="restitution")
 
 
-def test_stopped_run_says_so() -> None:
-    stopped = simulated(restitution=[0.6], max_events=30)
-    figure = drawn("histories", stopped, panels="restitution")
-    assert figure.axes[0].get_title(loc="right") == "run stopped"
-    assert figure.axes[0].texts[0].get_text() == "no run finished here"
-
-
 def test_no_clearance_is_no_division_by_zero() -> None:
     stuck = simulated(clearance=[0.0, 0.05], restitution=0.6)
     figure = drawn("histories", stuck, panels="clearance")
@@ -166,28 +158,3 @@ def test_frequencies_each_with_their_own_period() -> None:
     for ax in figure.axes:
         (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
         assert line.get_xdata()[-1] == pytest.approx(3.0)
-
-
-def test_si_units_and_files(tmp_path: Path) -> None:
-    cube = simulate(
-        **SI | {"restitution": [0.3, 0.6]},
-        gap=0.001,
-        forcing_frequency=24.0,
-        transient=30,
-        periods=6,
-        observers=OBSERVERS,
-    )
-    figure = drawn("histories", cube, panels="restitution")
-    assert figure.axes[-1].get_xlabel().endswith(r"$2\pi$/$\Omega$)")
-    assert "/2)" in figure.get_supylabel()
-    for ax in figure.axes:
-        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
-        assert np.abs(line.get_ydata()).max() == pytest.approx(1.0, abs=1e-9)
-    assert "<image" not in svg_of(drawn("histories", cube, panels="restitution"), tmp_path)
-
-
-def test_very_many_points_are_rasterised(
-    cube: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(histories, "_MOST_POINTS", 100)
-    assert "<image" in svg_of(drawn("histories", cube, panels="restitution"), tmp_path)

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 from figures.drawing import made_up
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from damper.analysis.optimum import least
-from damper.figures.common.layout import edges, geometric, legend, numbers, select, wrap
+from damper.figures.common.layout import edges, geometric, numbers, select, wrap
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}
@@ -88,12 +86,3 @@ def test_wrapping() -> None:
     assert wrap([r"$\omega_\mathrm{a}$", "b"], 20) == r"$\omega_\mathrm{a}$ b"
     assert wrap([], 5) == ""
     assert wrap(["longer than that"], 3) == "longer than that"
-
-
-@pytest.mark.parametrize(("letters", "columns"), [(5, 4), (30, 1)])
-def test_legend_has_as_many_columns_as_fit(letters: int, columns: int) -> None:
-    figure = Figure(figsize=(3.5, 2.0), layout="constrained")
-    legend(figure, [Line2D([], [], label="x" * letters) for _ in range(4)])
-    assert figure.legends[0]._ncols == columns
-    legend(figure, [])
-    assert len(figure.legends) == 1

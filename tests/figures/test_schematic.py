@@ -7,7 +7,6 @@ import pytest
 from figures.drawing import drawn, laid_out, svg_of
 from matplotlib.figure import Figure
 
-from damper.figures.common.style import COLUMN
 from damper.figures.schematic import DRAWINGS, Schematic
 
 SYMBOLS = {
@@ -31,25 +30,19 @@ def test_every_drawing_of_the_settings_is_there() -> None:
 
 
 @pytest.mark.parametrize("drawing", SYMBOLS)
-def test_symbols(drawing: str) -> None:
-    assert sorted(texts(drawn("schematic", drawing=drawing))) == sorted(SYMBOLS[drawing])
-
-
-@pytest.mark.parametrize("caption", [None, "A heading that is so long that it needs two lines"])
-@pytest.mark.parametrize("drawing", SYMBOLS)
-def test_nothing_overlaps_or_leaves_the_page(drawing: str, caption: str | None) -> None:
+def test_every_symbol_has_its_place(drawing: str) -> None:
+    caption = "A heading that is so long that it needs two lines"
     figure = laid_out(drawn("schematic", drawing=drawing, caption=caption))
-    assert figure.get_figwidth() == COLUMN
+    assert sorted(texts(figure)) == sorted(SYMBOLS[drawing])
     renderer = figure.canvas.get_renderer()
     boxes = [t.get_window_extent(renderer) for t in figure.axes[0].texts if t.get_text()]
-    if caption is not None:
-        assert figure.get_suptitle().replace("\n", " ") == caption
-        boxes.append(figure._suptitle.get_window_extent(renderer))
+    assert figure.get_suptitle().replace("\n", " ") == caption
+    boxes.append(figure._suptitle.get_window_extent(renderer))
     for k, box in enumerate(boxes):
         assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
         assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
-    # Nothing that is drawn is cut off by the axes' limits.
+    # Nothing that is drawn is cut off by the limits of the axes.
     inside = figure.axes[0].get_window_extent(renderer)
     for line in figure.axes[0].lines:
         box = line.get_window_extent(renderer)
@@ -57,6 +50,5 @@ def test_nothing_overlaps_or_leaves_the_page(drawing: str, caption: str | None) 
         assert inside.y0 <= box.y0 <= box.y1 <= inside.y1
 
 
-@pytest.mark.parametrize("drawing", SYMBOLS)
-def test_files(drawing: str, tmp_path: Path) -> None:
-    assert "<image" not in svg_of(drawn("schematic", drawing=drawing), tmp_path)
+def test_files(tmp_path: Path) -> None:
+    assert "<image" not in svg_of(drawn("schematic", drawing="damper"), tmp_path)

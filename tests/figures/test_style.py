@@ -59,28 +59,6 @@ def test_users_settings_do_not_matter(tmp_path: Path, end: str) -> None:
     assert (tmp_path / f"a.{end}").read_bytes() == (tmp_path / f"b.{end}").read_bytes()
 
 
-def test_settings_come_back_after_an_error() -> None:
-    before = dict(mpl.rcParams)
-    with style():
-        assert dict(mpl.rcParams) != before
-    with pytest.raises(RuntimeError, match="drawing"), style():
-        raise RuntimeError("drawing")
-    assert dict(mpl.rcParams) == before
-
-
-def test_no_date_and_no_version_in_files(tmp_path: Path) -> None:
-    with style():
-        save(figure(), tmp_path / "a.svg")
-        save(figure(), tmp_path / "a.png")
-    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
-    assert "<dc:date>" not in svg
-    assert time.strftime("%Y-%m-%d") not in svg
-    assert "<text" not in svg, "letters are paths: the same on every machine"
-    png = (tmp_path / "a.png").read_bytes()
-    assert b"Software" not in png
-    assert b"tIME" not in png
-
-
 def test_all_files_of_a_figure_have_one_layout(tmp_path: Path) -> None:
     with style():
         drawn = figure()
@@ -89,14 +67,6 @@ def test_all_files_of_a_figure_have_one_layout(tmp_path: Path) -> None:
         fitted = drawn.axes[0].get_position().bounds
         save(drawn, tmp_path / "a.png")
     assert before != fitted == drawn.axes[0].get_position().bounds
-
-
-def test_resolution_of_png(tmp_path: Path) -> None:
-    with style():
-        save(figure(), tmp_path / "a.png")
-    png = (tmp_path / "a.png").read_bytes()
-    size = (int.from_bytes(png[16:20]), int.from_bytes(png[20:24]))
-    assert size == (600, 450)
 
 
 def test_labels_name_every_parameter() -> None:

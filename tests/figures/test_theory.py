@@ -121,14 +121,6 @@ def test_bars_mark_existence_and_stability(cube: xr.Dataset) -> None:
     assert (exists[0][0], exists[-1][1]) == pytest.approx((2.408, 16.0), abs=0.3)
 
 
-def test_legend_tells_solid_from_dashed(cube: xr.Dataset) -> None:
-    texts = legend_texts(over_clearance(cube))
-    assert "two impacts per period, closed form: stable (thick bar below)" in texts
-    assert "two impacts per period, closed form: unstable (thin bar)" in texts
-    only = cube.isel(frequency_ratio=[0]).sel(clearance=slice(9.0, 12.0))
-    assert not any("unstable" in text for text in legend_texts(over_clearance(only, rows=None)))
-
-
 def test_no_line_joins_both_sides_of_an_impact() -> None:
     """Where the impact's instant passes the section, the velocity jumps."""
     omega = np.linspace(0.68, 0.8, 13)
@@ -298,15 +290,6 @@ def test_manifold_figure(decay: xr.Dataset) -> None:
         xi, theta = solid.get_data()
         np.testing.assert_allclose(xi, amplitude(theta, restitution))
         assert theta[[0, -1]] == pytest.approx([fold(restitution).theta, SYMMETRIC_LIMIT])
-
-
-def test_manifold_without_impacts() -> None:
-    cube = damper.simulate(
-        mass_ratio=0.005, damping_ratio=0.1, frequency_ratio=0.5, clearance=50.0, restitution=0.5,
-        transient=0, periods=3, observers={"trajectory": {}},
-    )  # fmt: skip
-    (ax,) = drawn("slow_manifold", cube).axes
-    assert [text.get_text() for text in ax.texts] == ["no impacts on the right wall"]
 
 
 # --- cost

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, svg_of
+from figures.drawing import drawn, legend_texts, svg_of
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -87,22 +87,6 @@ def test_sticking_is_shaded_where_it_happens(cube: xr.Dataset) -> None:
     assert legend_texts(figure)[-1] == "sticking"
 
 
-def test_no_sticking_no_shade() -> None:
-    figure = drawn("trajectory", simulated(clearance=5.0, periods=1))
-    assert stuck(figure.axes[0]) == []
-    assert legend_texts(figure) == ["primary $x$", "free mass $y$", "between the walls"]
-
-
-def test_labels_and_heading(cube: xr.Dataset) -> None:
-    figure = drawn("trajectory", cube)
-    above, below = panels(figure)
-    assert above.get_ylabel() == "displacement $x$, $y$ / ($F_0/K$)"
-    assert below.get_ylabel() == r"velocity $\dot x$, $\dot y$ / ($F_0/\sqrt{KM}$)"
-    assert below.get_xlabel() == r"time $(t - t_0)/T$ (forcing period $T$ = $2\pi$/$\omega$)"
-    assert "$d$ = 0.25 $F_0/K$" in figure.get_suptitle()
-    assert_nothing_overlaps(figure)
-
-
 @pytest.mark.parametrize(("start", "stop"), [(0.0, 2.0), (1.0, 1.5), (0.5, None), (2.0, 9.0)])
 def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float | None) -> None:
     _, below = panels(drawn("trajectory", cube, start=start, stop=stop))
@@ -118,35 +102,6 @@ def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float |
 def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
     with pytest.raises(ValueError, match=r"start = 5: .* ends 3 forcing periods"):
         drawn("trajectory", cube, start=5.0)
-
-
-def test_one_point_of_several_in_si(tmp_path: Path) -> None:
-    cube = simulate(
-        **SI,
-        gap=0.01,
-        forcing_frequency=[18.0, 20.0],
-        transient=20,
-        periods=2,
-        observers=["trajectory"],
-    )
-    figure = drawn("trajectory", cube, at={"forcing_frequency": 20.0})
-    above, below = panels(figure)
-    assert above.get_ylabel() == "displacement $x$, $y$ / m"
-    assert below.get_ylabel().endswith("/ (m/s)")
-    assert below.get_xlabel().endswith(r"$2\pi$/$\Omega$)")
-    low, high = (line.get_ydata() for line in walls(above))
-    np.testing.assert_allclose(high - low, 0.01)
-    assert r"$\Omega$ = 20 rad/s" in figure.get_suptitle()
-    with pytest.raises(ValueError, match="forcing_frequency has 2 values but no place"):
-        drawn("trajectory", cube)
-
-
-def test_lines_are_vectors_unless_there_are_very_many(
-    cube: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert "<image" not in svg_of(drawn("trajectory", cube), tmp_path)
-    monkeypatch.setattr(trajectory, "_MOST_POINTS", 100)
-    assert "<image" in svg_of(drawn("trajectory", cube), tmp_path)
 
 
 @pytest.mark.exhaustive

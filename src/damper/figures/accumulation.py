@@ -18,8 +18,17 @@ from damper.analysis.completion import (
     Errors,
     errors_of,
 )
-from damper.figures.common.layout import head, legend, place_text, say, select
-from damper.figures.common.style import BLACK, BLUE, PAGE, VERMILION, label
+from damper.figures.common.layout import select
+from damper.figures.common.panels import (
+    finish,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_grid,
+    parts,
+    title,
+)
+from damper.figures.common.style import BLACK, BLUE, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.products import (
@@ -86,28 +95,19 @@ def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
 
     All bursts of a point are drawn over each other, and so are directions and random states.
     """
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
-    rows, at = settings.rows, settings.at
+    cube, rows, at = results["cube"], settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
-    values = place[rows].values.tolist() if rows else [None]
-    figure = Figure(figsize=(PAGE, 1.0 + 2.1 * len(values)), layout="constrained")
-    axes = figure.subplots(len(values), 2, sharex=True, squeeze=False)
-    for row, value in zip(axes, values, strict=True):
-        panel = place if value is None else place.sel({rows: value})
+    shown = parts(place, rows)
+    figure, axes = panel_grid(len(shown), 2, height=1.0 + 2.1 * len(shown))
+    for row, (text, panel) in zip(axes, shown, strict=True):
         for ax, quantity in zip(row, PREDICTED, strict=True):
             _panel(ax, panel, quantity)
-        if rows:
-            row[0].set_title(place_text(place, rows, value), loc="left")
+        title(row[0], text)
     units = units_of(place.rebound_speed.attrs)
     for ax in axes[-1]:
         ax.set_xlabel(label("rebound speed", "$w$", units))
-    figure.align_ylabels()
-    head(figure, place, settings.caption)
-    legend(figure, _handles())
-    return figure
+    return finish(figure, place, settings.caption, _handles())
 
 
 def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
@@ -117,7 +117,7 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     drawn = {order: errors_of(panel, quantity, order) for order in ORDERS}
     shown = [found for found in drawn.values() if _visible(found).any()]
     if not shown:
-        say(ax, "no complete burst with a prediction here")
+        note_empty_panel(ax, "no complete burst with a prediction here")
         return
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -156,44 +156,24 @@ def _points(ax: Axes, found: Errors, order: str) -> None:
 
 def _guide(ax: Axes, found: Errors, order: str) -> Artist:
     """Draw the law through the errors in which it can be seen; return what the legend says."""
-    from matplotlib.lines import Line2D
-
     colour, marker, exponent, dashes = _ORDERS[order]
     slope, points = found.slope()
     style: dict[str, Any] = {"ls": dashes, **_GUIDE}
     if points:
         speed = found.speed[found.asymptotic]
         ends = np.array([0.3 * speed.min(), 3.0 * speed.max()])
-        ax.plot(
-            ends,
-            found.factor(exponent) * ends**exponent,
-            zorder=2.8,
-            scalex=False,
-            scaley=False,
-            **style,
-        )
+        law = found.factor(exponent) * ends**exponent
+        ax.plot(ends, law, zorder=2.8, scalex=False, scaley=False, **style)
     fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
-    return Line2D([], [], label=text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
+    return legend_line(text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
 
 
 def _handles() -> list[Artist]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    rim: dict[str, Any] = {
-        "ls": "",
-        "marker": "o",
-        "ms": 4.5,
-        "color": "#BBBBBB",
-        "mew": 0.7,
-        "mec": BLACK,
-    }
+    rim: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mew": 0.7, "mec": BLACK}
+    slopes = [(f"slope {exponent}", dashes) for _, _, exponent, dashes in _ORDERS.values()]
     return [
-        Line2D([], [], label="first impact of a burst (black rim)", **rim),
-        *(
-            Line2D([], [], ls=dashes, label=f"slope {exponent}", **_GUIDE)
-            for _, _, exponent, dashes in _ORDERS.values()
-        ),
-        Patch(label=f"below {SHARP:.0f} times the uncertainty of the simulation", **_ROUNDOFF),
+        legend_line("first impact of a burst (black rim)", color="#BBBBBB", **rim),
+        *(legend_line(text, ls=dashes, **_GUIDE) for text, dashes in slopes),
+        legend_patch(f"below {SHARP:.0f} times the uncertainty of the simulation", **_ROUNDOFF),
     ]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.analysis.basins import basin_fractions
-from damper.figures.common.layout import head, legend, place_label
+from damper.figures.common.layout import place_label
+from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import COLUMN
 from damper.figures.map import MOTIONS
 from damper.study.fields import Text
@@ -46,21 +47,16 @@ class BasinsFigure(Product):
 
 def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     """Draw the part of the starts that ends in each motion."""
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
-    along = settings.along
+    cube, along = results["cube"], settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")
     parts = parts[found.motion.unique()]
-    figure = Figure(figsize=(COLUMN, 3.0 + 0.14 * len(parts.columns)), layout="constrained")
-    ax = figure.subplots()
+    figure, ((ax,),) = panel_grid(1, width=COLUMN, height=3.0 + 0.14 * len(parts.columns))
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
     areas = ax.stackplot(parts.index, parts.T, colors=MOTIONS, labels=parts, **style)
     ax.set(ylim=(0.0, 1.0), ylabel="part of the starts")
     ax.set_xlim(parts.index.min(), parts.index.max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
-    head(figure, cube, settings.caption, remarks=[f"{found.of.max()} starts at each value"])
-    legend(figure, areas)
-    return figure
+    remarks = [f"{found.of.max()} starts at each value"]
+    return finish(figure, cube, settings.caption, areas, remarks)

@@ -15,12 +15,18 @@ from damper.figures.common.layout import (
     edges,
     few_decades,
     geometric,
-    head,
-    legend,
     place_label,
-    place_text,
-    say,
+    section_text,
     select,
+)
+from damper.figures.common.panels import (
+    finish,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_grid,
+    parts,
+    title,
 )
 from damper.figures.common.style import (
     BLACK,
@@ -92,7 +98,6 @@ _LINES: dict[str | None, dict[str, Any]] = {
     "up": {"marker": "^", "ls": "-", "mfc": BLACK},
     "down": {"marker": "v", "ls": (0, (2.0, 1.0)), "mfc": "white"},
 }
-_LABELS: dict[str | None, str] = {"up": "continued upwards", "down": "continued downwards"}
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
@@ -193,36 +198,27 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     drawn over each other. ValueError where a range is marked and the cube has no `chatter` to
     compare it with.
     """
-    from matplotlib.figure import Figure
-
-    place = _shown(results["cube"], settings)
-    rows, variables = settings.rows, settings.variables
-    values = place[rows].values.tolist() if rows else [None]
+    place, variables = _shown(results["cube"], settings), settings.variables
+    rows = parts(place, settings.rows)
     width = PAGE if len(variables) > 1 else COLUMN
-    height = 1.1 + 1.55 * len(values)
+    height = 1.1 + 1.55 * len(rows)
     if settings.mark is not None:
-        height += 0.3 + 0.2 * len(values)
-    figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.subplots(len(values), len(variables), sharex=True, squeeze=False)
-    drawn: dict[str, Artist] = {}
-    for row, value in zip(axes, values, strict=True):
-        panel = place if value is None else place.sel({rows: value})
+        height += 0.3 + 0.2 * len(rows)
+    figure, axes = panel_grid(len(rows), len(variables), width=width, height=height)
+    handles = _handles(place, variables, settings.mark_label)
+    for row, (text, panel) in zip(axes, rows, strict=True):
         for ax, name in zip(row, variables, strict=True):
             _points(ax, panel, settings.along, name)
         _mark_chatter(row, panel, settings.along)
-        _title(row, panel, settings)
+        _title(row, text, panel, settings)
         panels = Panels(dict(zip(variables, row, strict=True)), (settings.along,), panel, results)
-        for handle in draw_overlays(panels, settings.theory, settings.orbits):
-            drawn[str(handle.get_label())] = handle
+        handles += draw_overlays(panels, settings.theory, settings.orbits)
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(_ordinate(place, name))
     for ax in axes[-1]:
         ax.set_xlabel(place_label(place, settings.along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
-    figure.align_ylabels()
-    head(figure, place, settings.caption, remarks=_remarks(place, variables))
-    legend(figure, [*_handles(place, variables, settings.mark_label), *drawn.values()])
-    return figure
+    return finish(figure, place, settings.caption, handles, _remarks(place, variables))
 
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
@@ -238,17 +234,16 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     return select(cube, known, settings.at, (settings.along, settings.rows, *kept))
 
 
-def _title(row: np.ndarray, panel: xr.Dataset, settings: Bifurcation) -> None:
+def _title(row: np.ndarray, text: str, panel: xr.Dataset, settings: Bifurcation) -> None:
     """Say at which place a row is, and how far chatter agrees with the mark."""
-    rows, mark = settings.rows, settings.mark
-    titles = [place_text(panel, rows, panel[rows].item())] if rows else []
-    if mark is not None:
+    style = {"pad": 14.0} if "direction" in panel.dims and "chatter" in panel else {}
+    if settings.mark is not None:
         for ax in row:
-            _bracket(ax, mark)
-        titles.append(_agreement(panel, settings.along, mark))
-    if titles:
-        style = {} if mark is None else {"fontsize": 7.0}
-        row[0].set_title("\n".join(titles), loc="left", pad=_above(panel), **style)
+            _bracket(ax, settings.mark)
+        agreement = _agreement(panel, settings.along, settings.mark)
+        text = f"{text}\n{agreement}" if text else agreement
+        style["fontsize"] = 7.0
+    title(row[0], text, **style)
 
 
 def _ordinate(place: xr.Dataset, name: str) -> str:
@@ -294,18 +289,10 @@ def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
     )
 
 
-def _above(place: xr.Dataset) -> float | None:
-    """Points that the strips of both directions need below a title."""
-    return 14.0 if "direction" in place.dims and "chatter" in place else None
-
-
 def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
     """Each direction with its part of the cube; None where there are no directions."""
-    if "direction" not in panel.dims:
-        yield None, panel
-        return
-    for direction in panel.direction.values.tolist():
-        yield direction, panel.sel(direction=direction)
+    here = panel.direction.values.tolist() if "direction" in panel.dims else [None]
+    yield from ((name, panel.sel(direction=name) if name else panel) for name in here)
 
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
@@ -336,7 +323,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         )
     finite = panel[name].values[np.isfinite(panel[name].values)]
     if not finite.size:
-        say(ax)
+        note_empty_panel(ax)
         return
     if name in LOGARITHMIC and (finite := finite[finite > 0.0]).size:
         ax.set_yscale("log")
@@ -410,35 +397,20 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
         what = "initial states" if set(drawn) <= {*INITIAL_NAMES} else "draws"
         remarks += [f"{place.sizes['draw']} random {what}"]
     sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]
-    # "primary displacement once per forcing period" -> where the section lies
-    text = place[sampled[0]].attrs.get("long_name", "") if sampled else ""
-    section = text.removeprefix("primary displacement ").removeprefix("primary velocity ")
-    return remarks + ([f"section {section}"] if section else [])
+    return remarks + (section_text(place[sampled[0]]) if sampled else [])
 
 
 def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    here = [name for name in _DIRECTIONS if name in place.get("direction", ())]
-    handles: list[Artist]
-    if set(variables) & set(_AMPLITUDES):
-        handles = [
-            Line2D([], [], color=_DIRECTIONS[name][0], label=_LABELS[name], **_LINE, **_LINES[name])
-            for name in here
-        ]
-    else:
-        points: dict[str, Any] = {"ls": "", "marker": ".", "mew": 0.0}
-        handles = [
-            Line2D([], [], ms=2.0 + 2.0 * size, color=colour, label=_LABELS[name], **points)
-            for name, (colour, size, _) in _DIRECTIONS.items()
-            if name in here
-        ]
+    lines = set(variables) & set(_AMPLITUDES)
+    handles = []
+    for name, (colour, size, _) in _DIRECTIONS.items():
+        points = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
+        style = _LINE | _LINES[name] if lines else points
+        if name in place.get("direction", ()):
+            handles.append(legend_line(f"continued {name}wards", color=colour, **style))
+    shade = 1.0 if handles else 0.5
     if "chatter" in place:
-        handles += [
-            Patch(color=colour, alpha=0.5 if not handles else 1.0, label=text)
-            for text, colour in _CHATTER.values()
-        ]
+        handles += [legend_patch(text, color=c, alpha=shade) for text, c in _CHATTER.values()]
     if mark_label is not None:
-        handles.append(Line2D([], [], label=mark_label, **_BRACKET))
+        handles.append(legend_line(mark_label, **_BRACKET))
     return handles

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
-from damper.figures.common.layout import head, legend, place_label, place_text, say, wrap
+from damper.figures.common.layout import place_label, place_text, wrap
+from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
@@ -56,19 +57,16 @@ def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
     The cube is of a study with no axes but those of the contact, with the study in its attributes.
     Of sections the last sample counts, of records of bursts the first one.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
     cube = results["cube"]
     variables, along, lines = settings.variables, settings.along, settings.lines
     place = cube.sel(settings.at or {}).sortby(along)
     found = distance_to_rigid(place, variables, along)
-    figure = Figure(figsize=(COLUMN, 1.2 + _PANEL * len(variables)), layout="constrained")
-    axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
+    height = 1.2 + _PANEL * len(variables)
+    figure, axes = panel_grid(len(variables), width=COLUMN, height=height)
     values = place[lines].values.tolist() if lines else [None]
     stiffness = place[along].values
     handles: list[Artist] = []
-    for ax, name in zip(axes, variables, strict=True):
+    for ax, name in zip(axes.flat, variables, strict=True):
         rows = found[found["variable"] == name]
         slopes = []
         for value, look in zip(values, _STYLES, strict=False):
@@ -93,7 +91,7 @@ def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
                 fontsize=7.0,
             )
         else:
-            say(ax, "no distance to show")
+            note_empty_panel(ax, "no distance to show")
         ax.minorticks_off()
         ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
         attrs = cube[name].attrs
@@ -104,14 +102,11 @@ def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
         if lines:
             text = _TENSION.get(value) if lines == "contact_tension" else None
             text = text or place_text(place, lines, value)
-            handles.append(Line2D([], [], lw=0.9, ms=2.8, label=text, **look))
-    handles.append(Line2D([], [], label="slope \N{MINUS SIGN}1/2", **_HALF))
-    axes[-1].set_xlabel(place_label(place, along, 0.7 * COLUMN))
-    figure.align_ylabels()
+            handles.append(legend_line(text, lw=0.9, ms=2.8, **look))
+    handles.append(legend_line("slope \N{MINUS SIGN}1/2", **_HALF))
+    axes[-1, 0].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     remark = r"$|\Delta|$: distance to the value with rigid walls"
-    head(figure, place, settings.caption, remarks=[remark])
-    legend(figure, handles)
-    return figure
+    return finish(figure, place, settings.caption, handles, [remark])
 
 
 _TENSION = {0.0: "releases at zero force", 1.0: "holds until the gap reopens"}

@@ -14,16 +14,14 @@ from damper.analysis.reduction import reduced, runs_over
 from damper.figures.common.layout import (
     few_decades,
     geometric,
-    head,
-    legend,
     numbers,
     place_label,
     place_text,
-    say,
     select,
     variable_label,
     whole,
 )
+from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
@@ -46,7 +44,6 @@ from damper.study.products import (
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -116,17 +113,14 @@ class Curves(FigureSettings):
 
 def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     """Draw variables over one axis, one panel each."""
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
     cube = results["cube"]
     along, lines, best = settings.along, settings.lines, settings.best
     place, variables = _shown(cube, settings)
     beside = [_OVER[name] for name in variables if _OVER.get(name) in place]
-    figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * len(variables)), layout="constrained")
-    axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False).ravel()
+    height = 1.0 + _PANEL * len(variables)
+    figure, axes = panel_grid(len(variables), width=COLUMN, height=height)
     drawn = _lines(place, variables[0], along, lines, best)
-    for ax, name in zip(axes, variables, strict=True):
+    for ax, name in zip(axes.flat, variables, strict=True):
         for line, style in drawn:
             ax.plot(line[along].values, _ordinates(line[name], along, settings.log), **style)
             highest = _highest(line[name], along)
@@ -136,22 +130,17 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         if _OVER.get(name) in place:
             ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
         _dress(ax, place, name, along, settings.log)
-    axes[-1].set_xlabel(place_label(place, along, _ABSCISSA))
-    figure.align_ylabels()
+    axes[-1, 0].set_xlabel(place_label(place, along, _ABSCISSA))
     remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
     if best:
         symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
         remarks.append(f"best: the largest {symbol} is least")
-    head(figure, place, settings.caption, remarks=remarks)
-    handles: list[Artist] = [
-        Line2D([], [], **style) for _, style in drawn if style["label"] is not None
-    ]
+    handles = [legend_line(**style) for _, style in drawn if style["label"]]
     if beside or any(name in RATIOS for name in variables):
-        handles.append(Line2D([], [], label="without damper", **_REFERENCE))
+        handles.append(legend_line("without damper", **_REFERENCE))
     if best is not None:
-        handles.append(Line2D([], [], label="where that line is highest", **_WORST))
-    legend(figure, handles)
-    return figure
+        handles.append(legend_line("where that line is highest", **_WORST))
+    return finish(figure, place, settings.caption, handles, remarks)
 
 
 def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
@@ -242,7 +231,7 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
         ax.set_xscale("log")
     ax.set_xlim(grid.min(), grid.max())
     if not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
-        say(ax)
+        note_empty_panel(ax)
     elif log:
         ax.set_yscale("log")
     elif whole(place[name]):

@@ -16,8 +16,16 @@ from damper.analysis.stretches import (
     listed_until,
     sticking,
 )
-from damper.figures.common.layout import head, legend, say, select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, PURPLE, VERMILION, YELLOW, label
+from damper.figures.common.layout import select
+from damper.figures.common.panels import (
+    finish,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_grid,
+    title,
+)
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, YELLOW, label
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
 from damper.study.fields import Pair, Unit
@@ -120,10 +128,7 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     impacts on a logarithmic scale: the bounces shrink geometrically, and only there can all of
     them be seen. ValueError where the stretch is empty or begins at `stop` or later.
     """
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
-    place = select(cube, _VARIABLES, settings.at, ("instant", "burst"))
+    place = select(results["cube"], _VARIABLES, settings.at, ("instant", "burst"))
     run = place.isel(instant=np.isfinite(place.trajectory_time.values))
     time = run.trajectory_time.values + float(run.trajectory_start)
     if not time.size:
@@ -136,8 +141,8 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     bursts = listed_bursts(place)
     within = [burst for burst in bursts if burst.onset >= start and burst.end <= end]
     chosen = _nearest(within, settings.near)
-    figure = Figure(figsize=(PAGE, 8.4), layout="constrained")
-    left, right = figure.subplots(5, 2, sharex="col").T
+    figure, axes = panel_grid(5, 2, height=8.4, sharex="col")
+    left, right = axes.T
     for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
         whole.set_ylabel(name)
         _motion(whole, run, values, bursts, (start, stop), _THIN)
@@ -148,30 +153,25 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
             ax.axhline(wall, **_WALL)
     units = units_of(place.trajectory_time.attrs)
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
-    left[0].set_title("whole history", loc="left")
+    title(left[0], "whole history")
     left[0].set_xlim(start, stop)
     if chosen is None:
         for ax in right:
-            say(ax, "no burst in this stretch")
+            note_empty_panel(ax, "no burst in this stretch")
     else:
         _dimensions(right[0], chosen)
         _impacts(right[4], run, chosen)
         right[0].set_xlim(*_window(chosen))
     for ax in (left[4], right[4]):
         ax.set_xlabel(label("time", "$t$", units))
-    figure.align_ylabels()
-    head(figure, place, settings.caption, remarks=_left_out(place))
     handles = _handles(bursts, bool((run.trajectory_mode == _STICKING).any()))
     if settings.stated is not None:
         handles.append(_draw_stated(left[4], right, settings.stated))
-    legend(figure, handles)
-    return figure
+    return finish(figure, place, settings.caption, handles, _left_out(place))
 
 
 def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, float]) -> Artist:
     """Draw the stated burst among the durations and as a bracket; return its legend entry."""
-    from matplotlib.lines import Line2D
-
     onset, end = stated
     durations.plot(onset, end - onset, ls="", zorder=5.0, **_STATED | {"ms": 7.0})
     low, high = durations.get_ylim()
@@ -179,7 +179,7 @@ def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, fl
     for ax in (large[0], large[-1]):  # elsewhere it would lie on a wall
         ax.plot([onset, end], [0.04, 0.04], transform=ax.get_xaxis_transform(), **_STATED)
     words = f"as the paper's text states: onset {onset:g}, duration {end - onset:g}"
-    return Line2D([], [], label=words, **_STATED)
+    return legend_line(words, **_STATED)
 
 
 def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
@@ -248,7 +248,7 @@ def _dimensions(ax: Axes, burst: Burst) -> None:
     kind = "complete " if burst.complete else "incomplete "
     kind += "chatter" if burst.chatter else "burst, no chatter"
     kind += "" if burst.complete else "; no sticking follows"
-    ax.set_title(f"{first}\n{kind}", loc="left", fontsize=7.0, pad=23.0)
+    title(ax, f"{first}\n{kind}", fontsize=7.0, pad=23.0)
     over = ax.get_xaxis_transform()
     for moment in (burst.onset, burst.end):
         ax.plot([moment, moment], [0.0, 1.1], transform=over, clip_on=False, **_MARK)
@@ -278,7 +278,7 @@ def _impacts(ax: Axes, run: xr.Dataset, burst: Burst) -> None:
     if seen.any():
         ax.set_yscale("log")
     else:
-        say(ax, "its impacts are not among the listed events")
+        note_empty_panel(ax, "its impacts are not among the listed events")
     units = units_of(run.trajectory_velocity.attrs)
     ax.set_ylabel(label("approach speed\nof each impact", "\n", units))
 
@@ -295,7 +295,7 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
         ax.set_ylim(0.0, 1.12 * max(burst.duration for burst in shown))
     else:
         ax.set_yticks([])
-        say(ax, "no chatter in this stretch")
+        note_empty_panel(ax, "no chatter in this stretch")
 
 
 def _left_out(place: xr.Dataset) -> list[str]:
@@ -309,22 +309,13 @@ def _left_out(place: xr.Dataset) -> list[str]:
 
 
 def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    handles: list[Artist] = [
-        Patch(color=colour, alpha=_SHADE["alpha"], lw=0.0, label=text)
-        for complete, (text, colour) in _CHATTER.items()
-        if any(burst.chatter and burst.complete is complete for burst in bursts)
-    ]
+    kinds = {burst.complete for burst in bursts if burst.chatter}
+    shades, durations = [], []
+    for complete, (text, colour) in _CHATTER.items():
+        if complete in kinds:
+            shades.append(legend_patch(text, color=colour, alpha=_SHADE["alpha"], lw=0.0))
+            duration = f"its duration ({text.split()[0]})"
+            durations.append(legend_line(duration, mfc=colour, **_DURATIONS[complete]))
     if stuck:
-        handles.append(Patch(label="sticking", **_STUCK))
-    handles.append(Line2D([], [], label=r"walls $y-x = \pm d$", **_WALL))
-    handles += [
-        Line2D(
-            [], [], label=f"its duration ({text.split()[0]})", mfc=colour, **_DURATIONS[complete]
-        )
-        for complete, (text, colour) in _CHATTER.items()
-        if any(burst.chatter and burst.complete is complete for burst in bursts)
-    ]
-    return handles
+        shades.append(legend_patch("sticking", **_STUCK))
+    return [*shades, legend_line(r"walls $y-x = \pm d$", **_WALL), *durations]

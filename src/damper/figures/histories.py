@@ -18,9 +18,18 @@ from damper.analysis.stretches import (
     rows_between,
     sticking,
 )
-from damper.figures.common.layout import head, legend, place_text, say, select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, PAGE, STUCK, SYMBOLS, label
-from damper.figures.trajectory import TrajectoryFigure
+from damper.figures.common.layout import select
+from damper.figures.common.panels import (
+    finish,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_grid,
+    parts,
+    title,
+)
+from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, label
+from damper.figures.trajectory import TrajectoryFigure, in_periods, time_label
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import (
@@ -85,22 +94,18 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     says how the whole record, of which it shows a part, is classed. ValueError where a stretch does
     not reach to the start, or the list of bursts is missing.
     """
-    from matplotlib.figure import Figure
-
     cube = results["cube"]
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
-    panels, start = settings.panels, settings.start
-    place = select(cube, _VARIABLES, settings.at, (panels, "instant", "burst"))
-    values = place[panels].values.tolist()
-    figure = Figure(figsize=(PAGE, 1.15 + _PANEL * len(values)), layout="constrained")
-    axes = figure.subplots(len(values), 1, sharex=True, sharey=True, squeeze=False).ravel()
+    start = settings.start
+    place = select(cube, _VARIABLES, settings.at, (settings.panels, "instant", "burst"))
+    runs = parts(place, settings.panels)
+    figure, grid = panel_grid(len(runs), height=1.15 + _PANEL * len(runs), sharey=True)
+    axes = grid.ravel()
     shown: dict[str, Artist] = {}
-    end = start
-    for ax, value in zip(axes, values, strict=True):
-        run = place.sel({panels: value})
-        ax.set_title(place_text(place, panels, value), loc="left", pad=3.0)
-        points = place.sizes["instant"] * len(values)
+    end, points = start, place.sizes["instant"] * len(runs)
+    for ax, (text, run) in zip(axes, runs, strict=True):
+        title(ax, text, pad=3.0)
         last, handles = _history(ax, run, start, settings.stop, points)
         ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
@@ -109,12 +114,10 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
         axes[-1].set_xlim(start, end)
     axes[-1].set_ylim(-1.2, 1.2)
     axes[-1].set_yticks([-1, 0, 1])
-    frequency = SYMBOLS[forcing_frequency(place)]
-    axes[-1].set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{frequency})")
+    axes[-1].set_xlabel(time_label(place))
     figure.supylabel(_ordinate(place), fontsize=8.0)
-    head(figure, place, settings.caption, remarks=_remarks(place))
-    legend(figure, [shown[name] for name in _ORDER if name in shown])
-    return figure
+    listed = [shown[name] for name in _ORDER if name in shown]
+    return finish(figure, place, settings.caption, listed, _remarks(place))
 
 
 _ORDER = ("free", "walls", "complete", "incomplete", "sticking")
@@ -142,20 +145,17 @@ def _history(
     ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     period = 2.0 * math.pi / float(run[forcing_frequency(run)])
-    time = run.trajectory_time.values / period
+    time = in_periods(run)
     if not np.isfinite(time).any():
-        say(ax)
+        note_empty_panel(ax)
         return start, {}
     piece = run.isel(instant=rows_between(time, start, stop))
-    time = piece.trajectory_time.values / period
+    time = in_periods(piece)
     end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
     shown: dict[str, Artist] = {
-        "free": Line2D([], [], label="free mass", **_FREE),
-        "walls": Line2D([], [], label="walls", **_WALL),
+        "free": legend_line("free mass", **_FREE),
+        "walls": legend_line("walls", **_WALL),
     }
     for wall in (-1.0, 1.0):
         ax.axhline(wall, zorder=1.0, **_WALL)
@@ -170,20 +170,16 @@ def _history(
         last = first + burst.duration
         if burst.chatter and first / period < end and last / period > start:
             name = "complete" if burst.complete else "incomplete"
-            _shade(ax, first / period, last / period, _SHADES[burst.complete])
-            shown[name] = Patch(label=f"{name} chatter", **_SHADES[burst.complete])
+            ax.axvspan(first / period, last / period, zorder=0.7, **_SHADES[burst.complete])
+            shown[name] = legend_patch(f"{name} chatter", **_SHADES[burst.complete])
     for first, last in sticking(time, piece.trajectory_mode.values):
-        _shade(ax, first, last, STUCK)
-        shown["sticking"] = Patch(label="sticking", **STUCK)
-    _tell_what_is_missing(ax, run, end * period)
+        ax.axvspan(first, last, zorder=0.7, **STUCK)
+        shown["sticking"] = legend_patch("sticking", **STUCK)
+    _note_what_is_missing(ax, run, end * period)
     return end, shown
 
 
-def _shade(ax: Axes, first: float, last: float, shade: Mapping[str, Any]) -> None:
-    ax.axvspan(first, last, zorder=0.7, **shade)
-
-
-def _tell_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
+def _note_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
     """Write into the panel what did not fit into the cube."""
     missing = []
     if left_out := int(run.trajectory_events_left_out):
@@ -191,13 +187,5 @@ def _tell_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
     if listed_until(run) - float(run.trajectory_start) < end:
         missing.append("later bursts are not listed (observers: bursts: records)")
     if missing:
-        ax.text(
-            0.5,
-            0.5,
-            "\n".join(missing),
-            transform=ax.transAxes,
-            ha="center",
-            va="center",
-            fontsize=7.0,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
-        )
+        paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+        note_empty_panel(ax, "\n".join(missing), bbox=paper)

@@ -16,24 +16,29 @@ from damper.figures.common.layout import (
     edges,
     few_decades,
     geometric,
-    head,
-    legend,
     numbers,
     place_label,
-    place_text,
-    say,
     select,
     variable_label,
     whole,
 )
+from damper.figures.common.panels import (
+    finish,
+    label_outer,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_size,
+    parts,
+    title,
+    wrapped_panels,
+)
 from damper.figures.common.style import (
     BLACK,
     BLUE,
-    COLUMN,
     GREEN,
     MISSING,
     ORANGE,
-    PAGE,
     PALE,
     PURPLE,
     RATIOS,
@@ -212,62 +217,58 @@ class Map(FigureSettings):
 def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     """Draw one variable in colour over two axes."""
     cube = results["cube"]
-    x, y, panels = settings.x, settings.y, settings.panels
-    given = settings.model_dump()
-    idle = "walls never touched" + _FROM_REST * from_exact_rest(cube)
-    place, variable, touched, classes = classified(cube, given, x, y, panels)
+    x, y = settings.x, settings.y
+    never = "walls never touched" + _FROM_REST * from_exact_rest(cube)
+    place, variable, touched, classes = classified(
+        cube, settings.model_dump(), x, y, settings.panels
+    )
     if settings.theory is None:
         place = in_millimetres(place)
     written = {name: place[name].values for name in (x, y)} if settings.equal else {}
     for name, listed in written.items():
         place = place.assign_coords({name: (name, np.arange(listed.size), place[name].attrs)})
     if touched is not None:
-        touched = touched.assign_coords({name: place[name] for name in written})
-    shown = place[panels].values.tolist() if panels else [None]
-    columns = 2 if len(shown) == 4 else min(3, len(shown))
-    figure, axes = _grid(len(shown), columns)
+        place = place.assign(touched=(touched.dims, touched.values))
+    shown = parts(place, settings.panels)
+    figure, axes = wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
     colours, norm = _colours(place[variable], classes)
-    marks: dict[str, Artist] = {}
-    for ax, value in zip(axes, shown, strict=True):
-        where = {} if value is None else {panels: value}
-        panel = place.sel(where)
+    handles = _classes(place[variable], classes)
+    for ax, (text, panel) in zip(axes, shown, strict=True):
         values = numbers(panel[variable], y, x)
-        known = np.ones_like(values) if touched is None else numbers(touched.sel(where), y, x)
         mesh = _cells(ax, panel, x, y, values, colours, norm)
-        if not classes:
-            marks |= _hatch(ax, panel, x, y, known, idle)
-        marks |= _marks(ax, panel, variable, np.where(known > 0.0, values, np.nan), settings)
+        known = values
+        if touched is not None:
+            contacts = numbers(panel.touched, y, x)
+            known = np.where(contacts > 0.0, values, np.nan)
+            handles += [] if classes else _hatch(ax, panel, x, y, contacts == 0.0, never)
+        handles += _marks(ax, panel, variable, known, settings)
         over = Panels({variable: ax}, (x, y), panel, results)
-        for handle in draw_overlays(over, settings.theory, settings.orbits):
-            marks[str(handle.get_label())] = handle
-        _say_what_is_missing(ax, values, classes)
-        if panels:
-            ax.set_title(place_text(place, panels, value), loc="left")
-    _label(figure, axes, place, x, y, columns)
+        handles += draw_overlays(over, settings.theory, settings.orbits)
+        _note_one_colour(ax, values, classes)
+        title(ax, text)
+    width, height = (0.9 * size for size in panel_size(axes, _HEIGHTS))
+    label_outer(axes, place_label(place, x, width), place_label(place, y, height))
     for ax in axes if settings.equal else ():
         ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
     if not classes:
         _colour_bar(figure, axes, mesh, place[variable])
     remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
-    head(figure, place, settings.caption, remarks=remarks)
-    handles = [*_classes(place[variable], classes), *marks.values()]
-    legend(figure, handles)
-    return figure
+    return finish(figure, place, settings.caption, handles, remarks)
 
 
 def _marks(
     ax: Axes, panel: xr.Dataset, variable: str, values: np.ndarray, settings: Map
-) -> dict[str, Artist]:
+) -> list[Artist]:
     """Mark where a ratio is 1, and the best places, of values where the walls are touched."""
     x, y = settings.x, settings.y
-    marks = _contour(ax, panel, x, y, values) if variable in RATIOS else {}
+    marks = _contour(ax, panel, x, y, values) if variable in RATIOS else []
     if settings.best:
         # A ratio itself, or any variable beside the ratio of amplitudes.
         own = variable if variable in RATIOS else "amplitude_ratio"
         if own in panel:
             values = np.where(numbers(panel[own], y, x) < 1.0, values, np.nan)
-        marks |= _best(ax, panel, x, y, values, settings.best, variable)
+        marks += _best(ax, panel, x, y, values, settings.best, variable)
     return marks
 
 
@@ -321,19 +322,6 @@ def _split_no_chatter(
     return [(name + _FROM_REST * rest, colour), *classes[1:]]
 
 
-def _grid(count: int, columns: int) -> tuple[Figure, list[Axes]]:
-    """Panels in rows, with no empty ones after the last."""
-    from matplotlib.figure import Figure
-
-    lines = -(-count // columns)
-    size = (COLUMN if columns == 1 else PAGE, 1.0 + _HEIGHTS[columns] * lines)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for ax in axes[count:]:
-        ax.remove()
-    return figure, list(axes[:count])
-
-
 def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Colormap, Normalize]:
     """Colours and their norm, the same for all panels."""
     from matplotlib import colormaps
@@ -382,48 +370,40 @@ def _cells(
     return mesh
 
 
-def _say_what_is_missing(ax: Axes, values: np.ndarray, classes: Sequence[tuple[str, str]]) -> None:
+def _note_one_colour(ax: Axes, values: np.ndarray, classes: Sequence[tuple[str, str]]) -> None:
     """Write in a panel of one colour why it looks empty."""
     known = values[np.isfinite(values)]
     if not known.size:
-        say(ax)
+        note_empty_panel(ax)
     elif classes and (known == known[0]).all():
-        say(ax, f"{classes[int(known[0])][0]} throughout")
+        note_empty_panel(ax, f"{classes[int(known[0])][0]} throughout")
 
 
 def _hatch(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, known: np.ndarray, text: str
-) -> dict[str, Artist]:
+    ax: Axes, panel: xr.Dataset, x: str, y: str, idle: np.ndarray, text: str
+) -> list[Artist]:
     """Hatch the points at which the walls are never touched."""
-    from matplotlib.patches import Patch
-
-    idle = known == 0.0
     if not idle.any():
-        return {}
+        return []
     place = panel[x].values, panel[y].values, idle.astype(float)
     area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
     area.set(edgecolor=_HATCHES, linewidth=0.0)
-    return {text: Patch(facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.4, label=text)}
+    return [legend_patch(text, facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.4)]
 
 
-def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> dict[str, Artist]:
-    """Draw where a ratio is 1; return what the legend has to say of it."""
-    from matplotlib.lines import Line2D
-
+def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> list[Artist]:
+    """Draw where a ratio is 1."""
     values = np.where(np.abs(values - 1.0) < SAME, 1.0 + SAME, values)
     if not ((values < 1.0).any() and (values > 1.0).any()):
-        return {}
+        return []
     ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)
-    text = "ratio = 1"
-    return {text: Line2D([], [], label=text, color=BLACK, lw=_CONTOUR)}
+    return [legend_line("ratio = 1", color=BLACK, lw=_CONTOUR)]
 
 
 def _best(
     ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str, variable: str
-) -> dict[str, Artist]:
-    """Mark the best y of every x; return what the legend has to say of it."""
-    from matplotlib.lines import Line2D
-
+) -> list[Artist]:
+    """Mark the best y of every x."""
     known = np.isfinite(values).any(axis=0)
     signed = values if best == "min" else -values
     rows = [least(column) for column in signed.T[known]]
@@ -439,19 +419,7 @@ def _best(
     name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
     text = f"{SYMBOLS[y]} of the {extreme} {name} at each {SYMBOLS[x]}"
-    return {text: Line2D([], [], label=text, **style)}
-
-
-def _label(
-    figure: Figure, axes: list[Axes], place: xr.Dataset, x: str, y: str, columns: int
-) -> None:
-    width = figure.get_figwidth()
-    for index, ax in enumerate(axes):
-        if index + columns >= len(axes):  # none below
-            ax.set_xlabel(place_label(place, x, 0.9 * width / columns))
-            ax.tick_params(labelbottom=True)
-        if index % columns == 0:
-            ax.set_ylabel(place_label(place, y, 0.9 * _HEIGHTS[columns]))
+    return [legend_line(text, **style)]
 
 
 def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.DataArray) -> None:
@@ -489,15 +457,13 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
 
 def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
     """Legend entries of the classes that occur, and of points without a value."""
-    from matplotlib.patches import Patch
-
-    values = numbers(array)
-    handles: list[Artist] = [
-        Patch(facecolor=colour, edgecolor=BLACK, lw=0.4, label=text)
+    values, rim = numbers(array), {"edgecolor": BLACK, "lw": 0.4}
+    handles = [
+        legend_patch(text, facecolor=colour, **rim)
         for index, (text, colour) in enumerate(classes)
         if (values == index).any()
     ]
     if np.isnan(values).any():
         text = "no value" if array.name in RATIOS else "run stopped"
-        handles.append(Patch(facecolor=MISSING, edgecolor=BLACK, lw=0.4, label=text))
+        handles.append(legend_patch(text, facecolor=MISSING, **rim))
     return handles

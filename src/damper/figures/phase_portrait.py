@@ -10,8 +10,9 @@ from pydantic import Field
 
 from damper.analysis.sections import period_of
 from damper.analysis.stretches import half_gap
-from damper.figures.common.layout import head, place_text, say, select
-from damper.figures.common.style import BLACK, BLUE, PAGE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.figures.common.layout import section_text, select
+from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
+from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.products import (
@@ -75,32 +76,26 @@ def draw(results: Mapping[str, Any], settings: PhasePortrait) -> Figure:
     Above the primary's phase portrait, then that of the free mass relative to the primary between
     its walls, then the points of the section and their number. All columns share their scales.
     """
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
-    columns = settings.columns
-    place = select(cube, [*_MOTION, *_SECTION], settings.at, (columns, "instant", "sample"))
-    values = place[columns].values.tolist() if columns else [None]
-    figure = Figure(figsize=(PAGE, 7.4), layout="constrained")
-    axes = figure.subplots(3, len(values), sharex="row", sharey="row", squeeze=False)
+    keep = settings.columns, "instant", "sample"
+    place = select(results["cube"], [*_MOTION, *_SECTION], settings.at, keep)
+    shown = parts(place, settings.columns)
+    figure, axes = panel_grid(3, len(shown), height=7.4, sharex="row", sharey="row")
     _frame_section(axes[2, 0], place)
-    for column, value in zip(axes.T, values, strict=True):
-        run = place if value is None else place.sel({columns: value})
-        text = place_text(place, columns, value) if columns else ""
+    for column, (text, run) in zip(axes.T, shown, strict=True):
+        text = f"{text}: " if text else ""
         _portrait(column[0], run, text)
         _relative(column[1], run, text)
         _section(column[2], run, text)
     _label(axes, place)
-    head(figure, place, settings.caption, remarks=_remarks(place))
-    return figure
+    return finish(figure, place, settings.caption, remarks=section_text(place.displacement))
 
 
 def _portrait(ax: Axes, run: xr.Dataset, text: str) -> None:
     x, v = run.trajectory_displacement.values, run.trajectory_velocity.values
     _line(ax, x, v, _PRIMARY)
-    _title(ax, text, "primary")
+    title(ax, f"{text}primary")
     if left_out := int(run.trajectory_events_left_out):
-        say(ax, f"{left_out} events did not fit\n(observers: trajectory: events)")
+        note_empty_panel(ax, f"{left_out} events did not fit\n(observers: trajectory: events)")
 
 
 def _relative(ax: Axes, run: xr.Dataset, text: str) -> None:
@@ -115,13 +110,13 @@ def _relative(ax: Axes, run: xr.Dataset, text: str) -> None:
             ax.axvline(side * clearance, zorder=1.0, **_WALL)
         low, high = ax.get_xlim() if ax.has_data() else (-edge, edge)
         ax.set_xlim(min(low, -edge), max(high, edge))
-    _title(ax, text, "free mass between the walls")
+    title(ax, f"{text}free mass between the walls")
 
 
 def _line(ax: Axes, x: np.ndarray, v: np.ndarray, style: Mapping[str, Any]) -> None:
     known = np.isfinite(x)
     if not known.any():
-        say(ax)
+        note_empty_panel(ax)
         return
     many = bool(known.sum() > _MOST_POINTS)
     ax.plot(x[known], v[known], zorder=2.0, rasterized=many, **style)
@@ -131,18 +126,14 @@ def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
     points = np.column_stack([run[name].values for name in _SECTION])
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
-        say(ax)
+        note_empty_panel(ax)
         return
     period = period_of(points)
     few = 0 < period <= _FEW
     size = 6.0 if few else 2.2
     ax.plot(*points.T, ".", ms=size, mew=0.0, color=VERMILION if few else BLACK, rasterized=True)
     found = f"{period} point{'s' if period > 1 else ''}" if period else "no period found"
-    _title(ax, text, f"Poincaré map, {found} ({len(points)} taken)")
-
-
-def _title(ax: Axes, text: str, rest: str) -> None:
-    ax.set_title(f"{text}: {rest}" if text else rest, loc="left")
+    title(ax, f"{text}Poincaré map, {found} ({len(points)} taken)")
 
 
 def _frame_section(ax: Axes, place: xr.Dataset) -> None:
@@ -176,10 +167,3 @@ def _label(axes: np.ndarray, place: xr.Dataset) -> None:
         row[0].xaxis.set_major_locator(MaxNLocator(steps))  # shared along the row
         for ax in row:
             ax.set_xlabel(x)
-    axes[0, 0].figure.align_ylabels()
-
-
-def _remarks(place: xr.Dataset) -> list[str]:
-    # "primary displacement once per forcing period" -> where the section lies
-    section = place.displacement.attrs.get("long_name", "").removeprefix("primary displacement ")
-    return [f"section {section}"] if section else []

@@ -10,8 +10,17 @@ from pydantic import Field
 
 from damper.analysis.amplitudes import TRAJECTORY_VARIABLES, amplitudes
 from damper.analysis.closed_forms import damper_at
-from damper.figures.common.layout import head, legend, place_text, say, select
-from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, PAGE
+from damper.figures.common.layout import select
+from damper.figures.common.panels import (
+    finish,
+    label_outer,
+    legend_line,
+    note_empty_panel,
+    parts,
+    title,
+    wrapped_panels,
+)
+from damper.figures.common.style import BLACK, BLUE, ORANGE
 from damper.study.fields import Text
 from damper.study.products import (
     MOST_PANELS,
@@ -32,26 +41,14 @@ if TYPE_CHECKING:
 
 _STABLE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
 _UNSTABLE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
-_FOLD: dict[str, Any] = {
-    "color": BLACK,
-    "ls": "",
-    "marker": "o",
-    "ms": 3.6,
-    "mfc": "white",
-    "mew": 0.8,
-}
-_LIMIT: dict[str, Any] = {
-    "color": BLACK,
-    "ls": "",
-    "marker": "s",
-    "ms": 3.4,
-    "mfc": "white",
-    "mew": 0.8,
-}
+_POINT: dict[str, Any] = {"color": BLACK, "ls": "", "mfc": "white", "mew": 0.8}
+_FOLD = _POINT | {"marker": "o", "ms": 3.6}
+_LIMIT = _POINT | {"marker": "s", "ms": 3.4}
 #: Cycles with two impacts, one on each wall, and all others -> how they are drawn.
+_CYCLE: dict[str, Any] = {"ls": "", "marker": ".", "mew": 0.0, "rasterized": True}
 _CYCLES: dict[bool, dict[str, Any]] = {
-    False: {"color": ORANGE, "ls": "", "marker": ".", "ms": 2.8, "mew": 0.0, "rasterized": True},
-    True: {"color": BLUE, "ls": "", "marker": ".", "ms": 4.4, "mew": 0.0, "rasterized": True},
+    False: _CYCLE | {"color": ORANGE, "ms": 2.8},
+    True: _CYCLE | {"color": BLUE, "ms": 4.4},
 }
 _MEANINGS = {
     True: "simulated: two impacts in the cycle",
@@ -81,47 +78,31 @@ class SlowManifold(FigureSettings):
 
 def draw(results: Mapping[str, Any], settings: SlowManifold) -> Figure:
     """Draw the amplitude of the free mass against that of the primary, cycle by cycle."""
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
-    panels = settings.panels
-    place = select(cube, TRAJECTORY_VARIABLES, settings.at, (panels, "instant"))
-    shown = place[panels].values.tolist() if panels else [None]
-    columns = min(3, len(shown))
-    lines = -(-len(shown) // columns)
-    size = (COLUMN if columns == 1 else PAGE, 1.2 + 2.2 * lines)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for ax in axes[len(shown) :]:
-        ax.remove()
-    drawn: dict[bool, bool] = {}
-    for index, (ax, value) in enumerate(zip(axes[: len(shown)], shown, strict=True)):
-        panel = place if value is None else place.sel({panels: value})
-        for kind in _panel(ax, panel):
-            drawn[kind] = True
-        if panels:
-            ax.set_title(place_text(place, panels, value), loc="left")
-        if index + columns >= len(shown):
-            ax.set_xlabel("amplitude of the primary\nover the clearance $\\xi$")
-            ax.tick_params(labelbottom=True)
-        if index % columns == 0:
-            ax.set_ylabel("peak of the free mass\nover the clearance $\\theta$")
-    head(figure, place, settings.caption)
-    legend(figure, _handles(drawn))
-    return figure
+    keep = settings.panels, "instant"
+    place = select(results["cube"], TRAJECTORY_VARIABLES, settings.at, keep)
+    shown = parts(place, settings.panels)
+    figure, axes = wrapped_panels(len(shown), {1: 2.2, 2: 2.2, 3: 2.2}, rest=1.2)
+    drawn: set[bool] = set()
+    for ax, (text, panel) in zip(axes, shown, strict=True):
+        drawn |= _panel(ax, panel)
+        title(ax, text)
+    primary, free = "amplitude of the primary", "peak of the free mass"
+    over = "\nover the clearance"
+    label_outer(axes, f"{primary}{over} $\\xi$", f"{free}{over} $\\theta$")
+    return finish(figure, place, settings.caption, _handles(drawn))
 
 
-def _panel(ax: Axes, panel: xr.Dataset) -> list[bool]:
+def _panel(ax: Axes, panel: xr.Dataset) -> set[bool]:
     """Draw one panel; return which kinds of cycles it has."""
     cycles = amplitudes(panel)
-    kinds = []
+    kinds = set()
     for two, style in _CYCLES.items():
         part = cycles.two_impacts == two
         if part.any():
             ax.plot(cycles.xi[part], cycles.theta[part], **style)
-            kinds.append(two)
+            kinds.add(two)
     if not kinds:
-        say(ax, "no impacts on the right wall")
+        note_empty_panel(ax, "no impacts on the right wall")
     damper, _ = damper_at(panel)
     need_basic(damper)
     restitution = damper.restitution
@@ -141,18 +122,12 @@ def _panel(ax: Axes, panel: xr.Dataset) -> list[bool]:
     return kinds
 
 
-def _handles(drawn: Mapping[bool, bool]) -> list[Artist]:
-    from matplotlib.lines import Line2D
-
-    handles: list[Artist] = [
-        Line2D([], [], label=_MEANINGS[two], **_CYCLES[two] | {"ms": 6.0})
-        for two in (True, False)
-        if two in drawn
-    ]
+def _handles(drawn: set[bool]) -> list[Artist]:
+    cycles = [two for two in (True, False) if two in drawn]
     return [
-        *handles,
-        Line2D([], [], label="slow invariant manifold, stable", **_STABLE),
-        Line2D([], [], label="the same, unstable", **_UNSTABLE),
-        Line2D([], [], label="fold: least amplitude", **_FOLD),
-        Line2D([], [], label="end of the symmetric motion", **_LIMIT),
+        *(legend_line(_MEANINGS[two], **_CYCLES[two] | {"ms": 6.0}) for two in cycles),
+        legend_line("slow invariant manifold, stable", **_STABLE),
+        legend_line("the same, unstable", **_UNSTABLE),
+        legend_line("fold: least amplitude", **_FOLD),
+        legend_line("end of the symmetric motion", **_LIMIT),
     ]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from damper.figures.common.layout import head, legend, place_text, say
+from damper.figures.common.layout import place_text
+from damper.figures.common.panels import finish, note_empty_panel, panel_grid, title
 from damper.figures.common.style import COLUMN, axis_label
 from damper.figures.overlays import Panels, draw_overlays
 from damper.study.fields import Text
@@ -67,34 +68,29 @@ class SpecialPointsFigure(Product):
 
 def draw(results: Mapping[str, Any], settings: SpecialPointsFigure) -> Figure:
     """Draw curves of special points, from what `damper.analysis.orbits.follow_orbits` found."""
-    from matplotlib.figure import Figure
-
     branches, x, y = results["orbits"], settings.x, settings.y
     panels = _panels(branches, x, y)
     rows = max(len(panels), 1)
-    figure = Figure(figsize=(COLUMN, 1.0 + _PANEL * rows), layout="constrained")
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False).ravel()
-    drawn: dict[str, Artist] = {}
+    figure, grid = panel_grid(rows, width=COLUMN, height=1.0 + _PANEL * rows)
+    axes = grid.ravel()
+    handles: list[Artist] = []
     for ax, panel in zip(axes, panels, strict=False):
         ax.set(xlim=panel[x].values, ylim=panel[y].values)
         over = Panels({"curves": ax}, (x, y), panel, results)
-        for handle in draw_overlays(over, settings.theory, orbits=True):
-            drawn[str(handle.get_label())] = handle
+        handles += draw_overlays(over, settings.theory, orbits=True)
         if rows > 1:
             places = (
                 place_text(panel, name, float(panel[name])) for name in _others(branches, x, y)
             )
-            ax.set_title(", ".join(places), loc="left")
+            title(ax, ", ".join(places))
     if not panels:
-        say(axes[0], "no such special point was found")
+        note_empty_panel(axes[0], "no such special point was found")
     for ax in axes:
         ax.set_ylabel(axis_label(y))
     axes[-1].set_xlabel(axis_label(x))
     # Of several panels, what they share.
     shown = panels[0] if len(panels) == 1 else branches.drop_vars([x, y], errors="ignore")
-    head(figure, shown, settings.caption)
-    legend(figure, list(drawn.values()))
-    return figure
+    return finish(figure, shown, settings.caption, handles)
 
 
 def _others(branches: xr.Dataset, x: str, y: str) -> list[str]:

@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
-from damper.figures.common.layout import head, legend, select
-from damper.figures.common.style import BLACK, PAGE, STUCK, SYMBOLS, VERMILION, label
+from damper.figures.common.layout import select
+from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid
+from damper.figures.common.style import BLACK, STUCK, SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import (
@@ -93,18 +94,11 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
 
     ValueError where the sampled stretch does not reach to the start.
     """
-    from matplotlib.figure import Figure
-
-    cube = results["cube"]
     start, stop = settings.start, settings.stop
-    place = select(cube, _VARIABLES, settings.at, ("instant",))
-    frequency = forcing_frequency(place)
-    period = 2.0 * math.pi / float(place[frequency])
-    time = place.trajectory_time.values / period
-    piece = place.isel(instant=rows_between(time, start, stop))
-    time = piece.trajectory_time.values / period
-    figure = Figure(figsize=(PAGE, 3.9), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
+    place = select(results["cube"], _VARIABLES, settings.at, ("instant",))
+    piece = place.isel(instant=rows_between(in_periods(place), start, stop))
+    time = in_periods(piece)
+    figure, ((above,), (below,)) = panel_grid(2, height=3.9)
     raster = {"rasterized": time.size > _MOST_POINTS}
     _walls(above, time, piece, raster)
     for ax, name in ((above, "displacement"), (below, "velocity")):
@@ -115,14 +109,23 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
         ax.set_ylabel(label(name, symbols, units_of(primary.attrs)))
         stuck = _shade_sticking(ax, time, piece)
     below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
-    below.set_xlabel(f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{SYMBOLS[frequency]})")
+    below.set_xlabel(time_label(place))
     if left_out := int(place.trajectory_events_left_out):
-        say = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
-        above.set_title(say, loc="right")
-    figure.align_ylabels()
-    head(figure, place, settings.caption)
-    legend(figure, _handles(stuck))
-    return figure
+        text = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
+        above.set_title(text, loc="right")
+    return finish(figure, place, settings.caption, _handles(stuck))
+
+
+def in_periods(run: xr.Dataset) -> np.ndarray:
+    """Time since the start of the sampled stretch, in forcing periods."""
+    period = 2.0 * math.pi / float(run[forcing_frequency(run)])
+    return run.trajectory_time.values / period
+
+
+def time_label(place: xr.Dataset) -> str:
+    """Label of an axis of this time."""
+    frequency = SYMBOLS[forcing_frequency(place)]
+    return f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{frequency})"
 
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
@@ -141,14 +144,9 @@ def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
 
 
 def _handles(stuck: bool) -> list[Artist]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    handles: list[Artist] = [
-        Line2D([], [], label="primary $x$", **_PRIMARY),
-        Line2D([], [], label="free mass $y$", **_FREE),
-        Patch(facecolor="#E8E8E8", edgecolor="#777777", lw=0.5, label="between the walls"),
+    return [
+        legend_line("primary $x$", **_PRIMARY),
+        legend_line("free mass $y$", **_FREE),
+        legend_patch("between the walls", facecolor="#E8E8E8", edgecolor="#777777", lw=0.5),
+        *([legend_patch("sticking", **STUCK)] if stuck else []),
     ]
-    if stuck:
-        handles.append(Patch(label="sticking", **STUCK))
-    return handles

@@ -193,9 +193,11 @@ def edges(values: np.ndarray) -> np.ndarray:
     return np.concatenate([first, middle, last])
 
 
-def say(ax: Axes, text: str = "no run finished here") -> None:
-    """Write in the middle of a panel why there is nothing to be seen."""
-    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", fontsize=7.0)
+def section_text(array: xr.DataArray) -> list[str]:
+    """Say for a heading where a section lies, from what its samples are."""
+    text = array.attrs.get("long_name", "")  # "primary displacement once per forcing period"
+    where = text.removeprefix("primary displacement ").removeprefix("primary velocity ")
+    return [f"section {where}"] if where else []
 
 
 def _listed(place: xr.Dataset, name: str, value: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.runs import runs
+from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
 
@@ -40,7 +41,6 @@ def overlay(panels: Panels) -> list[Artist]:
 
 def _branches(panels: Panels) -> list[Artist]:
     """Draw branches over `displacement`, `velocity` and `multiplier`, with their special points."""
-    from matplotlib.lines import Line2D
 
     axes, (along,), panel, results = panels
     branches = results["orbits"]
@@ -59,7 +59,7 @@ def _branches(panels: Panels) -> list[Artist]:
                     part = orbits.isel(orbit=slice(max(first - reach, 0), last + 1 + reach))
                     ax.plot(part.value, part[name], **style)
                 text = "periodic motion, " + ("stable" if stable else "unstable")
-                drawn[text] = Line2D([], [], label=text, **style)
+                drawn[text] = legend_line(text, **style)
             for kind, marker in _MARKERS.items():
                 here = points.isel(point=points.kind.values == kind)
                 if here.sizes["point"]:
@@ -68,14 +68,13 @@ def _branches(panels: Panels) -> list[Artist]:
                     values = here[f"point_{name}"].values
                     x = np.repeat(here.point_value.values, values.shape[1])
                     ax.plot(x, values.ravel(), zorder=4.0, **style)
-                    drawn[kind] = Line2D([], [], label=kind, **style)
+                    drawn[kind] = legend_line(kind, **style)
             ax.set(xlim=limits[0], ylim=limits[1])
     return list(drawn.values())
 
 
 def _curves(panels: Panels) -> list[Artist]:
     """Draw the curves of special points over a map, where both its axes are theirs."""
-    from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 
     (ax,), (x, y) = panels.axes.values(), panels.over
@@ -94,7 +93,7 @@ def _curves(panels: Panels) -> list[Artist]:
         ax.plot(values[x], values[y], **_CURVE, path_effects=[withStroke(linewidth=2.0)])
         kind = str(branches.curve_kind[k].item())
         text = f"border of {kind}" if kind == "complete chatter" else kind
-        drawn[text] = Line2D([], [], label=text, **_CURVE)
+        drawn[text] = legend_line(text, **_CURVE)
     ax.set(xlim=limits[0], ylim=limits[1])
     return list(drawn.values())
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
+from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, VERMILION
 from damper.figures.overlays import Panels
 from damper.theory.small_mass import critical_restitution
@@ -26,7 +27,6 @@ def overlay(panels: Panels) -> list[Artist]:
 
     Its axes are restitution and clearance (or gap), either way round.
     """
-    from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 
     (ax,), (x, y) = panels.axes.values(), panels.over
@@ -42,7 +42,7 @@ def overlay(panels: Panels) -> list[Artist]:
     ax.plot(*pair, **_CURVE, path_effects=[withStroke(linewidth=1.6, foreground=BLACK)])
     ax.set(xlim=limits[0], ylim=limits[1])
     text = r"small-mass limit $r_\mathrm{crit}(2d/A)$"
-    return [Line2D([], [], label=text, **_CURVE)]
+    return [legend_line(text, **_CURVE)]
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at
+from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK
 from damper.figures.overlays import Panels
 from damper.theory import need_basic
@@ -25,7 +26,6 @@ def overlay(panels: Panels) -> list[Artist]:
 
     Beyond it the steady primary does not reach the walls.
     """
-    from matplotlib.lines import Line2D
 
     (ax,) = panels.axes.values()
     limits = ax.get_ylim()
@@ -35,4 +35,4 @@ def overlay(panels: Panels) -> list[Artist]:
     zeta = damper.damping_ratio
     ax.plot(values, [steady_amplitude(zeta, omega) for omega in values], **_CURVE)
     ax.set_ylim(limits)
-    return [Line2D([], [], label="$d = A$, amplitude without damper", **_CURVE)]
+    return [legend_line("$d = A$, amplitude without damper", **_CURVE)]

@@ -10,6 +10,7 @@ import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
 from damper.analysis.runs import runs
+from damper.figures.common.panels import legend_line
 from damper.figures.common.style import GREEN
 from damper.figures.overlays import Panels
 from damper.study.settings import SECTIONS
@@ -109,11 +110,10 @@ def _bars(ax: Axes, values: np.ndarray, where: np.ndarray, width: float) -> None
 
 
 def _handles(stable: bool, unstable: bool) -> list[Artist]:
-    from matplotlib.lines import Line2D
 
     texts = {
         True: "two impacts per period, closed form: stable (thick bar below)",
         False: "two impacts per period, closed form: unstable (thin bar)",
     }
     shown = [kind for kind, seen in ((True, stable), (False, unstable)) if seen]
-    return [Line2D([], [], label=texts[kind], **_CURVES[kind]) for kind in shown]
+    return [legend_line(texts[kind], **_CURVES[kind]) for kind in shown]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.figures.common.layout import geometric, head, legend, place_label, place_text, wrap
+from damper.figures.common.layout import geometric, place_label, place_text, wrap
+from damper.figures.common.panels import finish, legend_line, panel_grid, title
 from damper.figures.common.style import (
     BLACK,
     BLUE,
@@ -68,8 +69,6 @@ def draw(results: Mapping[str, Any], settings: Profiles) -> Figure:
 
     The values of `preset` are marked.
     """
-    from matplotlib.figure import Figure
-
     cube = results["cube"]
     found = rank(cube, settings.statements, settings.others(results))
     joined = found.scores[JOINED]
@@ -80,8 +79,8 @@ def draw(results: Mapping[str, Any], settings: Profiles) -> Figure:
         for values in product(*(joined[dim].values.tolist() for dim in split))
     ]
     width = PAGE if len(along) > 2 else COLUMN
-    figure = Figure(figsize=(width, 1.15 + 1.25 * len(rows)), layout="constrained")
-    axes = figure.subplots(len(rows), len(along), squeeze=False, sharey=True, sharex="col")
+    shared: dict[str, Any] = {"width": width, "sharex": "col", "sharey": True}
+    figure, axes = panel_grid(len(rows), len(along), height=1.15 + 1.25 * len(rows), **shared)
     lines = _lines(found)
     for row, line in zip(axes, rows, strict=True):
         for ax, axis in zip(row, along, strict=True):
@@ -89,15 +88,13 @@ def draw(results: Mapping[str, Any], settings: Profiles) -> Figure:
                 _curve(ax, array, axis, line, style)
             _dress(ax, cube, axis, line, settings.preset or {})
         words = [_WORDS.get(item) or place_text(cube, *item) for item in line.items()]
-        row[0].set_title(wrap(words, _TITLE * width / len(along)), loc="left")
+        title(row[0], wrap(words, _TITLE * width / len(along)))
     for ax, axis in zip(axes[-1], along, strict=True):
         ax.set_xlabel(place_label(cube, axis, 0.8 * width / len(along)))
     for row in axes:
         row[0].set_ylabel("best score")
     fixed = cube[list(cube.data_vars)[:1]]
-    head(figure, fixed, settings.caption)
-    legend(figure, _legend(lines, settings.preset))
-    return figure
+    return finish(figure, fixed, settings.caption, _legend(lines, settings.preset))
 
 
 def _lines(found: Ranking) -> list[tuple[xr.DataArray, dict[str, Any]]]:
@@ -149,9 +146,7 @@ _PRESET: dict[str, Any] = {"color": VERMILION, "lw": 0.8, "ls": "-", "zorder": 1
 def _legend(
     lines: Sequence[tuple[xr.DataArray, dict[str, Any]]], preset: Mapping[str, Any] | None
 ) -> list[Artist]:
-    from matplotlib.lines import Line2D
-
-    handles: list[Artist] = [Line2D([], [], **style) for _, style in lines]
+    handles = [legend_line(**style) for _, style in lines]
     if preset:
-        handles.append(Line2D([], [], label="preset", **_PRESET))
-    return [*handles, Line2D([], [], label="holds from here on", **_LIMIT)]
+        handles.append(legend_line("preset", **_PRESET))
+    return [*handles, legend_line("holds from here on", **_LIMIT)]

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from damper.figures.common.layout import head, wrap
-from damper.figures.common.style import BLACK, MISSING, PAGE
+from damper.figures.common.layout import wrap
+from damper.figures.common.panels import finish, panel_grid
+from damper.figures.common.style import BLACK, MISSING
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import (
     BASE,
@@ -49,11 +50,9 @@ class SolverSummary(Made):
 
 def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
     """Draw two tables in colour, scenes by solvers: best error, and relative time for 1e-6."""
-    from matplotlib.figure import Figure
-
     errors, timings = results["cube"], results["timings"]
-    figure = Figure(figsize=(PAGE, 2.1 + _ROW * errors.sizes["scene"]), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    height = 2.1 + _ROW * errors.sizes["scene"]
+    figure, ((left, right),) = panel_grid(1, 2, height=height, sharey=True)
     best, times = best_error(errors, ERROR), time_to_reach(errors, timings, ERROR, TARGET)
     ratios = relative_to_base(times)
     failed = np.array([[letters(runs) for runs in row] for row in errors.outcome.values], object)
@@ -78,8 +77,7 @@ def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
         ax.tick_params(length=0.0)
         for spine in ax.spines.values():
             spine.set_visible(False)
-    head(figure, errors, settings.caption, remarks=_remarks(errors))
-    return figure
+    return finish(figure, errors, settings.caption, remarks=_remarks(errors))
 
 
 def letters(outcomes: np.ndarray) -> str:

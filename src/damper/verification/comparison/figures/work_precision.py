@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.figures.common.layout import head, legend, say, wrap
-from damper.figures.common.style import COLUMN, PAGE, PALE, label
+from damper.figures.common.layout import wrap
+from damper.figures.common.panels import (
+    finish,
+    label_outer,
+    legend_line,
+    note_empty_panel,
+    wrapped_panels,
+)
+from damper.figures.common.style import PALE, label
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
 from damper.verification.base import Made, OptionalCaption, See
@@ -27,6 +34,8 @@ if TYPE_CHECKING:
 #: Errors below are drawn there: that is rounding.
 LEAST_ERROR = 1e-16
 _TOP = 1e1
+#: Height of a row of so many panels, and of all else, in inches.
+_HEIGHTS, _REST = {1: 2.4, 2: 1.62, 3: 1.62}, 1.5
 #: Height of a strip of failures, in decades of the error.
 _STRIP = 1.9
 _TICKS = (1e-16, 1e-12, 1e-8, 1e-4, 1e0)
@@ -53,36 +62,23 @@ class WorkPrecision(Made):
 
 def draw(results: Mapping[str, Any], settings: WorkPrecision) -> Figure:
     """Draw one error of every run over its run time, a panel for each scene that has such."""
-    from matplotlib.figure import Figure
-
     errors, timings = results["cube"], results["timings"]
     error = settings.error
     known = errors[error].notnull().any(("solver", "level"))
     names = errors.scene.values[known] if known.any() else errors.scene.values
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
     strips = _strips(place)
-    # Two where three would leave more of the last row empty.
-    columns = min(len(names), min((3, 2), key=lambda one: -len(names) % one))
-    rows = -(-len(names) // columns)
-    wide = COLUMN if columns == 1 else PAGE
-    tall = 2.4 if columns == 1 else 1.62
-    figure = Figure(figsize=(wide, 1.5 + tall * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for ax in axes.ravel()[len(names) :]:
-        ax.remove()
+    figure, axes = wrapped_panels(len(names), _HEIGHTS, rest=_REST)
     # Before anything is drawn: where all errors are missing, no limits follow from them.
-    _scales(axes[0, 0], place.run_time.values, strips)
-    for number, (ax, name) in enumerate(zip(axes.ravel(), names, strict=False)):
+    _scales(axes[0], place.run_time.values, strips)
+    for ax, name in zip(axes, names, strict=True):
         _panel(ax, place.sel(scene=name), error, strips)
         ax.set_title(capital(str(place.title.sel(scene=name).item())), pad=3.0)
-        if number + columns >= len(names):  # nothing below
-            ax.tick_params(labelbottom=True)
-            ax.set_xlabel("run time / s")
+    label_outer(axes, "run time / s")
     words = [*_MEANINGS[error].split(), label("", "", units_of(errors[error].attrs))]
-    figure.supylabel(wrap(words, 15.0 * tall * rows), fontsize=8.0)
-    head(figure, place, settings.caption, remarks=_remarks(timings))
-    legend(figure, _handles(place))
-    return figure
+    height = figure.get_figheight() - _REST
+    figure.supylabel(wrap(words, 15.0 * height), fontsize=8.0)
+    return finish(figure, place, settings.caption, _handles(place), _remarks(timings))
 
 
 def _strips(place: xr.Dataset) -> dict[str, float]:
@@ -110,7 +106,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, strips: dict[str, float]) ->
                 marks = look | {"ls": "none", "mew": 0.6, "mfc": "none"}
                 ax.plot(time[at], np.full(at.sum(), height), **marks, zorder=2)
     if nothing:
-        say(ax, "nothing to compare")
+        note_empty_panel(ax, "nothing to compare")
 
 
 def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
@@ -131,10 +127,8 @@ def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
 
 
 def _handles(place: xr.Dataset) -> list[Artist]:
-    from matplotlib.lines import Line2D
-
     return [
-        Line2D([], [], label=label, **line_of(solver))
+        legend_line(label, **line_of(solver))
         for solver, label in zip(place.solver.values, place.label.values, strict=True)
     ]
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from damper.figures.common.layout import legend, wrap
-from damper.figures.common.style import BLUE, ORANGE, PAGE, VERMILION
+from damper.figures.common.panels import panel_grid
+from damper.figures.common.style import BLUE, ORANGE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.labels import label_of
 from damper.verification.timing import machine_text
@@ -37,13 +38,12 @@ class CostFigure(Made):
 
 def draw(results: Mapping[str, Any], settings: CostFigure) -> Figure:
     """Draw time and memory of cases, as `measure` found them, against the bare engine."""
-    from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, NullFormatter
 
     timings = results["cost"]
     cases = timings["cases"]
-    figure = Figure(figsize=(PAGE, 1.25 + _ROW * len(cases)), layout="constrained")
-    time, memory = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    shared: dict[str, Any] = {"sharex": False, "sharey": True, "width_ratios": (3, 2)}
+    figure, ((time, memory),) = panel_grid(1, 2, height=1.25 + _ROW * len(cases), **shared)
     low, _, high = timings["noise"]
     time.axvspan(min(low, 2.0 - high), max(high, 2.0 - low), color="#E4E4E4", lw=0.0, zorder=0)
     time.axvline(1.0, color="#B0B0B0", lw=0.7, zorder=0)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from damper.figures.common.layout import say, wrap
+from damper.figures.common.layout import wrap
+from damper.figures.common.panels import note_empty_panel
 from damper.figures.common.style import BLUE, PAGE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.stress.tables.metamorphic import failures
@@ -49,7 +50,7 @@ def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
         words.append(f"{count} runs, each made again in six ways; {failed} failed")
     else:
         for ax in (left, right):
-            say(ax, "no runs were compared")
+            note_empty_panel(ax, "no runs were compared")
             ax.set_axis_off()
     heading = [wrap(line.split(), 110.0) for line in words]
     figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
@@ -62,7 +63,7 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
     found = np.array([cube[f"{name}_difference"].values for name in EXACT])
     known = ~np.isnan(found).all(axis=0)
     if not known.any():
-        say(ax, "no run has comparable events")
+        note_empty_panel(ax, "no run has comparable events")
         return
     growth, found = growth[known], np.nanmax(found[:, known], axis=0)
     outright = [(cube[f"{name}_verdict"].fillna(PASSED) == PASSED).values for name in EXACT]
@@ -97,7 +98,7 @@ def _errors(ax: Axes, cube: xr.Dataset) -> None:
     errors = cube.backward_error.values
     values = np.sort(np.maximum(errors[~np.isnan(errors)], _NO_ERROR))
     if not values.size:
-        say(ax, "no run has a backward error")
+        note_empty_panel(ax, "no run has a backward error")
         return
     ax.ecdf(values, complementary=True, color=BLUE, lw=1.1)
     ax.axvline(SOUND, color="black", lw=0.9, ls="--")
