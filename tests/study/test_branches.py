@@ -49,7 +49,7 @@ def test_predecessors_by_brute_force(
     directions = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[way]
     numbers = list(range(drawn)) or [0]
     runs = list(combinations(*named.values(), directions, numbers))
-    assert len(plan.points) == len(plan.after) == len(runs)
+    assert len(plan.points) == len(plan.predecessor) == len(runs)
     assert plan.dimensions == {"direction": directions} | ({"draw": numbers} if drawn else {})
     for run, (*where, direction, number) in enumerate(runs):
         point = dict(zip(named, where, strict=True))
@@ -61,14 +61,14 @@ def test_predecessors_by_brute_force(
         if before is not None:
             there = point | {followed: before}
             expected = runs.index((*(there[name] for name in named), direction, number))
-        assert plan.after[run] == expected
+        assert plan.predecessor[run] == expected
 
 
 def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:
     axes = {"clearance": [0.1, 0.2]}
     plan = branches(product(axes, {}), axes, {}, {})
     assert plan.points == [{"clearance": 0.1}, {"clearance": 0.2}]
-    assert (plan.dimensions, plan.labels, plan.after) == ({}, {}, None)
+    assert (plan.dimensions, plan.labels, plan.predecessor) == ({}, {}, None)
 
 
 def test_draws_are_those_of_pythons_generator() -> None:

@@ -214,7 +214,7 @@ def test_progress_counts_every_run() -> None:
     done: list[int] = []
     points = [{**SCENE, "clearance": d} for d in (1.0, 2.0, 3.0, 4.0)]
     run = {"transient": 0, "periods": 1, "progress": lambda number, _: done.append(number)}
-    arrays, _ = run_points(points, ["impacts"], after=[1, 2, -1, -1], **run)
+    arrays, _ = run_points(points, ["impacts"], predecessor=[1, 2, -1, -1], **run)
     assert done == [1, 2, 3, 4]
     assert not np.isnan(arrays["impacts_per_period"]).any()
 
@@ -281,7 +281,7 @@ def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
         for phase in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5):
             recorder.starts = []
             points = [{**scene, "clearance": d, "phase": phase} for d in values]
-            run_points(points, [], transient=length, periods=1, after=after)
+            run_points(points, [], transient=length, periods=1, predecessor=after)
             for parameters, state, row in recorder.starts[1:]:
                 # Ended in contact, to the rounding of positions at a tiny clearance.
                 place = (state.y - state.x) / parameters.clearance
@@ -410,8 +410,8 @@ def test_misuse_is_refused(change: dict[str, Any], follow: dict[str, str], messa
 @pytest.mark.parametrize("after", [[-1, 0, 0], [-1, 2, 1], [0, -1, -1], [-1, 0], [-1, 0, 3]])
 def test_runs_that_are_no_chains_are_refused(after: list[int]) -> None:
     """Rather than left out without a word, with status 0."""
-    with pytest.raises(ValueError, match="after"):
-        run_points([SCENE] * 3, ["impacts"], transient=0, periods=1, after=after)
+    with pytest.raises(ValueError, match="predecessor"):
+        run_points([SCENE] * 3, ["impacts"], transient=0, periods=1, predecessor=after)
 
 
 def test_follow_that_is_no_mapping_is_told_in_words() -> None:

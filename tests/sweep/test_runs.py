@@ -219,7 +219,7 @@ def test_same_bytes_for_any_number_of_threads(followed: bool) -> None:
     # Two chains in opposite directions, three of their runs apart from them.
     after = [-1, *range(11), *range(13, 22), -1, -1, -1] if followed else None
     settings = {name: SETTINGS[name] for name in OBSERVERS if name != "impact_section"}
-    run = {"transient": 2, "periods": 6, "max_events": LIMIT, "after": after}
+    run = {"transient": 2, "periods": 6, "max_events": LIMIT, "predecessor": after}
     one, *others = (run_points(points, settings, **run, workers=n)[0] for n in (1, 3))
     assert {0, 1} <= set(one["status"].tolist())
     for arrays in others:

@@ -198,7 +198,7 @@ def _runs(
         plan.points,
         {"segments": STRETCH, "motion": {}},
         primary=study["primary"],
-        after=plan.after,
+        predecessor=plan.predecessor,
         **study["run"],
     )
     sides = list(combinations(*plan.dimensions.values()))

@@ -20,7 +20,7 @@ class Branches:
     points: list[dict[str, float]]
     dimensions: dict[str, list[Any]] = field(default_factory=dict)
     labels: dict[str, list[float]] = field(default_factory=dict)
-    after: list[int] | None = None
+    predecessor: list[int] | None = None
 
 
 def branches(
@@ -65,10 +65,10 @@ def branches(
         for _ in directions
         for values in drawn
     ]
-    after = None
+    predecessor = None
     for name in follow:
-        after = _predecessors(axes, name, directions, len(drawn), count)
-    return Branches(points, dimensions, labels, after)
+        predecessor = _predecessors(axes, name, directions, len(drawn), count)
+    return Branches(points, dimensions, labels, predecessor)
 
 
 def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
@@ -131,11 +131,11 @@ def _predecessors(
     stride = branch_count
     for size in sizes[place + 1 :]:
         stride *= size
-    after: list[int] = []
+    found: list[int] = []
     for at in combinations(*map(range, sizes)):
         for direction in directions:
             neighbour = (before_up if direction == "up" else before_down).get(at[place], -1)
             for _ in range(drawn):
-                number = len(after)
-                after.append(-1 if neighbour < 0 else number + (neighbour - at[place]) * stride)
-    return after
+                number = len(found)
+                found.append(-1 if neighbour < 0 else number + (neighbour - at[place]) * stride)
+    return found

@@ -42,7 +42,7 @@ def run_points(
     *,
     primary: str = "rest",
     state: State | None = None,
-    after: Sequence[int] | None = None,
+    predecessor: Sequence[int] | None = None,
     progress: Progress | None = None,
     workers: int | None = 1,
     **run: Any,
@@ -60,7 +60,7 @@ def run_points(
         Where the primary starts: at rest, or on its steady linear response.
     state : State, optional
         Start of every run, in place of all that.
-    after : sequence of int, optional
+    predecessor : sequence of int, optional
         For each point the number of the one from whose end it starts instead, or -1: continuation.
         Primary and relative velocity go on; the free mass keeps its place *between* the walls, as
         a part of the clearance, so that contact stays contact. A run whose predecessor stopped
@@ -91,7 +91,7 @@ def run_points(
         anything is run.
     """
     read = [read_point(values, primary) for values in points]
-    chains = _chains(after, len(read))
+    chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers
     settings = check_workload({"points": len(read)}, asked, run)
@@ -100,14 +100,14 @@ def run_points(
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
     # Observers hold what they know of a run; only the arrays are shared.
-    teams = [make_observers(asked) for _ in range(threads)]
-    made = teams[0]
+    observer_sets = [make_observers(asked) for _ in range(threads)]
+    made = observer_sets[0]
     for place, observer in enumerate(made):
         observer.allocate(len(read), settings.periods)
-        for team in teams[1:]:
-            team[place].arrays = observer.arrays
+        for one_set in observer_sets[1:]:
+            one_set[place].arrays = observer.arrays
     sweep = _Sweep(read, state, settings, progress)
-    sweep.run(chains, teams)
+    sweep.run(chains, observer_sets)
     arrays = {"status": sweep.status}
     for observer in made:
         arrays |= observer.arrays
@@ -148,20 +148,20 @@ class _Sweep:
         self._lock = threading.Lock()
         self._stopped = False
 
-    def run(self, chains: list[list[int]], teams: list[list[Observer]]) -> None:
-        """Run all chains, in one thread for each team of observers.
+    def run(self, chains: list[list[int]], observer_sets: list[list[Observer]]) -> None:
+        """Run all chains, in one thread for each set of observers.
 
         Where one fails or the user interrupts, the others stop soon after. Several threads leave
         the calling one idle: an interrupt in the midst of compiling, which only that one notices,
         would leave numba's lock closed to the others.
         """
         waiting = iter(chains)
-        if len(teams) == 1:
-            self._work(waiting, teams[0])
+        if len(observer_sets) == 1:
+            self._work(waiting, observer_sets[0])
             return
         try:
-            with ThreadPoolExecutor(len(teams)) as pool:
-                working = [pool.submit(self._work, waiting, team) for team in teams]
+            with ThreadPoolExecutor(len(observer_sets)) as pool:
+                working = [pool.submit(self._work, waiting, one_set) for one_set in observer_sets]
                 try:
                     for each in working:
                         # By turns: a wait without an end does not notice every interrupt.
@@ -268,20 +268,20 @@ class _StoppedError(Exception):
     """The sweep was stopped during a run."""
 
 
-def _chains(after: Sequence[int] | None, count: int) -> list[list[int]]:
+def _chains(predecessor: Sequence[int] | None, count: int) -> list[list[int]]:
     """Runs in the order in which each follows the one from whose end it starts."""
-    if after is None:
+    if predecessor is None:
         return [[number] for number in range(count)]
-    following = {previous: number for number, previous in enumerate(after) if previous >= 0}
+    following = {previous: number for number, previous in enumerate(predecessor) if previous >= 0}
     chains = []
-    for first in range(min(count, len(after))):
-        if after[first] < 0:
+    for first in range(min(count, len(predecessor))):
+        if predecessor[first] < 0:
             chain = [first]
             while chain[-1] in following:
                 chain.append(following[chain[-1]])
             chains.append(chain)
     if sorted(number for chain in chains for number in chain) != list(range(count)):
-        raise ValueError(f"after: must make chains of all {count} points, each run once")
+        raise ValueError(f"predecessor: must make chains of all {count} points, each run once")
     return chains
 
 

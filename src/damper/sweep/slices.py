@@ -80,7 +80,7 @@ def simulate_slice(
         observers,
         primary=primary,
         state=state,
-        after=plan.after,
+        predecessor=plan.predecessor,
         progress=progress,
         workers=workers,
         **run,
