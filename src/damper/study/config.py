@@ -22,6 +22,7 @@ from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
 from damper.study.messages import Mistakes, Report, mistakes_of
 from damper.study.model import Config, Settings, Study
+from damper.study.parts import SimulatedStudy
 from damper.study.rules import check_study
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import (
@@ -242,7 +243,7 @@ def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> 
 def _kind_of(data: dict[str, Any]) -> type[StudyFile]:
     """Return the class of a study as written."""
     if not isinstance(data, dict) or "kind" not in data:
-        return Study
+        return SimulatedStudy
     return STUDIES.class_of(data)
 
 

@@ -15,7 +15,6 @@ from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
 from damper.study.axes import coordinate_name
 from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
-from damper.study.jobs import Job
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents
@@ -204,16 +203,6 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def outputs(self) -> list[str]:
         """Return the paths of everything that is made of the study, below its folder."""
         return [*super().outputs(), *(["orbits.nc"] if self.orbits else [])]
-
-    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
-        from damper.study.parts import slices
-
-        return slices(self, engine)
-
-    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
-        from damper.study.parts import cube
-
-        return {"cube.nc": cube(self, engine)}
 
     def slices(self) -> list[dict[str, float]]:
         """Return the coordinates of every slice; without fanned axes, one that has none."""

@@ -3,62 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from damper.study.estimate import estimate
 from damper.study.jobs import Job
+from damper.study.model import Study
 from damper.sweep.record import record
 
-if TYPE_CHECKING:
-    from damper.study.model import Study
 
+class SimulatedStudy(Study):  # type: ignore[misc]
+    """A study with the jobs that make its cube."""
 
-def slices(study: Study, engine: Mapping[str, Any]) -> dict[str, Job]:
-    """Return the jobs that simulate: all points of one place along the fanned axes each."""
-    fixed, values = study.fixed, study.axis_values
-    modules, takes = simulation_modules(study), estimate(study)
-    every = {
-        "axes": {name: values[name] for name in study.inner_axes},
-        **study.run,
-        **engine,
-        "observers": study.observer_settings(),
-        "primary": study.initial,
-        "draws": study.draw_settings(),
-        "follow": study.follow,
-    }
-    return {
-        study.slice_path(place): Job(
-            "damper.sweep.slices",
-            {"fixed": fixed | place, **every},
-            loads=modules,
-            compiled=("engine",),
-            resources=takes.simulate_resources,
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return the jobs that simulate: all points of one place along the fanned axes each."""
+        fixed, values = self.fixed, self.axis_values
+        modules, takes = simulation_modules(self), estimate(self)
+        every = {
+            "axes": {name: values[name] for name in self.inner_axes},
+            **self.run,
+            **engine,
+            "observers": self.observer_settings(),
+            "primary": self.initial,
+            "draws": self.draw_settings(),
+            "follow": self.follow,
+        }
+        return {
+            self.slice_path(place): Job(
+                "damper.sweep.slices",
+                {"fixed": fixed | place, **every},
+                loads=modules,
+                compiled=("engine",),
+                resources=takes.simulate_resources,
+            )
+            for place in self.slices()
+        }
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return the job that gathers the slices into the cube."""
+        values = self.axis_values
+        # Orbits, figures and tables do not change a cube.
+        measured = self.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
+        about = {"title": self.title, "source": self.source, "study": measured.to_yaml()}
+        followed = {name: values[name] for name in self.follow}
+        run = record(self.observer_settings(), self.initial, {**self.run, **engine}, followed)
+        job = Job(
+            "damper.sweep.cube",
+            {
+                "axes": values,
+                "fan_axes": self.fan_axes,
+                "fixed": self.fixed,
+                "attributes": about | run,
+                "notes": {"assumed": self.assumed, "stated": self.stated},
+            },
+            needs=tuple(map(self.slice_path, self.slices())),
+            loads=simulation_modules(self),
+            resources=estimate(self).gather_resources,
         )
-        for place in study.slices()
-    }
-
-
-def cube(study: Study, engine: Mapping[str, Any]) -> Job:
-    """Return the job that gathers the slices into the cube."""
-    values = study.axis_values
-    # Orbits, figures and tables do not change a cube.
-    measured = study.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
-    about = {"title": study.title, "source": study.source, "study": measured.to_yaml()}
-    followed = {name: values[name] for name in study.follow}
-    run = record(study.observer_settings(), study.initial, {**study.run, **engine}, followed)
-    return Job(
-        "damper.sweep.cube",
-        {
-            "axes": values,
-            "fan_axes": study.fan_axes,
-            "fixed": study.fixed,
-            "attributes": about | run,
-            "notes": {"assumed": study.assumed, "stated": study.stated},
-        },
-        needs=tuple(map(study.slice_path, study.slices())),
-        loads=simulation_modules(study),
-        resources=estimate(study).gather_resources,
-    )
+        return {"cube.nc": job}
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:
