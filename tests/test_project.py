@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
 
@@ -94,6 +95,15 @@ def test_rooms_import_only_those_before():
             for name in re.findall(imports, path.read_text(), re.MULTILINE):
                 before = ROOMS.index(name.split(".")[0]) <= place
                 assert before, f"{path.relative_to(SOURCE)} imports {name}"
+
+
+def test_modules_of_the_study_language_import_in_one_direction():
+    """Imports within functions and for types count as well."""
+    language = {
+        path.stem: re.findall(r"from damper\.study\.(\w+) import", path.read_text())
+        for path in (SOURCE / "study").glob("*.py")
+    }
+    TopologicalSorter(language).prepare()
 
 
 def test_a_class_has_a_name_of_its_own():

@@ -45,7 +45,7 @@ def loaded(folder: Path, config: dict[str, Any] | None = None, **studies: dict[s
 
 
 def blamed(folder: Path, config: dict[str, Any] | None = None, **studies: dict[str, Any]) -> str:
-    """Return the message, of one fault only."""
+    """Return the message, of one mistake only."""
     with pytest.raises(ConfigError) as caught:
         loaded(folder, config, **studies)
     message = str(caught.value)
