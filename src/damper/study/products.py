@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
@@ -86,7 +87,7 @@ class StudyContents:
         """Whether the study has an observer with a setting that is neither zero nor false."""
         return bool(getattr(self.observers.get(observer), key, False))
 
-    @property
+    @cached_property
     def written(self) -> dict[str, Sequence[Variable]]:
         """What each observer writes with its settings."""
         made = ({name: given_settings(entry)} for name, entry in self.observers.items())

@@ -16,7 +16,7 @@ from damper.parameters.quantities import (
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes
 from damper.study.model import Study
-from damper.study.products import check_listed
+from damper.study.products import StudyContents, check_listed
 from damper.study.settings import OBSERVER_SETTINGS, FollowedOrbit
 from damper.study.yaml_file import join_names
 from damper.theory.steady import need_steady, steady_gain
@@ -24,12 +24,12 @@ from damper.theory.steady import need_steady, steady_gain
 
 def check_study(study: Study) -> None:
     """Check a study of which each part is sound by itself; ValidationError with all mistakes."""
-    mistakes = Mistakes()
-    _check_observers(study, mistakes)
+    mistakes, contents = Mistakes(), study.contents
+    _check_observers(study, contents, mistakes)
     _check_displaced(study, mistakes)
     _check_followed(study, mistakes)
     _check_slices(study, mistakes)
-    _check_record(study, mistakes)
+    _check_record(study, contents, mistakes)
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
@@ -37,18 +37,18 @@ def check_study(study: Study) -> None:
         _check_steady(study, mistakes)
     for section, name, entry in study.products():
         with mistakes.at(section, name):
-            entry.check_against(study.contents, mistakes)
+            entry.check_against(contents, mistakes)
     if not mistakes:
         refuse_excess(study, mistakes)
     mistakes.settle()
 
 
-def _check_observers(study: Study, mistakes: Mistakes) -> None:
+def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
     if not study.observers:
         names = join_names(OBSERVER_SETTINGS)
         mistakes.add(("observers",), "at least one observer must be given", names)
     written = {
-        name: [variable.name for variable in some] for name, some in study.contents.written.items()
+        name: [variable.name for variable in some] for name, some in contents.written.items()
     }
     for one, other in combinations(written, 2):
         if both := [name for name in written[one] if name in written[other]]:
@@ -56,11 +56,11 @@ def _check_observers(study: Study, mistakes: Mistakes) -> None:
             mistakes.add(("observers",), message, "one of the two")
 
 
-def _check_record(study: Study, mistakes: Mistakes) -> None:
+def _check_record(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
     """Refuse a sampled stretch or counted parts that do not lie in the record."""
     # The classes of their settings are made when they are asked for.
     sampled: Any = study.observers.get("trajectory")
-    if sampled is not None and study.contents.stretch is None:
+    if sampled is not None and contents.stretch is None:
         length = study.periods - sampled.start if sampled.length is None else sampled.length
         message = (
             f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
