@@ -45,12 +45,12 @@ def made_up(
     """Cube over axes, then branches, of variables whose values are given."""
     fixed = {name: value for name, value in (FIXED | {"phase": 0.0}).items() if name not in axes}
     lengths = [len(values) for values in (*axes.values(), *(branches or {}).values())]
-    lanes = int(np.prod(lengths))
+    runs = int(np.prod(lengths))
     data = {
-        name: np.broadcast_to(values, lengths).reshape(lanes).astype(VARIABLES[name].dtype)
+        name: np.broadcast_to(values, lengths).reshape(runs).astype(VARIABLES[name].dtype)
         for name, values in arrays.items()
     }
-    status = {"status": np.zeros(lanes, "i1")}
+    status = {"status": np.zeros(runs, "i1")}
     variables = [VARIABLES[name] for name in arrays]
     attributes = {"title": "A made-up study"}
     return dataset(axes, fixed, data | status, variables, {}, attributes, branches)

@@ -42,14 +42,14 @@ def made_up(
         "restitution": axes["restitution"]
     }
     shape = tuple(len(values) for values in axes.values())
-    lanes = int(np.prod(shape))
-    samples = np.arange(lanes)[:, None] + np.linspace(0.0, 0.5, SAMPLES)
-    levels = np.resize(np.array(chatter or [0], dtype="i1"), lanes)
+    runs = int(np.prod(shape))
+    samples = np.arange(runs)[:, None] + np.linspace(0.0, 0.5, SAMPLES)
+    levels = np.resize(np.array(chatter or [0], dtype="i1"), runs)
     arrays = {
         "displacement": samples,
         "velocity": -10.0 * samples,
         "chatter": levels,
-        "status": np.zeros(lanes, "i1"),
+        "status": np.zeros(runs, "i1"),
     }
     fixed = {name: value for name, value in FIXED.items() if name not in axes}
     cube = dataset(axes, fixed, arrays, VARIABLES, {}, {"title": "A made-up study"})
@@ -407,13 +407,13 @@ def test_simulated_cube_of_the_size_of_the_study(tmp_path: Path) -> None:
 def branched(branches: dict[str, list[Any]], chatter: list[list[int]] | None = None) -> xr.Dataset:
     """One row of a made-up cube whose samples differ between the branches."""
     (count,) = (len(values) for values in branches.values())
-    lanes = len(GRID) * count
+    runs = len(GRID) * count
     levels = np.zeros((len(GRID), count), "i1") if chatter is None else np.array(chatter, "i1").T
     arrays = {
-        "displacement": np.arange(lanes)[:, None] + np.linspace(0.0, 0.5, SAMPLES),
-        "velocity": np.arange(lanes)[:, None] - np.linspace(0.0, 0.5, SAMPLES),
-        "chatter": levels.reshape(lanes),
-        "status": np.zeros(lanes, "i1"),
+        "displacement": np.arange(runs)[:, None] + np.linspace(0.0, 0.5, SAMPLES),
+        "velocity": np.arange(runs)[:, None] - np.linspace(0.0, 0.5, SAMPLES),
+        "chatter": levels.reshape(runs),
+        "status": np.zeros(runs, "i1"),
     }
     fixed = {**FIXED, "mass_ratio": 0.1, "frequency_ratio": 1.1}
     axes = {"restitution": GRID}

@@ -7,14 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import (
-    assert_nothing_overlaps,
-    drawn,
-    laid_out,
-    legend_texts,
-    made_up,
-    svg_of,
-)
+from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up, svg_of
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure

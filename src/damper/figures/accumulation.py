@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.completion import (
-    BURST,
-    IMPACT,
-    ORDERS,
-    PREDICTED,
-    SHARP,
-    Errors,
-    errors_of,
-)
+from damper.analysis.completion import BURST, IMPACT, ORDERS, PREDICTED, SHARP, Errors, errors_of
 from damper.figures.common.layout import select
 from damper.figures.common.panels import (
     finish,
@@ -31,14 +23,7 @@ from damper.figures.common.panels import (
 from damper.figures.common.style import BLACK, BLUE, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.products import (
-    MOST_ROWS,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-)
+from damper.study.products import MOST_ROWS, At, Caption, Each, FigureSettings, Role
 
 if TYPE_CHECKING:
     import xarray as xr

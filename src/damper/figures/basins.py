@@ -14,13 +14,7 @@ from damper.figures.common.style import COLUMN
 from damper.figures.map import MOTIONS
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    Caption,
-    Product,
-    Role,
-    StudyContents,
-    need_starts,
-)
+from damper.study.products import Caption, Product, Role, StudyContents, need_starts
 from damper.study.study_file import See
 
 if TYPE_CHECKING:

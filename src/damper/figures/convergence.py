@@ -13,13 +13,7 @@ from damper.figures.common.panels import finish, legend_line, note_empty_panel, 
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    At,
-    Caption,
-    FigureSettings,
-    Role,
-    StudyContents,
-)
+from damper.study.products import At, Caption, FigureSettings, Role, StudyContents
 from damper.tables.convergence import Compared, Conventions, Stiffness, check_convergence
 
 if TYPE_CHECKING:

@@ -32,12 +32,7 @@ from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, lab
 from damper.figures.trajectory import TrajectoryFigure, in_periods, time_label
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    MOST_PANELS,
-    Role,
-    StudyContents,
-    need_listed_bursts,
-)
+from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
 
 if TYPE_CHECKING:
     import xarray as xr

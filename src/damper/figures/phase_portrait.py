@@ -15,14 +15,7 @@ from damper.figures.common.panels import finish, note_empty_panel, panel_grid, p
 from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
-from damper.study.products import (
-    MOST_COLUMNS,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-)
+from damper.study.products import MOST_COLUMNS, At, Caption, Each, FigureSettings, Role
 from damper.study.settings import SECTIONS
 
 if TYPE_CHECKING:

@@ -22,14 +22,7 @@ from damper.figures.common.panels import (
 )
 from damper.figures.common.style import BLACK, BLUE, ORANGE
 from damper.study.fields import Text
-from damper.study.products import (
-    MOST_PANELS,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-)
+from damper.study.products import MOST_PANELS, At, Caption, Each, FigureSettings, Role
 from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
 

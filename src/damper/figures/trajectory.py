@@ -15,14 +15,7 @@ from damper.figures.common.panels import finish, legend_line, legend_patch, pane
 from damper.figures.common.style import BLACK, STUCK, SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-    StudyContents,
-)
+from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
 from damper.study.yaml_file import display
 
 if TYPE_CHECKING:

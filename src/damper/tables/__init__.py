@@ -6,12 +6,14 @@ files of a table look like stands here, for all tables.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.analysis.places import fixed_values
+from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
 
 if TYPE_CHECKING:
@@ -87,6 +89,29 @@ def _lines(cells: pd.DataFrame) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 
+def readable(name: str) -> str:
+    """Return a name in code as a heading has it."""
+    return name.replace("_", " ")
+
+
+def with_units(text: str, array: xr.DataArray) -> str:
+    """Return a heading with the units of what stands below it."""
+    units = units_of(array.attrs)
+    return text if units == "1" else f"{text}, {units}"
+
+
+def number(value: float, form: str, missing: str = "none") -> str:
+    """Return a number for readers, in a format such as ``.3g``."""
+    return missing if math.isnan(value) else f"{value:{form}}"
+
+
+def place_cells(place: Mapping[str, Any]) -> dict[str, str]:
+    """Return the first cells of a row, those that say where it is."""
+    return {
+        readable(name): f"{x:g}" if isinstance(x, float) else f"{x}" for name, x in place.items()
+    }
+
+
 def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
     """Make one table.
 
@@ -115,7 +140,7 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
-    values = [f"{name.replace('_', ' ')} {value:g}" for name, value in fixed_values(cube).items()]
+    values = [f"{readable(name)} {value:g}" for name, value in fixed_values(cube).items()]
     if values:
         yield f"Fixed: {', '.join(values)}."
 
@@ -131,4 +156,4 @@ def _assumed(cube: xr.Dataset) -> Iterator[str]:
     if found:
         yield "## Assumed"
         yield "These values are not stated in the source's text:"
-        yield "\n".join(f"- {name.replace('_', ' ')}: {why}" for name, why in found.items())
+        yield "\n".join(f"- {readable(name)}: {why}" for name, why in found.items())

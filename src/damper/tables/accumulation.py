@@ -10,10 +10,8 @@ from pydantic import Field
 
 from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
 from damper.parameters.units import units_of
-from damper.study.products import (
-    Product,
-)
-from damper.tables import Table
+from damper.study.products import Product
+from damper.tables import Table, number, place_cells
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,19 +89,19 @@ def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
     within_head = f"within {within:.2%} from impact".replace(".00%", " %")
     rows = []
     for row in found.to_dict("records"):
-        slope = f"{row['slope']:.3f} ({row['slope_points']})"
+        points = "" if math.isnan(row["slope"]) else f" ({row['slope_points']})"
         left = row["within_left_percent"]
         first = "first_impact"
         rows.append(
             {
-                **{name.replace("_", " "): _place(row[name]) for name in others},
+                **place_cells({name: row[name] for name in others}),
                 "order": row["order"],
                 "complete bursts": "run stopped"
                 if math.isnan(row["complete_bursts"])
                 else int(row["complete_bursts"]),
                 "bursts compared": row["bursts"],
                 "impacts with prediction": f"{row['predicted_impacts']} of {row['impacts']}",
-                "slope (from)": "–" if math.isnan(row["slope"]) else slope,
+                "slope (from)": number(row["slope"], ".3f", "–") + points,
                 "first impacts with prediction": f"{row[f'{first}_predicted']} of {row['bursts']}",
                 f"error there, {units}": _pair(row, f"{first}_{{}}_error", ".3g"),
                 "error there, %": _pair(row, f"{first}_{{}}_percent", ".3g"),
@@ -112,10 +110,6 @@ def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows, dtype=object)
-
-
-def _place(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _pair(row: Mapping[str, Any], name: str, form: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -23,7 +22,7 @@ from damper.study.products import (
 )
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
-from damper.tables import Table
+from damper.tables import Table, number, place_cells, readable
 
 if TYPE_CHECKING:
     pass
@@ -100,16 +99,15 @@ def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
     data = distance_to_rigid(cube, settings.variables, along)
     rows = []
     for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
-        row: dict[str, str] = {"variable": str(place[0]).replace("_", " ")}
-        if lines:
-            row[lines.replace("_", " ")] = f"{place[1]:g}"
+        row = {"variable": readable(str(place[0]))}
+        row |= place_cells({lines: place[1]}) if lines else {}
         row["rigid value"] = f"{group['rigid_value'].iloc[0]:.9g}"
         for stiffness, distance in zip(group[along], group["distance"], strict=True):
-            row[f"{stiffness:g}"] = "none" if math.isnan(distance) else f"{distance:.2e}"
+            row[f"{stiffness:g}"] = number(distance, ".2e")
         order = order_of_convergence(group[along].to_numpy(), group["distance"].to_numpy())
         rows.append({**row, "order": f"{order:.3f}"})
     how = (
-        f"Columns of numbers: distance at each {along.replace('_', ' ')}. The rigid value is that "
+        f"Columns of numbers: distance at each {readable(along)}. The rigid value is that "
         "of one run with rigid walls; the order is the exponent of the power law that fits the "
         "distances over the stiffer half of the decades best, -1/2 where they fall as the time of "
         "contact."

@@ -19,13 +19,8 @@ from damper.analysis.places import places, rows_at
 from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    Product,
-    Role,
-    StudyContents,
-    need_one_run,
-)
-from damper.tables import Table
+from damper.study.products import Product, Role, StudyContents, need_one_run
+from damper.tables import Table, place_cells, readable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +57,7 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     sure = data[["lower_survives", "upper_survives"]].all(axis=None)
     chance = (
         " `~`: an edge that is chance, because motion there is chaotic: the runs on its sides "
-        f"change when the {along.replace('_', ' ')} is shifted by parts of {SHIFTS[0]:.0e} to "
+        f"change when the {readable(along)} is shifted by parts of {SHIFTS[0]:.0e} to "
         f"{SHIFTS[-1]:.0e}."
     )
     body: list[str | pd.DataFrame] = [
@@ -88,7 +83,7 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
             _table(spans, where, columns, _hull, along),
             "\n".join(_moves(data, along, compared[0], compared[-1], len(where))),
         ]
-    return Table.of(cube, f"chatter intervals in {along.replace('_', ' ')}", data, body)
+    return Table.of(cube, f"chatter intervals in {readable(along)}", data, body)
 
 
 def _table(
@@ -104,7 +99,7 @@ def _table(
     rows = []
     for place in where:
         here = rows_at(found, place)
-        row = {name.replace("_", " "): f"{value:g}" for name, value in place.items()}
+        row = place_cells(place)
         for head, predicate, name in columns:
             row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}), along)
         rows.append(row)

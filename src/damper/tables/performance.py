@@ -15,11 +15,10 @@ from pydantic import Field
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import runs_over
-from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import REDUCTIONS, Product, Role, StudyContents, Worst, need
-from damper.tables import Table
+from damper.tables import Table, number, place_cells, readable, with_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,7 +64,7 @@ def make(results: Mapping[str, Any], settings: Performance) -> Table:
     worst = settings.worst or ()
     data = best_clearance(cube, along, over, settings.damped, worst)
     shares = damping_shares(cube, along, settings.good)
-    frequency, clearance = (name.replace("_", " ") for name in (along, over))
+    frequency, clearance = readable(along), readable(over)
     body = [
         f"The best {clearance} is the one whose largest amplitude over the whole range of the "
         f"{frequency}{_of_all(cube, worst)} is smallest. The band is the part of that range, by "
@@ -94,23 +93,23 @@ def _best(
     import pandas as pd
 
     data = best_clearance(cube, along, over, damped, worst)
-    length = _units(cube.peak_displacement)
+    length = cube.peak_displacement
     others = list(data.columns[: data.columns.get_loc(f"best_{over}")])
     rows = [
         {
-            **{name.replace("_", " "): f"{row[name]:g}" for name in others},
-            f"best {over.replace('_', ' ')}{_units(cube[over])}": f"{row[f'best_{over}']:g}"
+            **place_cells({name: row[name] for name in others}),
+            with_units(f"best {readable(over)}", cube[over]): f"{row[f'best_{over}']:g}"
             + ("" if row["interior"] else " (end of the axis)")
             + (f" ({row['equally_good']} more as good)" if row["equally_good"] else ""),
-            f"largest amplitude{length}": f"{row['worst_amplitude']:.3g} of "
+            with_units("largest amplitude", length): f"{row['worst_amplitude']:.3g} of "
             f"{row['undamped_amplitude']:.3g}",
-            f"beside it{length}": ", ".join(
+            with_units("beside it", length): ", ".join(
                 f"{worst:.3g}"
                 for worst in (row["worst_amplitude_below"], row["worst_amplitude_above"])
                 if not math.isnan(worst)
             ),
-            f"band{_units(cube[along])}": f"{row['band']:.3g}",
-            f"amplified{_units(cube[along])}": f"{row['amplified']:.3g}, up to "
+            with_units("band", cube[along]): f"{row['band']:.3g}",
+            with_units("amplified", cube[along]): f"{row['amplified']:.3g}, up to "
             f"{row['highest_amplitude_ratio']:.2f} times"
             if row["amplified"]
             else "0",
@@ -129,10 +128,10 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
     import pandas as pd
 
     def share(name: str) -> str:
-        return "none" if math.isnan(shares[name]) else f"{shares[name]:.0%}"
+        return number(shares[name], ".0%")
 
     def median(name: str) -> str:
-        return "none" if math.isnan(shares[name]) else f"{shares[name]:.2f}"
+        return number(shares[name], ".2f")
 
     ends = f"{shares['lowest']:g} to {shares['highest']:g}"
     rows = [
@@ -159,8 +158,3 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
         ("the same above the resonance", share("amplified_above")),
     ]
     return pd.DataFrame(rows, columns=["", "found here"])
-
-
-def _units(array: xr.DataArray) -> str:
-    units = units_of(array.attrs)
-    return "" if units == "1" else f", {units}"

@@ -19,7 +19,7 @@ from damper.study.products import (
     need_one_run,
 )
 from damper.study.yaml_file import join_names
-from damper.tables import Table
+from damper.tables import Table, number, place_cells, readable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,12 +53,10 @@ def make(results: Mapping[str, Any], settings: SmallMassLimit) -> Table:
     cube = results["cube"]
     data = small_mass_border(cube, settings.resolution)
     over = gap_axis(cube)
-    what = over.replace("_", " ")
-    distances = data["difference"].abs().dropna()
-    largest = f"{distances.max():.1e}" if len(distances) else "none"
+    what = readable(over)
+    largest = number(data["difference"].abs().max(), ".1e")
     rows = [
-        {name.replace("_", " "): f"{value:g}" for name, value in where.items()}
-        | _distances(rows_at(data, where), what)
+        place_cells(where) | _distances(rows_at(data, where), what)
         for where in places(cube.complete_fraction, over, "restitution")
     ]
     body = [

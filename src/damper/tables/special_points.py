@@ -9,10 +9,10 @@ import numpy as np
 
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents, need_orbits
-from damper.tables import Table
+from damper.tables import Table, readable
 
 if TYPE_CHECKING:
-    pass
+    import xarray as xr
 
 
 class SpecialPoints(Product):
@@ -25,60 +25,48 @@ class SpecialPoints(Product):
 
 
 def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:
-    """Show the points of all branches."""
+    """Show the points of all branches, and where branches and curves end."""
     import pandas as pd
 
     branches = results["orbits"]
     others = [str(name) for name in branches.data_vars if branches[name].attrs.get("axis")]
     over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]
-    fixed = {name: float(branches[name]) for name in over if name in branches.coords}
-    rows, ends = [], []
+    rows: list[dict[str, Any]] = []
+    ends: list[str] = []
     for k in range(branches.sizes["branch"]):
         branch = branches.isel(branch=k)
-        along = str(branch.along.item())
+        along, motion = branch.along.item(), branch.motion.item()
         where = {name: float(branch[name]) for name in others if name != along}
-        place = {"motion": branch.motion.item(), **fixed, **where}
+        fixed = {name: float(branches[name]) for name in over if name in branches.coords}
+        place = {"motion": motion, **fixed, **where, "along": along}
         points = branches.isel(point=branches.point_branch.values == k)
-        rows += [
-            {**place, "point": kind, "along": along, "value": value, "word": word}
-            for kind, value, word in zip(
-                points.kind.values.tolist(),
-                points.point_value.values.tolist(),
-                points.point_word.values.tolist(),
-                strict=True,
-            )
-        ]
+        rows += _rows(place, points, point="kind", value="point_value", word="point_word")
         for number in np.flatnonzero(branches.curve_branch.values == k):
-            other = str(branches.curve_other[number].item())
-            curve = branches.isel(curve_point=branches.curve.values == number)
-            rows += [
-                {**place, other: at, "point": kind, "along": along, "value": value, "word": word}
-                for kind, at, value, word in zip(
-                    [branches.curve_kind[number].item()] * curve.sizes["curve_point"],
-                    curve.curve_other_value.values.tolist(),
-                    curve.curve_value.values.tolist(),
-                    curve.curve_word.values.tolist(),
-                    strict=True,
-                )
-            ]
-            first, last = branches.curve_first_end[number], branches.curve_last_end[number]
+            curve = branches.isel(curve=number, curve_point=branches.curve.values == number)
+            kind, other = curve.curve_kind.item(), curve.curve_other.item()
+            columns = {other: "curve_other_value", "value": "curve_value", "word": "curve_word"}
+            rows += _rows({**place, "point": kind}, curve, **columns)
             ends.append(
-                f"The {branches.curve_kind[number].item()} along {along} and {other} ends where "
-                f"{first.item()}, and where {last.item()}."
+                f"The {kind} along {along} and {other} ends where "
+                f"{curve.curve_first_end.item()}, and where {curve.curve_last_end.item()}."
             )
-        shown = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in where.items())
+        shown = ", ".join(f"{readable(name)} {value:g}" for name, value in where.items())
         ends.append(
-            f"{branch.motion.item()}{f' ({shown})' if shown else ''} ends where "
+            f"{motion}{f' ({shown})' if shown else ''} ends where "
             f"{branch.first_end.item()}, and where {branch.last_end.item()}."
         )
     places = dict.fromkeys([*others, *over])
     data = pd.DataFrame(rows, columns=["motion", *places, "point", "along", "value", "word"])
     data = data.dropna(axis="columns", how="all") if len(data) else data
     cells = data.map(lambda cell: f"{cell:.10g}" if isinstance(cell, float) else cell)
-    body = [
+    words = (
         "In the order of each branch. The word lists the impacts of the motion: R3 L2 RS are three "
-        "on the right wall, two on the left one, then chatter on the right that completes.",
-        cells,
-        *ends,
-    ]
-    return Table.of(branches, "special points of periodic motions", data, body)
+        "on the right wall, two on the left one, then chatter on the right that completes."
+    )
+    return Table.of(branches, "special points of periodic motions", data, [words, cells, *ends])
+
+
+def _rows(place: Mapping[str, Any], points: xr.Dataset, **columns: str) -> list[dict[str, Any]]:
+    """Return a row for each of some points, from their variables."""
+    lists = [points[name].values.tolist() for name in columns.values()]
+    return [{**place, **dict(zip(columns, row, strict=True))} for row in zip(*lists, strict=True)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -13,13 +12,9 @@ from damper.analysis.two_impacts import RANGES, SETTLED, two_impact_errors, two_
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    Product,
-    Role,
-    StudyContents,
-)
+from damper.study.products import Product, Role, StudyContents
 from damper.study.settings import SECTIONS
-from damper.tables import Table
+from damper.tables import Table, number, place_cells, readable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,20 +58,21 @@ def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
     for item in errors.to_dict("records"):
         where = {name: item[name] for name in others}
         here = rows_at(ranges, where)
+        settled = number(item["largest_settled"], ".1e")
         rows.append(
             {
-                **{name.replace("_", " "): f"{value:g}" for name, value in where.items()},
+                **place_cells(where),
                 **{kind: _spans(rows_at(here, {"range": kind})) for kind in RANGES},
                 "compared": f"{item['compared']} of {item['simulated']}",
-                "median difference": _size(item["median"]),
-                "largest": _size(item["largest"]),
-                "largest, settled (runs)": f"{_size(item['largest_settled'])} ({item['settled']})",
+                "median difference": number(item["median"], ".1e"),
+                "largest": number(item["largest"], ".1e"),
+                "largest, settled (runs)": f"{settled} ({item['settled']})",
             }
         )
     body = [
         "The closed-form motion with one impact on each wall per forcing period: where its free "
         f"mass stays between the walls (exists) and where it is stable, in "
-        f"{along.replace('_', ' ')}, ends bisected to {resolution:g}. `+`: the range reaches the "
+        f"{readable(along)}, ends bisected to {resolution:g}. `+`: the range reaches the "
         "end of the axis.",
         "Compared: of the runs where a stable motion exists, those with two visible impacts per "
         "period (others are on another attractor, or still on their way). Difference: the last "
@@ -92,7 +88,3 @@ def _spans(found: pd.DataFrame) -> str:
     *_, lower, upper, cut = found.columns
     spans = zip(found[lower], found[upper], found[cut], strict=True)
     return ", ".join(f"{a:.4g}–{b:.4g}{'+' if ends else ''}" for a, b, ends in spans) or "none"
-
-
-def _size(value: float) -> str:
-    return "none" if math.isnan(value) else f"{value:.1e}"
