@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from damper.figures import draw
 from damper.figures.common.style import save, style
-from damper.parameters.variables import ENERGY, LENGTH, Variable
+from damper.parameters.variables import ENERGY, LENGTH, SPEED, Variable
 from damper.sweep.cube import dataset
 
+WHERE = "once per forcing period"
 VARIABLES = {
     variable.name: variable
     for variable in (
@@ -23,6 +24,8 @@ VARIABLES = {
         Variable("energy_input", "work of the force per forcing period", ENERGY),
         Variable("visible_impacts", "most visible impacts in one burst", "1", (), "i4"),
         Variable("chatter", "chatter: 0 none, 1 incomplete, 2 complete", "1", (), "i1"),
+        Variable("displacement", f"primary displacement {WHERE}", LENGTH, ("sample",)),
+        Variable("velocity", f"primary velocity {WHERE}", SPEED, ("sample",)),
     )
 }
 #: A damper in SI units, all but gap and forcing frequency.
@@ -47,7 +50,9 @@ def made_up(
     lengths = [len(values) for values in (*axes.values(), *(branches or {}).values())]
     runs = int(np.prod(lengths))
     data = {
-        name: np.broadcast_to(values, lengths).reshape(runs).astype(VARIABLES[name].dtype)
+        name: np.asarray(values, VARIABLES[name].dtype).reshape(runs, -1)
+        if VARIABLES[name].dims
+        else np.broadcast_to(values, lengths).reshape(runs).astype(VARIABLES[name].dtype)
         for name, values in arrays.items()
     }
     status = {"status": np.zeros(runs, "i1")}

@@ -88,8 +88,8 @@ def test_a_panel_for_each_variable() -> None:
     assert_nothing_overlaps(figure)
 
 
-@pytest.mark.parametrize("level", [0, 1])
-def test_whole_numbers_have_whole_ticks(level: int) -> None:
+def test_whole_numbers_have_whole_ticks() -> None:
+    level = 1
     ax = curves(cube_of(level, "chatter"), "chatter", lines="mass_ratio").axes[0]
     ticks = ax.get_yticks()
     assert level in ticks
@@ -203,12 +203,6 @@ def test_best_needs_every_run_to_have_finished() -> None:
     worst[0, 2] = np.nan
     figure = curves(best_cube(worst), lines="mass_ratio", best="clearance")
     assert "best $d$ = 1 " in legend_texts(figure)[0]
-
-
-def test_best_of_equals_is_the_first() -> None:
-    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((3, 3))
-    figure = curves(best_cube(noise), lines="mass_ratio", best="clearance")
-    assert all("best $d$ = 0.5 " in text for text in legend_texts(figure)[:-1])
 
 
 def test_amplitude_without_damper_stands_beside_it() -> None:
