@@ -1,19 +1,16 @@
 """Curves of small cubes, where every line's points are known."""
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up, svg_of
+from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-
-from damper import simulate
 
 X = [0.8, 0.9, 1.0, 1.1]
 MASSES = [0.05, 0.1, 0.2]
@@ -216,27 +213,6 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
 
 
 # --- simulated, and files
-
-
-def test_simulated(tmp_path: Path) -> None:
-    cube = simulate(
-        mass_ratio=[0.05, 0.1],
-        damping_ratio=0.02,
-        frequency_ratio=X,
-        clearance=[1.0, 3.0],
-        restitution=0.5,
-        transient=20,
-        periods=10,
-        observers=["response", "impacts"],
-    )
-    names = ["amplitude_ratio", "impacts_per_period"]
-    settings = {"variables": names, "along": "frequency_ratio", "lines": "mass_ratio"}
-    figure = drawn("curves", cube, **settings, best="clearance")
-    assert_nothing_overlaps(figure)
-    assert "<image" not in svg_of(figure, tmp_path)
-    worst = cube.amplitude_ratio.max("frequency_ratio").idxmin("clearance").values
-    for text, d in zip(legend_texts(figure), worst, strict=False):
-        assert f"best $d$ = {d:g}" in text
 
 
 # --- labels within the page
