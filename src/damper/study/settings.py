@@ -243,9 +243,9 @@ _DRAW_KEYS = {key: field.rebuild_annotation() for key, field in DrawKeys.model_f
 def _check_draws(draws: dict[str, Any]) -> dict[str, Any]:
     """Note what draws lack, and quantities that cannot be drawn from a range."""
     mistakes = Mistakes()
-    for key, allowed in (("count", "integer >= 1"), ("seed", "integer >= 0")):
-        if draws and key not in draws:
-            mistakes.add((key,), f"'{key}' is missing: draws are random", allowed)
+    with mistakes.at():
+        if draws:
+            DrawKeys.model_validate({key: draws[key] for key in _DRAW_KEYS if key in draws})
     for name, drawn in drawn_of(draws).items():
         if ALL[name].whole and drawn.range is not None:
             message = f"'{name}' is a whole number, and a range is drawn between"
