@@ -1,6 +1,7 @@
 """Theory drawn over simulations: where its lines lie, and that nothing is paid for unasked."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,13 @@ import damper
 from damper.analysis.amplitudes import amplitudes
 from damper.figures import modules
 from damper.figures.common.style import BLUE, GREEN, VERMILION
+from damper.study.digest import files_behind
 from damper.study.kinds import FIGURES
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 
+SCRIPT = Path(__file__).parents[2] / "workflow/scripts/figure.py"
 SI = {
     "primary_mass": 2.0,
     "damping": 4.0,
@@ -295,10 +298,23 @@ def test_manifold_figure(decay: xr.Dataset) -> None:
 # --- cost
 
 
+def overlays_behind(kind: str, **settings: Any) -> set[str]:
+    """Overlays whose code counts for the job of such a figure."""
+    files = files_behind(SCRIPT, modules(FIGURES.modules[kind], settings))
+    return {path.stem for path in files if path.parent.name == "overlays"} - {"__init__"}
+
+
 def test_only_what_is_asked_for_counts_and_loads() -> None:
     assert modules(FIGURES.modules["bifurcation"], {}) == ["damper.figures.bifurcation"]
     both = modules(FIGURES.modules["map"], {"theory": "small_mass_limit"})
     assert both == ["damper.figures.map", "damper.figures.overlays.small_mass_limit"]
+    assert overlays_behind("map", theory=None) == set()
+    assert overlays_behind("map", theory="steady_amplitude") == {"steady_amplitude"}
+    assert overlays_behind("bifurcation", theory="two_impacts", orbits=True) == {
+        "two_impacts",
+        "orbits",
+    }
+    assert overlays_behind("special_points") == {"orbits"}
     code = (
         "import json, sys, damper.figures.map, damper.figures.bifurcation\n"
         "print(json.dumps([m for m in sys.modules if m.startswith('damper.theory')]))"

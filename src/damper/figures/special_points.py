@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.figures.common.layout import place_text
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, title
 from damper.figures.common.style import COLUMN, axis_label
-from damper.figures.overlays import Panels, draw_overlays
+from damper.figures.overlays import Panels, draw_overlays, orbits
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, StudyContents, need_orbits
@@ -77,7 +77,8 @@ def draw(results: Mapping[str, Any], settings: SpecialPointsFigure) -> Figure:
     for ax, panel in zip(axes, panels, strict=False):
         ax.set(xlim=panel[x].values, ylim=panel[y].values)
         over = Panels({"curves": ax}, (x, y), panel, results)
-        handles += draw_overlays(over, settings.theory, orbits=True)
+        handles += orbits.overlay(over)
+        handles += draw_overlays(over, settings.theory)
         if rows > 1:
             places = (
                 place_text(panel, name, float(panel[name])) for name in _others(branches, x, y)

@@ -31,7 +31,7 @@ def overlay_modules(theory: str | None = None, orbits: bool = False) -> list[str
     return [f"{__name__}.{name}" for name in names]
 
 
-def draw_overlays(panels: Panels, theory: str | None, orbits: bool) -> Iterator[Artist]:
+def draw_overlays(panels: Panels, theory: str | None, orbits: bool = False) -> Iterator[Artist]:
     """Draw what these settings ask for; yield what the legend is to list."""
     for module in overlay_modules(theory, orbits):
         yield from import_module(module).overlay(panels)
