@@ -433,6 +433,13 @@ def test_target_with_the_name_of_a_rule(small):
     assert "'table' is a rule of the workflow" in output
 
 
+def test_every_kind_of_study_of_the_default_run_is_planned(tmp_path: Path) -> None:
+    planned = jobs(snakemake(copy_project(tmp_path), "-n", "all", "verification"))
+    assert planned["part"] > planned["gather"] > 20
+    # Run times of solvers, and what parts of a run cost, of a few scenes and of all.
+    assert planned["timed"] == 4
+
+
 @pytest.mark.parametrize("command", thinned(["--unlock", "--rulegraph"], ["--unlock"].__contains__))
 def test_commands_that_start_no_job_need_no_cores(tmp_path: Path, command: str) -> None:
     """With all studies, those that take all cores among them."""

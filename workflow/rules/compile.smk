@@ -4,8 +4,8 @@ from damper.study.estimate import PLAIN_SECONDS, estimate
 
 
 def compiled(models, parts):
-    """Return the marks that these parts, if any, are compiled for these models."""
-    return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models if parts]
+    """Return the marks that these parts are compiled for these models."""
+    return [f"{RESULTS}/compiled/{model}/{'+'.join(parts)}.txt" for model in models]
 
 
 @functools.cache

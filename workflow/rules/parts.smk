@@ -53,7 +53,9 @@ def compiled_before(jobs):
 
     def marks(wildcards):
         study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)].compiled
-        return compiled_for(study) if wanted == ("engine",) else compiled(study.models, wanted)
+        if wanted == ("engine",):
+            return compiled_for(study)
+        return compiled(study.models, wanted) if wanted else []
 
     return marks
 
