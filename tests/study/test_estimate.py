@@ -147,8 +147,6 @@ def test_what_cannot_end_is_refused(tmp_path: Path, change: dict[str, Any], mess
 @pytest.mark.parametrize(
     ("name", "change"),
     [
-        ("stress", {"periods": 10**12}),
-        ("stress", {"long_runs": {"generic": {"periods": 10**12}}}),
         ("cost", {"periods": 10**12}),
     ],
 )
@@ -170,7 +168,7 @@ def test_large_study_that_is_fanned_passes(tmp_path: Path) -> None:
 def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text(yaml.safe_dump(LARGE | {"periods": 10**12}, sort_keys=False))
-    files = [STUDIES / "restitution.yaml", wrong, STUDIES / "stress.yaml"]
+    files = [STUDIES / "restitution.yaml", wrong, STUDIES / "metamorphic.yaml"]
     done = subprocess.run(
         [sys.executable, "-m", "damper.study.check", *files], capture_output=True, text=True
     )
@@ -178,7 +176,7 @@ def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     _, good, bad, other, *_ = [line.split() for line in done.stdout.splitlines()]
     assert good[:6] == ["restitution", "yes", "4", "8016", "8016", "6.41e+07"]
     assert bad == ["wrong", "no", *"-" * 9]
-    assert other == ["stress", "yes", *"-" * 9]
+    assert other == ["metamorphic", "yes", *"-" * 9]
     assert "wrong.yaml:17  periods\n" in done.stderr
     assert "Traceback" not in done.stderr
 

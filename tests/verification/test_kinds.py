@@ -32,35 +32,21 @@ COMPARISON = {
     },
     "tables": {"errors": {"kind": "solver_errors"}, "speed": {"kind": "solver_speed"}},
 }
-STRESS = {
-    "kind": "stress",
+METAMORPHIC = {
+    "kind": "metamorphic",
     "title": "T",
     "source": "S",
-    "periods": 20,
-    "corners": {
-        "rigid": {
-            "parameters": {name: [value, 2 * value] for name, value in POINT.items()}
-            | {"restitution": [0, 0.5, 1]},
-            "starts": ["centre", "grazing"],
-            "parts": 3,
-        }
+    "jobs": 2,
+    "sets": {
+        "box": {"count": 5, "seed": 1}
+        | {name: [value, 2 * value] for name, value in POINT.items()}
+        | {"restitution": {"range": [0, 1], "values": [0, 1], "share": 0.5}},
+        "other": {"count": 1, "seed": 1, "support_stiffness_ratio": [0, 1]}
+        | {name: [value, 2 * value] for name, value in POINT.items() if name != "restitution"}
+        | {"restitution": {"values": [0.5]}},
     },
-    "random": {
-        "box": {
-            "runs": 10,
-            "seed": 1,
-            "parameters": {name: [value, 2 * value] for name, value in POINT.items()}
-            | {"restitution": {"range": [0, 1], "values": [0, 1]}, "phase": {"values": [0.5]}},
-            "models": {
-                "grounded": {"share": 0.5, "parameters": {"support_stiffness_ratio": [0, 1]}}
-            },
-            "metamorphic": 4,
-            "parts": 2,
-        }
-    },
-    "long_runs": {"orbit": {"periods": 1000, "parameters": POINT}},
-    "figures": {"laws": {"kind": "stress"}, "metamorphic": {"kind": "metamorphic"}},
-    "tables": {"laws": {"kind": "stress"}, "metamorphic": {"kind": "metamorphic"}},
+    "figures": {"metamorphic": {"kind": "metamorphic"}},
+    "tables": {"metamorphic": {"kind": "metamorphic"}},
 }
 COST = {
     "kind": "cost",
@@ -73,7 +59,7 @@ COST = {
     "figures": {"suite": {"kind": "cost"}},
     "tables": {"suite": {"kind": "cost"}},
 }
-GOOD = {"comparison": COMPARISON, "stress": STRESS, "cost": COST}
+GOOD = {"comparison": COMPARISON, "metamorphic": METAMORPHIC, "cost": COST}
 
 
 def write(folder: Path, data: object) -> Path:
@@ -133,21 +119,16 @@ MISTAKES = [
         "rigid walls and a constant restitution",
     ),
     ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
+    ("metamorphic", ("sets",), {}, "sets", "no runs are given"),
+    ("metamorphic", ("sets", "box", "gap"), [1, 2], "sets.box.gap", "dimensionless quantity"),
+    ("metamorphic", ("sets", "box"), {"count": 1, "seed": 1}, "sets.box", "no quantity is drawn"),
     (
-        "stress",
-        ("corners", "rigid", "starts"),
-        ["center"],
-        "corners.rigid.starts[0]",
-        "did you mean 'centre'?",
+        "metamorphic",
+        ("sets", "box"),
+        {"count": 1, "seed": 1, "phase": [0, 1]},
+        "sets.box.clearance",
+        "'clearance' is not given",
     ),
-    (
-        "stress",
-        ("random", "box", "parameters", "mass_ratio"),
-        {},
-        "random.box.parameters.mass_ratio",
-        "neither range nor values is given",
-    ),
-    ("stress", ("random", "box", "metamorphic"), 11, "random.box.metamorphic", "integer <= 10"),
     ("cost", ("cases",), {}, "cases", "at least one case"),
     ("cost", ("cases", "bare", "parameters", "gap"), 0.1, "cases.bare.parameters", "mixed"),
     (
@@ -175,8 +156,8 @@ def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
     assert list(study.scenes) == ["burst"]
     assert study.solvers == {"exact": (1e-3,)}
     assert list(study.figures) == ["all", "summary"]
-    stress = load_study(write(tmp_path, STRESS), {"corners": {"rigid": None}})
-    assert stress.corners == {}
+    rest = load_study(write(tmp_path, METAMORPHIC), {"sets": {"other": None}})
+    assert list(rest.sets) == ["box"]
 
 
 def test_what_shows_times_lies_with_the_times(tmp_path):
@@ -195,22 +176,15 @@ def test_what_shows_times_lies_with_the_times(tmp_path):
 
 
 def test_only_models_that_a_study_asks_for_are_compiled(tmp_path):
-    assert load_study(write(tmp_path, STRESS)).models == ("rigid", "grounded")
-    assert load_study(write(tmp_path, STRESS), {"random": {"box": None}}).models == ("rigid",)
+    assert load_study(write(tmp_path, METAMORPHIC)).models == ("rigid", "grounded")
+    other = {"sets": {"other": None}}
+    assert load_study(write(tmp_path, METAMORPHIC), other).models == ("rigid",)
 
 
-def test_parts_of_a_stress_study_cover_its_runs(tmp_path):
-    study = load_study(write(tmp_path, STRESS))
+def test_parts_of_metamorphic_tests_cover_their_runs(tmp_path):
+    study = load_study(write(tmp_path, METAMORPHIC))
     parts = {name: job.settings for name, job in study.parts({}).items()}
-    checks = [*(f"corners_rigid~{i}" for i in range(3)), "random_box~0", "random_box~1"]
-    assert list(parts) == [*checks, "long_orbit", "metamorphic/box~0", "metamorphic/box~1"]
-    assert study.corners["rigid"].count == 2**4 * 3 * 2
-    box = parts["random_box~1"]["random"]["box"]
-    assert box["parameters"]["mass_ratio"] == (0.1, 0.2)
-    assert parts["random_box~1"]["part"] == (1, 2)
-    assert parts["long_orbit"]["run"] == POINT
-    again = [parts[f"metamorphic/box~{i}"]["runs"] for i in range(2)]
-    assert [(runs["first"], runs["count"]) for runs in again] == [(0, 2), (2, 2)]
-    gathered = study.gathered({})
-    assert gathered["cube.nc"].needs == (*checks, "long_orbit")
-    assert gathered["metamorphic.nc"].needs == ("metamorphic/box~0", "metamorphic/box~1")
+    ends = {name: (settings["first"], settings["end"]) for name, settings in parts.items()}
+    assert ends == {"box~0": (0, 2), "box~1": (2, 5), "other~1": (0, 1)}
+    assert parts["box~1"]["draws"]["mass_ratio"] == {"range": (0.1, 0.2), "spacing": "linear"}
+    assert study.gathered({})["cube.nc"].needs == tuple(parts)

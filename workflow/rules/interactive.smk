@@ -17,7 +17,7 @@ def interactive_settings(figure):
             "primary": study.initial,
             "draws": study.draw_settings(),
             "follow": study.follow,
-            "run": study.run | ENGINE,
+            "run": study.run_settings(ENGINE),
         },
         "code": digest(
             "interactive.py",

@@ -1,7 +1,7 @@
 """Compile parts of a model into numba's cache by running short scenes.
 
-Parts are the event loop with observers ("engine+bursts+impacts"), the checks of stress studies
-("checks"), or solvers of a comparison ("solvers+dop853+exact").
+Parts are the event loop with observers ("engine+bursts+impacts"), the metamorphic tests
+("metamorphic"), or solvers of a comparison ("solvers+dop853+exact").
 """
 
 import sys
@@ -38,11 +38,9 @@ def run_observers() -> None:
         )
 
 
-def run_checks() -> None:
-    from damper.verification.stress.checks import run_checks
-    from damper.verification.stress.metamorphic import run_metamorphic
+def run_relations() -> None:
+    from damper.verification.metamorphic.relations import run_metamorphic
 
-    run_checks([POINT], 1)
     run_metamorphic([POINT], periods=1)
 
 
@@ -62,6 +60,6 @@ def run_solvers() -> None:
 
 
 compile_at_once()
-{"engine": run_observers, "checks": run_checks, "solvers": run_solvers}[PART]()
+{"engine": run_observers, "metamorphic": run_relations, "solvers": run_solvers}[PART]()
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

@@ -70,6 +70,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     ] = _NONE
     initial: PrimaryStart = "rest"
     draws: Draws = _NONE
+    max_events: Annotated[
+        int | None,
+        Field(
+            ge=1,
+            le=10**15,
+            description="Budget of a run of this study alone, in place of that of the engine.",
+        ),
+    ] = None
     observers: Annotated[
         dict[str, Strict],
         NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
@@ -159,7 +167,13 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         """What there is to make figures and tables of."""
         starts = tuple(name for name in self.drawn if name in INITIAL_NAMES)
         return StudyContents(
-            self.axis_values, self.branches, self.observers, self.orbits, self.periods, starts
+            self.axis_values,
+            self.branches,
+            self.observers,
+            self.orbits,
+            self.periods,
+            starts,
+            is_si(self.ends),
         )
 
     @property
@@ -181,6 +195,11 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def run(self) -> dict[str, Any]:
         """Settings of every run."""
         return self.model_dump(include=set(declared_in(RunLength)))
+
+    def run_settings(self, engine: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of every run, and of the engine, of which the study may say one."""
+        own = {} if self.max_events is None else {"max_events": self.max_events}
+        return {**self.run, **engine, **own}
 
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""

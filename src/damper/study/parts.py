@@ -20,8 +20,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         modules, takes = simulation_modules(self), estimate(self)
         every = {
             "axes": {name: values[name] for name in self.inner_axes},
-            **self.run,
-            **engine,
+            **self.run_settings(engine),
             "observers": self.observer_settings(),
             "primary": self.initial,
             "draws": self.draw_settings(),
@@ -45,7 +44,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         measured = self.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
         about = {"title": self.title, "source": self.source, "study": measured.to_yaml()}
         followed = {name: values[name] for name in self.follow}
-        run = record(self.observer_settings(), self.initial, {**self.run, **engine}, followed)
+        run = record(self.observer_settings(), self.initial, self.run_settings(engine), followed)
         job = Job(
             "damper.sweep.cube",
             {

@@ -77,6 +77,8 @@ class StudyContents:
     """Length of the record."""
     starts: tuple[str, ...] = ()
     """Initial quantities that are drawn."""
+    si: bool = False
+    """Whether it is in SI units."""
 
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...]]:
@@ -358,6 +360,14 @@ def need(study: StudyContents, mistakes: Mistakes, *observers: str | tuple[str, 
         if not any(name in study.observers for name in names):
             either = " or ".join(names)
             mistakes.add((), f"needs {either} among the observers", either)
+
+
+def need_laws(study: StudyContents, mistakes: Mistakes) -> None:
+    """Note that the study does not measure the laws, or not of a dimensionless damper."""
+    need(study, mistakes, "laws")
+    if study.si:
+        message = "sorts runs by dimensionless parameters, and the study is in SI units"
+        mistakes.add((), message, "a dimensionless study")
 
 
 def need_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:

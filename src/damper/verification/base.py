@@ -32,13 +32,15 @@ DIMENSIONLESS = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANT
 
 
 def require(
-    given: Container[str], mistakes: Mistakes, quantities: Iterable[Quantity] = QUANTITIES
+    given: Container[str],
+    mistakes: Mistakes,
+    quantities: Iterable[Quantity] = QUANTITIES,
+    at: tuple[str, ...] = ("parameters",),
 ) -> None:
     """Note every parameter without a default that is not given."""
     for quantity in quantities:
         if quantity.default is None and quantity.name not in given:
-            loc = ("parameters", quantity.name)
-            mistakes.add(loc, f"'{quantity.name}' is not given", quantity.allowed)
+            mistakes.add((*at, quantity.name), f"'{quantity.name}' is not given", quantity.allowed)
 
 
 def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:

@@ -10,6 +10,7 @@ from cases import thinned
 from scenes import SLOW as BURST
 
 import damper
+from damper.analysis.labels import LABELS
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.theory.two_impacts import orbits
@@ -17,7 +18,6 @@ from damper.verification.comparison import solvers
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
 from damper.verification.comparison.solvers import SOLVERS, load, scipy_methods
-from damper.verification.labels import LABELS
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
 FIXED = (STEP_END, LOCATED, MOREAU)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.parameters.variables import TIME, Variable
 from damper.sweep.parts import PartData
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 from damper.verification.comparison.solvers import in_order, load
-from damper.verification.labels import label_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import INITIAL_NAMES
@@ -26,7 +27,6 @@ from damper.verification.base import (
     values_of,
 )
 from damper.verification.comparison.solvers import SOLVERS, module_of
-from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.verification.comparison"

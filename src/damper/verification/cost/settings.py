@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.observers import OBSERVERS
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.quantities import (
@@ -31,7 +32,6 @@ from damper.verification.base import (
     require,
     values_of,
 )
-from damper.verification.labels import label_of
 
 _NONE: dict[str, Any] = {}
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from damper.analysis.labels import capital, short, time_text
 from damper.figures.common.layout import wrap
 from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import BLACK, MISSING
@@ -20,7 +21,6 @@ from damper.verification.comparison.best import (
 )
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.marks import FAILURES
-from damper.verification.labels import capital, short, time_text
 
 if TYPE_CHECKING:
     import xarray as xr

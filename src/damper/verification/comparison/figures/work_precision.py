@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.labels import capital
 from damper.figures.common.layout import wrap
 from damper.figures.common.panels import (
     finish,
@@ -23,7 +24,6 @@ from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import FILES
 from damper.verification.comparison.errors import GOOD, OUTCOMES
 from damper.verification.comparison.marks import FAILURES, line_of
-from damper.verification.labels import capital
 
 if TYPE_CHECKING:
     import xarray as xr

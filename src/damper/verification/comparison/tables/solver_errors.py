@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.labels import capital, label_of, short
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import GOOD, MEASURES, MISSES, OUTCOMES
-from damper.verification.labels import capital, label_of, short
 
 if TYPE_CHECKING:
     import pandas as pd

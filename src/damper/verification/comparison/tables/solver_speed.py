@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from damper.analysis.labels import capital, short, time_text
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison.best import (
@@ -18,7 +19,6 @@ from damper.verification.comparison.best import (
     time_to_reach,
 )
 from damper.verification.comparison.tables.solver_errors import levels
-from damper.verification.labels import capital, short, time_text
 from damper.verification.timing import machine_text
 
 if TYPE_CHECKING:

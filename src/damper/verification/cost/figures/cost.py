@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.figures.common.layout import legend, wrap
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLUE, ORANGE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
-from damper.verification.labels import label_of
 from damper.verification.timing import machine_text
 
 if TYPE_CHECKING:

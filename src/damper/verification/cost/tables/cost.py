@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from damper.analysis.labels import label_of
 from damper.tables import Table
 from damper.verification.base import Made, OptionalCaption
-from damper.verification.labels import label_of
 from damper.verification.timing import Spread, machine_text
 
 _TIMES = {"bare": "bare, us/event", "observed": "observed, us/event"}

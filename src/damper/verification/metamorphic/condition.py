@@ -1,11 +1,11 @@
 """Condition of a run: how far roundoff alone may move its events, apart from the method's errors.
 
-The same point is run again with noise (`damper.verification.stress.runs.noisy_run`): parameters and
-start, and after each event state and phase, are changed by some 4000 units of roundoff. How much
-further off than that the events come is their condition. Past a grazing, at the border between two
-outcomes, or some dozen impacts into a chaotic run, other events follow altogether; from there on a
-comparison is meaningless for the method, and each step has to be judged by itself
-(`damper.verification.stress.backward`).
+The same point is run again with noise (`damper.verification.metamorphic.runs.noisy_run`):
+parameters and start, and after each event state and phase, are changed by some 4000 units of
+roundoff. How much further off than that the events come is their condition. Past a grazing, at the
+border between two outcomes, or some dozen impacts into a chaotic run, other events follow
+altogether; from there on a comparison is meaningless for the method, and each step has to be judged
+by itself (`damper.verification.metamorphic.backward`).
 """
 
 from typing import NamedTuple
@@ -14,8 +14,8 @@ import numpy as np
 
 from damper.engine.segment import GAP_RATE, SPEED, V, X
 from damper.parameters import Parameters, State
-from damper.verification.stress.runs import Events, ShortRun, events_of, noisy_run
-from damper.verification.stress.verdicts import EPS
+from damper.verification.metamorphic.runs import Events, ShortRun, events_of, noisy_run
+from damper.verification.metamorphic.verdicts import EPS
 
 #: Noise, as a part of each number.
 NOISE = 2.0**-40

@@ -7,8 +7,8 @@ import pytest
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, RELEASE, SIDE, V, X
 from damper.parameters import Parameters, State
-from damper.verification.stress.backward import LONG, Oscillators, _motion, residuals
-from damper.verification.stress.runs import short_run
+from damper.verification.metamorphic.backward import LONG, Oscillators, _motion, residuals
+from damper.verification.metamorphic.runs import short_run
 
 pytestmark = pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
 

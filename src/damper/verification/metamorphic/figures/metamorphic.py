@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from damper.figures.common.layout import wrap
 from damper.figures.common.panels import note_empty_panel
 from damper.figures.common.style import BLUE, PAGE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
-from damper.verification.stress.tables.metamorphic import failures
-from damper.verification.stress.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
+from damper.verification.metamorphic.tables.metamorphic import failures
+from damper.verification.metamorphic.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,8 +28,6 @@ _NO_DIFFERENCE, _NO_ERROR = 1e-19, 1e-2
 class MetamorphicFigure(Made):
     """How far runs are apart that must agree, beside what their condition makes of rounding."""
 
-    reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
-
     caption: OptionalCaption = None
     see: See = None
 
@@ -38,20 +36,16 @@ def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
     """Draw differences over the growth of a noise, and the distribution of backward errors."""
     from matplotlib.figure import Figure
 
-    cube = results["metamorphic"]
+    cube = results["cube"]
     figure = Figure(figsize=(PAGE, 3.3), layout="constrained")
     left, right = figure.subplots(1, 2)
     count = cube.sizes["run"]
-    words = [settings.caption or cube.attrs.get("title", "")]
-    if count:
-        _differences(left, cube)
-        _errors(right, cube)
-        failed = len(failures(cube)) or "none"
-        words.append(f"{count} runs, each made again in six ways; {failed} failed")
-    else:
-        for ax in (left, right):
-            note_empty_panel(ax, "no runs were compared")
-            ax.set_axis_off()
+    _differences(left, cube)
+    _errors(right, cube)
+    words = [
+        settings.caption or cube.attrs.get("title", ""),
+        f"{count} runs, each made again in six ways; {len(failures(cube)) or 'none'} failed",
+    ]
     heading = [wrap(line.split(), 110.0) for line in words]
     figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
     return figure

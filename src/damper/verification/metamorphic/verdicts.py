@@ -19,7 +19,7 @@ RELATION_VERDICTS = {
 }
 
 #: What is checked of each segment: name -> label; all in units of roundoff of the terms; see
-#: `damper.verification.stress.backward.residuals`.
+#: `damper.verification.metamorphic.backward.residuals`.
 CHECKS = {
     "motion": "motion of the masses over a segment",
     "contact": "gap and approach speed at an impact",

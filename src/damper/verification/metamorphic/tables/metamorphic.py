@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of, short
 from damper.tables import Table
 from damper.verification.base import Made
-from damper.verification.labels import label_of, short
-from damper.verification.stress.cube import point_of
-from damper.verification.stress.verdicts import (
+from damper.verification.metamorphic.cube import point_of
+from damper.verification.metamorphic.verdicts import (
     ALLOWANCE,
     CHECKS,
     EPS,
@@ -36,18 +36,13 @@ _JUDGED = {f"backward_{name}": f"{words} [2^-52]" for name, words in CHECKS.item
 class MetamorphicTable(Made):
     """Each relation: runs that agree, runs that are judged step by step, and the worst ones."""
 
-    reads: ClassVar[tuple[str, ...]] = ("metamorphic.nc",)
-
 
 def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
     """Make the table: the data have a row for each relation, the body tables of more."""
     import pandas as pd
 
-    cube = results["metamorphic"]
+    cube = results["cube"]
     count = cube.sizes["run"]
-    if not count:
-        empty = pd.DataFrame(columns=["relation"])
-        return Table("Metamorphic tests", empty, ["No runs were compared."])
     failed = failures(cube)
     verdicts = verdicts_of(cube)
     data = pd.DataFrame(
@@ -98,8 +93,6 @@ def verdicts_of(cube: xr.Dataset) -> pd.DataFrame:
 
 def failures(cube: xr.Dataset) -> list[int]:
     """Return the numbers of the runs that fail in any way."""
-    if not cube.sizes["run"]:
-        return []
     return np.flatnonzero((verdicts_of(cube) == FAILED).any(axis=1)).tolist()
 
 

@@ -1,4 +1,4 @@
-"""The stress study: worst violation of each law in each regime, against its limit."""
+"""Laws of the model: how far all runs are from their limits, and the worst in each regime."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of, short
+from damper.analysis.laws import GRADED, Row, excesses, regimes
 from damper.figures.common.layout import wrap
 from damper.figures.common.style import BLUE, ORANGE, PAGE, SKY, VERMILION
 from damper.observers.common.laws import LIMIT
-from damper.verification.base import Made, OptionalCaption, See
-from damper.verification.labels import label_of, short
-from damper.verification.stress.tables.stress import GRADED, Row, excesses, regimes
+from damper.study.messages import Mistakes
+from damper.study.products import Caption, Product, StudyContents, need_laws
+from damper.study.study_file import See
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,14 +27,17 @@ _COLOURS = ("#DCEBF7", SKY, ORANGE, VERMILION)
 _LINES = ("-", "--", "-.", ":")
 
 
-class StressFigure(Made):
+class LawsFigure(Product):
     """How far each law is from its limit, over all runs, and the worst in each regime."""
 
-    caption: OptionalCaption = None
+    caption: Caption = None
     see: See = None
 
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need_laws(study, mistakes)
 
-def draw(results: Mapping[str, Any], settings: StressFigure) -> Figure:
+
+def draw(results: Mapping[str, Any], settings: LawsFigure) -> Figure:
     """Draw all runs' violations as distributions, and the worst ones by regime as a matrix."""
     from matplotlib.figure import Figure
 
@@ -46,10 +51,10 @@ def draw(results: Mapping[str, Any], settings: StressFigure) -> Figure:
     )
     _distributions(upper, far)
     _matrix(lower, rows)
-    stopped, failed, refused = rows[0].outcomes[1:]
+    stopped, failed = rows[0].outcomes[1:]
     ends = (
         f"{rows[0].runs} runs: {stopped} stopped by their event budget, "
-        f"{failed} by a search that failed, {refused} refused; {rows[0].broken} break a law"
+        f"{failed} by a search that failed; {rows[0].broken} break a law"
     )
     words = (settings.caption or cube.attrs.get("title", "")).split()
     heading = [wrap(words, 110.0), wrap(ends.split(), 110.0)]

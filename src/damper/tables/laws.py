@@ -1,65 +1,38 @@
-"""Table of the stress study: what each law came to, over all runs and in each regime."""
+"""Table of the laws: what each one came to, over all runs and in each regime."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT, excess
+from damper.analysis.labels import label_of, short
+from damper.analysis.laws import GRADED, Row, excesses, regimes, runs_of
+from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
+from damper.parameters.variables import STATUS_MEANINGS
+from damper.study.messages import Mistakes
+from damper.study.products import Product, StudyContents, need_laws
 from damper.tables import Table
-from damper.verification.base import Made
-from damper.verification.labels import label_of, short
-from damper.verification.stress.cube import point_of
-from damper.verification.stress.outcomes import RUN_OUTCOMES
-from damper.verification.stress.regimes import REGIMES, Regime, with_models
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
     import xarray as xr
 
-#: Laws whose violation is a number worth reading; the other one either holds or does not.
-GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
 _OUTCOME_WORDS = (
     "finished",
     "stopped by their event budget",
     "stopped because a search failed",
-    "refused with an error",
 )
 
 
-class Row(NamedTuple):
-    """Runs of one regime: how they ended, the worst value of each law, and the worst run."""
-
-    regime: Regime
-    outcomes: list[int]
-    """Counts in the order of `RUN_OUTCOMES`."""
-    worst: pd.Series
-    """Of each law; NaN where there is nothing to violate."""
-    nearest: pd.Series
-    """The same over its limit."""
-    broken: int
-    """Runs that break a law."""
-    law: str
-    point: dict[str, float]
-    """Law nearest to its limit, or farthest beyond, and where."""
-
-    @property
-    def runs(self) -> int:
-        """All runs of the regime."""
-        return sum(self.outcomes)
-
-    @property
-    def stopped(self) -> int:
-        """Runs that did not finish."""
-        return sum(self.outcomes[1:])
-
-
-class StressTable(Made):
+class LawsTable(Product):
     """What each law came to, over all runs and in each regime."""
 
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        need_laws(study, mistakes)
 
-def make(results: Mapping[str, Any], settings: StressTable) -> Table:
+
+def make(results: Mapping[str, Any], settings: LawsTable) -> Table:
     """Make the table of the regimes, with a summary of the laws before it in the body."""
     import pandas as pd
 
@@ -86,41 +59,11 @@ def make(results: Mapping[str, Any], settings: StressTable) -> Table:
     )
 
 
-def excesses(cube: xr.Dataset) -> pd.DataFrame:
-    """Each law's violation over its limit, run by run; NaN where there is nothing to violate."""
-    import pandas as pd
-
-    return pd.DataFrame({n: excess(n, cube[n].values, cube.segments.values) for n in LAW_NAMES})
-
-
-def regimes(cube: xr.Dataset) -> list[Row]:
-    """Return one row for all runs, then one for each regime that has any."""
-    runs = with_models(cube.to_dataframe().reset_index())
-    everywhere = runs.run.notna()
-    chosen = [(Regime("all", "every run"), everywhere)]
-    chosen += [(regime, regime.holds(runs)) for regime in REGIMES]
-    far = excesses(cube)
-    return [_row(cube, regime, runs[some], far[some]) for regime, some in chosen if some.any()]
-
-
-def _row(cube: xr.Dataset, regime: Regime, runs: pd.DataFrame, far: pd.DataFrame) -> Row:
-    run, law = far.fillna(-1.0).stack().idxmax()
-    return Row(
-        regime,
-        [int((runs.status == code).sum()) for code in range(len(RUN_OUTCOMES))],
-        runs[list(LAW_NAMES)].max(),
-        far.max(),
-        int((far > 1.0).any(axis=1).sum()),
-        law,
-        point_of(cube, run),
-    )
-
-
 def _numbers(row: Row) -> dict[str, Any]:
     point = "; ".join(f"{name}={value:.16g}" for name, value in row.point.items())
     return (
         {"regime": row.regime.name, "condition": row.regime.condition, "runs": row.runs}
-        | dict(zip(RUN_OUTCOMES, row.outcomes, strict=True))
+        | dict(zip(STATUS_MEANINGS, row.outcomes, strict=True))
         | {"broken": row.broken, **row.worst, "worst_law": row.law, "worst_point": point}
     )
 
@@ -128,7 +71,7 @@ def _numbers(row: Row) -> dict[str, Any]:
 def _laws(cube: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
-    far, stopped = excesses(cube), cube.status.values > 0
+    far, stopped = excesses(cube), runs_of(cube).status > 0
     kept = far <= 1.0
     limits = {"not_finite": "0", "energy_balance": f"{LIMIT:g} and more"}
     counts = pd.DataFrame(

@@ -31,7 +31,7 @@ from damper.engine.segment import (
     X,
 )
 from damper.parameters import Parameters
-from damper.verification.stress.verdicts import EPS
+from damper.verification.metamorphic.verdicts import EPS
 
 #: Whether `numpy.longdouble` has digits to spare.
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)

@@ -7,26 +7,27 @@ from scenes import GENERIC
 from damper.engine.compiled import plain
 from damper.engine.segment import SPEED, V
 from damper.parameters import Parameters, State
-from damper.verification.stress import metamorphic, runs
-from damper.verification.stress.backward import LONG
-from damper.verification.stress.condition import (
+from damper.sweep.branches import draw
+from damper.verification.metamorphic import relations, runs
+from damper.verification.metamorphic.backward import LONG
+from damper.verification.metamorphic.condition import (
     NOISE,
     POINTLESS,
     condition_of,
     differences,
     scale_of,
 )
-from damper.verification.stress.metamorphic import (
+from damper.verification.metamorphic.relations import (
     FAILED,
     NOT_APPLICABLE,
     PASSED,
     PASSED_BY_STEPS,
     RELATIONS,
 )
-from damper.verification.stress.verdicts import EPS
+from damper.verification.metamorphic.verdicts import EPS
 
 # To compile it takes longer than these runs.
-run_metamorphic = plain(metamorphic.run_metamorphic)
+run_metamorphic = plain(relations.run_metamorphic)
 pytestmark = pytest.mark.skipif(not LONG, reason="long double has no digits to spare")
 
 CHAOTIC = GENERIC | {"restitution": 0.9}
@@ -67,7 +68,7 @@ def test_a_follow_up_that_differs_fails(monkeypatch):
         log[:, SPEED] *= 1.0 + 1e-9
         return run._replace(log=log)
 
-    monkeypatch.setattr(metamorphic, "short_run", wrong)
+    monkeypatch.setattr(relations, "short_run", wrong)
     found = run_metamorphic([CHATTERING])
     assert found["mirrored_verdict"][0] == FAILED
     assert found["units_verdict"][0] == PASSED
@@ -75,7 +76,7 @@ def test_a_follow_up_that_differs_fails(monkeypatch):
 
 def test_the_laws_judge_where_there_is_no_backward_error(monkeypatch):
     """Runs without events agree with nothing; the laws distinguish a sound log from a wrong one."""
-    honest, honest_events, wrong_by = runs.short_run, metamorphic.events_of, {"v": 0.0}
+    honest, honest_events, wrong_by = runs.short_run, relations.events_of, {"v": 0.0}
 
     def without_events(run):
         found = honest_events(run)
@@ -89,9 +90,9 @@ def test_the_laws_judge_where_there_is_no_backward_error(monkeypatch):
         log[:, V] *= 1.0 + wrong_by["v"]
         return run._replace(log=log)
 
-    monkeypatch.setattr(metamorphic, "events_of", without_events)
-    monkeypatch.setattr(metamorphic, "short_run", wrong)
-    monkeypatch.setattr(metamorphic, "LONG", False)
+    monkeypatch.setattr(relations, "events_of", without_events)
+    monkeypatch.setattr(relations, "short_run", wrong)
+    monkeypatch.setattr(relations, "LONG", False)
     assert run_metamorphic([GENERIC], events=12)["mirrored_verdict"] == [PASSED_BY_STEPS]
     wrong_by["v"] = 1e-9
     assert run_metamorphic([GENERIC], events=12)["mirrored_verdict"] == [FAILED]
@@ -101,6 +102,20 @@ def test_a_run_that_is_refused_is_an_outcome():
     found = run_metamorphic([GENERIC | {"mass_ratio": -1.0}, CHATTERING])
     assert all(v.tolist() == [NOT_APPLICABLE, PASSED] for v in verdicts(found).values())
     assert np.isnan(found["growth"]).tolist() == [True, False]
+
+
+def test_parts_are_stretches_of_the_draws():
+    """What comes of a run does not depend on the part it is in; a quantity not drawn is default."""
+    scene = {name: {"values": (value,)} for name, value in CHATTERING.items()}
+    draws = {"count": 3, "seed": 5, **scene, "initial_velocity": {"range": (-1.0, 1.0)}}
+    run_part = plain(relations.run_part)
+    whole = run_part((), draws, 0, 3).arrays
+    parts = [run_part((), draws, *ends).arrays for ends in ((0, 2), (2, 3))]
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, np.concatenate([part[name] for part in parts]))
+    assert whole["initial_velocity"].tolist() == draw(draws)["initial_velocity"]
+    assert whole["contact_stiffness_ratio"].tolist() == [np.inf] * 3
+    assert (whole["mirrored_verdict"] == PASSED).all()
 
 
 def test_other_models_are_compared_too():

@@ -2,10 +2,10 @@
 
 Mirrored (phase + pi, all signs changed), started some whole forcing periods later, taken to SI
 units and back, and with a sharper and a looser accuracy, a run must give the same events. How
-closely is a matter of its condition (`damper.verification.stress.condition`); where that leaves
-nothing to compare, both runs are judged step by step: by the laws that a log must keep
-(the observer `laws`), and those of the rigid damper by their backward error too
-(`damper.verification.stress.backward`). No run is dropped.
+closely is a matter of its condition (`damper.verification.metamorphic.condition`); where that
+leaves nothing to compare, both runs are judged step by step: by the laws that a log must keep (the
+observer `laws`), and those of the rigid damper by their backward error too
+(`damper.verification.metamorphic.backward`). No run is dropped.
 """
 
 import math
@@ -22,11 +22,12 @@ from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, excess
 from damper.observers.laws import Laws
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.quantities import ALL
+from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
-from damper.verification.stress.backward import LONG, residuals
-from damper.verification.stress.box import points_of, random_points
-from damper.verification.stress.condition import (
+from damper.verification.metamorphic.backward import LONG, residuals
+from damper.verification.metamorphic.condition import (
     Condition,
     Scale,
     condition_of,
@@ -34,8 +35,9 @@ from damper.verification.stress.condition import (
     matching,
     scale_of,
 )
-from damper.verification.stress.runs import END, REST, Events, ShortRun, events_of, short_run
-from damper.verification.stress.verdicts import (
+from damper.verification.metamorphic.cube import POINT_NAMES
+from damper.verification.metamorphic.runs import END, REST, Events, ShortRun, events_of, short_run
+from damper.verification.metamorphic.verdicts import (
     ALLOWANCE,
     CHECKS,
     EPS,
@@ -87,11 +89,17 @@ class _FollowUp(NamedTuple):
     events: Events
 
 
-def run_part(needed: Sequence[PartData], runs: Mapping[str, Any]) -> PartData:
-    """Run points again as a job of the workflow; `runs` are arguments of `random_points`."""
-    points = random_points(**runs)
-    found = run_metamorphic(points, seed=runs["seed"], first=runs["first"])
-    return PartData(points_of(points) | found)
+def run_part(
+    needed: Sequence[PartData], draws: Mapping[str, Any], first: int, end: int
+) -> PartData:
+    """Run the draws from `first` to before `end` again, as a job of the workflow."""
+    drawn = {name: values[first:end] for name, values in draw(draws).items()}
+    points = [dict(zip(drawn, point, strict=True)) for point in zip(*drawn.values(), strict=True)]
+    given = {
+        name: np.array(drawn.get(name, [ALL[name].default] * len(points)), dtype=float)
+        for name in POINT_NAMES
+    }
+    return PartData(given | run_metamorphic(points, seed=draws["seed"], first=first))
 
 
 def run_metamorphic(

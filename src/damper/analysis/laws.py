@@ -1,0 +1,153 @@
+"""What the laws of the model came to in the runs of a cube, over all of them and by regime.
+
+Regimes are parts of the parameter box where accuracy may degrade. Those of the first six parameters
+are of the rigid model, so that what another model adds is seen in its own rows. Why accuracy ends
+in some of them stands in docs/limits.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from damper.analysis.places import need_variables
+from damper.observers.common.laws import LAW_NAMES, excess
+from damper.parameters import Parameters
+from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.variables import STATUS_MEANINGS
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: Laws whose violation is a number worth reading; the other one either holds or does not.
+GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
+
+
+class Regime(NamedTuple):
+    """A part of the box: a name, and a condition on a run's quantities."""
+
+    name: str
+    condition: str
+    """As `pandas.DataFrame.eval` reads it; none for all runs of the model."""
+    model: str = "rigid"
+
+    def holds(self, runs: pd.DataFrame) -> pd.Series:
+        """Whether each run, a row of `runs_of`, is in the regime."""
+        chosen: pd.Series = runs.model == self.model
+        return chosen & runs.eval(self.condition) if self.condition else chosen
+
+
+REGIMES = (
+    Regime(
+        "ordinary",
+        "1e-3 <= damping_ratio <= 1 and 0.1 <= frequency_ratio <= 10"
+        " and 1e-3 <= mass_ratio <= 10 and 1e-3 <= clearance <= 10",
+    ),
+    Regime("slow forcing", "frequency_ratio <= 1e-3"),
+    Regime("fast forcing", "frequency_ratio >= 1e3"),
+    Regime("undamped", "damping_ratio <= 1e-12"),
+    Regime("undamped resonance", "damping_ratio <= 1e-12 and abs(frequency_ratio - 1) <= 1.1e-9"),
+    Regime("critical damping", "abs(damping_ratio - 1) <= 1.1e-12"),
+    Regime("heavy damping", "damping_ratio >= 10"),
+    Regime("tiny mass", "mass_ratio <= 1e-6"),
+    Regime("heavy free mass", "mass_ratio >= 1e3"),
+    Regime("nearly elastic", "restitution >= 0.999"),
+    Regime("plastic", "restitution <= 1e-6"),
+    Regime("tiny clearance", "0 < clearance <= 1e-6"),
+    Regime("large clearance", "clearance >= 1e3"),
+    Regime(
+        "grazing start",
+        "initial_displacement == -1 and 0 < initial_relative_velocity < 1e-3",
+    ),
+    Regime("long runs", "periods >= 100000"),
+    Regime("grounded", "", "grounded"),
+    Regime(
+        "fast support",
+        "support_damping == 0 and support_stiffness_ratio >= 1e6 * mass_ratio",
+        "grounded",
+    ),
+    Regime("heavily damped support", "support_damping >= 100 * mass_ratio", "grounded"),
+    Regime("time-varying", "", "time_varying"),
+    Regime("compliant", "", "compliant"),
+    Regime("stiff contact", "contact_stiffness_ratio >= 1e8", "compliant"),
+)
+
+#: Quantities of a run.
+_QUANTITIES = (*PARAMETER_NAMES, *INITIAL_NAMES)
+
+
+class Row(NamedTuple):
+    """Runs of one regime: how they ended, the worst value of each law, and the worst run."""
+
+    regime: Regime
+    outcomes: list[int]
+    """Counts in the order of `damper.parameters.variables.STATUS_MEANINGS`."""
+    worst: pd.Series
+    """Of each law; NaN where there is nothing to violate."""
+    nearest: pd.Series
+    """The same over its limit."""
+    broken: int
+    """Runs that break a law."""
+    law: str
+    point: dict[str, float]
+    """Law nearest to its limit, or farthest beyond, and where."""
+
+    @property
+    def runs(self) -> int:
+        """All runs of the regime."""
+        return sum(self.outcomes)
+
+    @property
+    def stopped(self) -> int:
+        """Runs that did not finish."""
+        return sum(self.outcomes[1:])
+
+
+def excesses(cube: xr.Dataset) -> pd.DataFrame:
+    """Each law's violation over its limit, run by run; NaN where there is nothing to violate."""
+    import pandas as pd
+
+    runs = runs_of(cube)
+    return pd.DataFrame({n: excess(n, runs[n].values, runs.segments.values) for n in LAW_NAMES})
+
+
+def regimes(cube: xr.Dataset) -> list[Row]:
+    """Return one row for all runs, then one for each regime that has any.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        Dimensionless, with the variables of the observer ``laws``.
+    """
+    runs, far = runs_of(cube), excesses(cube)
+    chosen = [(Regime("all", "every run"), runs.status.notna())]
+    chosen += [(regime, regime.holds(runs)) for regime in REGIMES]
+    return [_row(regime, runs[some], far[some]) for regime, some in chosen if some.any()]
+
+
+def runs_of(cube: xr.Dataset) -> pd.DataFrame:
+    """Every run of a cube, a row: laws, status, all quantities, the model, and the periods."""
+    need_variables(cube, *LAW_NAMES, "segments")
+    found = cube[[*LAW_NAMES, "segments", "status"]]
+    runs = found.expand_dims("run").to_dataframe().reset_index()
+    defaults = {n: ALL[n].default for n in _QUANTITIES if n not in runs}
+    runs = runs.assign(**defaults, periods=cube.attrs["recorded_periods"])
+    dampers = [Parameters(**values) for values in runs[list(PARAMETER_NAMES)].to_dict("records")]
+    return runs.assign(
+        model=[damper.model for damper in dampers],
+        support_damping=[damper.support_damping for damper in dampers],
+    )
+
+
+def _row(regime: Regime, runs: pd.DataFrame, far: pd.DataFrame) -> Row:
+    run, law = far.fillna(-1.0).stack().idxmax()
+    values = runs.loc[run, list(_QUANTITIES)].to_dict()
+    return Row(
+        regime,
+        [int((runs.status == code).sum()) for code in range(len(STATUS_MEANINGS))],
+        runs[list(LAW_NAMES)].max(),
+        far.max(),
+        int((far > 1.0).any(axis=1).sum()),
+        law,
+        {name: value for name, value in values.items() if value != ALL[name].default},
+    )

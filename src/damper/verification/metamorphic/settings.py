@@ -1,0 +1,93 @@
+"""Settings of a study of metamorphic tests: random runs that are made again in other ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from damper.parameters.quantities import MODEL_NAMES
+from damper.study.fields import NamedMapping
+from damper.study.jobs import Job
+from damper.study.kinds import Kinds
+from damper.study.messages import Mistakes
+from damper.study.settings import Draws, draw_settings, drawn_of
+from damper.verification.base import (
+    DIMENSIONLESS,
+    DRAWN,
+    TABULATED,
+    Made,
+    Verification,
+    models_of,
+    require,
+)
+
+_NONE: dict[str, Any] = {}
+FIGURES = Kinds(Made, "damper.verification.metamorphic.figures")
+TABLES = Kinds(Made, "damper.verification.metamorphic.tables")
+
+
+class Metamorphic(Verification):
+    """Random runs made again: mirrored, later, in SI units, with other accuracies, with noise."""
+
+    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+
+    kind: Annotated[Literal["metamorphic"], Field(description="That it is such a study.")]
+    sets: Annotated[
+        dict[str, Draws],
+        NamedMapping("set of runs", to="its draws"),
+        Field(
+            description="Name -> draws of dimensionless parameters and initial quantities, as in a "
+            "study; every parameter without a default must be drawn."
+        ),
+    ]
+    jobs: Annotated[
+        int, Field(ge=1, le=1000, description="How many jobs share the runs of each set.")
+    ] = 1
+    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
+    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Models of the damper that its runs ask for."""
+        return models_of(name for draws in self.sets.values() for name in draws)
+
+    @property
+    def values(self) -> dict[str, str]:
+        """What a page shows of the study's settings: name -> value."""
+        return {name: f"{draws['count']} runs" for name, draws in self.sets.items()}
+
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        found = {}
+        for name, draws in self.sets.items():
+            settings = draw_settings(draws)
+            ends = [i * settings["count"] // self.jobs for i in range(self.jobs + 1)]
+            for i, (first, end) in enumerate(pairwise(ends)):
+                if end > first:
+                    job = {"draws": settings, "first": first, "end": end}
+                    found[f"{name}~{i}"] = self._job("relations", job)
+        return found
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        about = {"attributes": self.attributes()}
+        return {"cube.nc": self._job("cube", about, tuple(self.parts(engine)))}
+
+    def _job(self, module: str, settings: dict[str, Any], needs: tuple[str, ...] = ()) -> Job:
+        models = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
+        loads = [f"{model}{part}" for model in models for part in ("", ".response", ".laws")]
+        compiled = () if needs else ("metamorphic",)
+        place = f"damper.verification.metamorphic.{module}"
+        return Job(place, settings, needs, tuple(loads), compiled)
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        if not self.sets:
+            mistakes.add(("sets",), "no runs are given", "a name and its draws")
+        for name, draws in self.sets.items():
+            with mistakes.at("sets", name):
+                require(drawn_of(draws), mistakes, at=())
+                for one in drawn_of(draws):
+                    if one not in DIMENSIONLESS:
+                        mistakes.unknown((one,), "dimensionless quantity", one, DIMENSIONLESS)
