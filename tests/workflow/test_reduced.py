@@ -56,7 +56,7 @@ def test_reduced_run_makes_everything(reduced):
     tables = ["tables/paper_b_table.csv", "tables/paper_b_table.md"]
     figures += ["figures/paper_b_fig_1.png", "figures/paper_b_fig_1.svg"]
     figures += ["interactive/bifurcation.js"]
-    assert set(made) == {"cube.nc", *figures, *tables, "parts/frequency_ratio~1.5.npz"}
+    assert set(made) == {"cube.nc", *figures, *tables, "parts/all.npz"}
 
 
 def test_cube_opens_in_plain_xarray_and_matches_simulate(reduced):
