@@ -234,9 +234,8 @@ Line = Annotated[Text, AfterValidator(_on_one_line), Rule("on one line")]
 FOLDER_WORDS = "a path below the project's folder, of up to 200 letters, digits, _, -, . and /"
 Folder = Annotated[Text, AfterValidator(_folder), Rule(f"that is {FOLDER_WORDS}")]
 """A path that Snakemake, and every platform, takes as it is."""
-Several = Annotated[tuple[T, ...], Distinct()]
 Some = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
-"""At least one of `Several`."""
+"""A list of at least one, without repetition."""
 Pair = Annotated[tuple[T, T], Field(strict=False), AfterValidator(_rising), Rule("low < high")]
 Coordinate = Annotated[float, AfterValidator(_in_range), Rule(COORDINATE), Unit(THE_PARAMETERS)]
 """A value of the quantity under whose name it stands."""
@@ -295,9 +294,8 @@ class NamedMapping:
                 mistakes.unknown((here,), self.what, name, self.names, data)
                 continue
             if not isinstance(name, str):
-                mistakes.add(
-                    (here,), f"a key must be text: put {display(name)} in quotes", STEM_WORDS
-                )
+                message = f"a key must be text: put {display(name)} in quotes"
+                mistakes.add((here,), message, STEM_WORDS)
                 continue
             if self.names is None and not STEM.fullmatch(name):
                 message = f"{display(name)} cannot be the name of a {self.what}"

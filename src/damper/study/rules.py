@@ -118,14 +118,12 @@ def _check_curves(study: Study, entry: FollowedOrbit, mistakes: Mistakes) -> Non
             own = (entry.at[name],) if name in entry.at else own
             if name == entry.along or name not in FOLLOWED:
                 message = f"a point cannot be followed along {entry.along} and {name}"
-                mistakes.add(
-                    loc, message, join_names(each for each in FOLLOWED if each != entry.along)
-                )
+                allowed = join_names(each for each in FOLLOWED if each != entry.along)
+                mistakes.add(loc, message, allowed)
             elif not low <= min(own) <= max(own) <= high:
                 message = f"the motion has {name} from {min(own):g} to {max(own):g}"
-                mistakes.add(
-                    loc, message, "a range that holds these values; or give one value in at"
-                )
+                allowed = "a range that holds these values; or give one value in at"
+                mistakes.add(loc, message, allowed)
 
 
 def _makes_dampers(study: Study, mistakes: Mistakes) -> bool:
