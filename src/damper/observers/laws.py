@@ -81,15 +81,14 @@ class Laws(Observer):
         _follow(self._model, self._tables, log, self._found, self._last, self._end)
 
     def finish(self, finished: bool) -> None:
-        """Write what was found, up to a stop too."""
+        """Write what was found, up to a stop too; nothing where the record was not reached."""
         # Plain numbers: NumPy's warn of infinite ones.
         found = dict(zip(fields_of(_FOUND), self._found[0].tolist(), strict=True))
-        if found["segments"]:
-            left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
-            size = found["input_size"] + found["lost"] + found["largest"]
-            found["energy_balance"] = abs(left) / size if size > 0.0 else abs(left)
-        else:
-            found["energy_balance"] = math.nan
+        if not found["segments"]:
+            return
+        left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
+        size = found["input_size"] + found["lost"] + found["largest"]
+        found["energy_balance"] = abs(left) / size if size > 0.0 else abs(left)
         self._put({name: found[name] for name in (*LAW_NAMES, "segments")})
 
 
