@@ -227,7 +227,7 @@ def test_without_chatter() -> None:
 
 
 def test_missing_samples() -> None:
-    """Lanes that stopped have NaN samples: neither drawn nor in the way."""
+    """Runs that stopped have NaN samples: neither drawn nor in the way."""
     cube = made_up()
     cube["displacement"].loc[{"restitution": 0.8}] = np.nan
     cube["displacement"][..., 3, 2:] = np.nan

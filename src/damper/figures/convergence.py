@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -17,14 +17,14 @@ from damper.study.products import At, Caption, FigureSettings, Role, StudyConten
 from damper.tables.convergence import Compared, Conventions, Stiffness, check_convergence
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _PANEL = 1.35
 """Height of a panel in inches."""
 _STYLES: tuple[dict[str, Any], ...] = (
-    {"color": BLUE, "marker": "o", "ls": "-"},
-    {"color": VERMILION, "marker": "s", "ls": "--"},
+    {"color": BLUE, "marker": "o", "ls": "-", "lw": 0.9, "ms": 2.8},
+    {"color": VERMILION, "marker": "s", "ls": "--", "lw": 0.9, "ms": 2.8},
 )
 _HALF: dict[str, Any] = {"color": "#777777", "lw": 0.8, "ls": ":"}
 
@@ -58,49 +58,43 @@ def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
     height = 1.2 + _PANEL * len(variables)
     figure, axes = panel_grid(len(variables), width=COLUMN, height=height)
     values = place[lines].values.tolist() if lines else [None]
-    stiffness = place[along].values
-    handles: list[Artist] = []
     for ax, name in zip(axes.flat, variables, strict=True):
         rows = found[found["variable"] == name]
-        slopes = []
-        for value, look in zip(values, _STYLES, strict=False):
-            line = rows[rows[lines] == value] if lines else rows
-            distance = line["distance"].to_numpy()
-            shown = np.where(distance > 0.0, distance, np.nan)
-            ax.plot(stiffness, shown, lw=0.9, ms=2.8, **look)
-            slopes.append(f"{order_of_convergence(stiffness, distance):.2f}")
-        if np.isfinite(shown[-1]):
-            half = 0.4 * shown[-1] * (stiffness / stiffness[-1]) ** -0.5
-            ax.plot(stiffness, half, **_HALF)
-        ax.set_xscale("log")
-        if any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
-            ax.set_yscale("log")
-            ax.text(
-                0.98,
-                0.95,
-                f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}"),
-                transform=ax.transAxes,
-                ha="right",
-                va="top",
-                fontsize=7.0,
-            )
-        else:
-            note_empty_panel(ax, "no distance to show")
-        ax.minorticks_off()
-        ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
+        drawn = [rows[rows[lines] == value] if lines else rows for value in values]
+        _panel(ax, place[along].values, [line["distance"].to_numpy() for line in drawn])
         attrs = cube[name].attrs
         words = [r"$|\Delta|$", *_SHORT.get(name, attrs.get("long_name", name)).split()]
         units = label("", "", units_of(attrs))
         ax.set_ylabel(wrap([*words, *([units] if units else [])], _PANEL * 16.0))
+    axes[-1, 0].set_xlabel(place_label(place, along, 0.7 * COLUMN))
+    handles = []
     for value, look in zip(values, _STYLES, strict=False):
         if lines:
             text = _TENSION.get(value) if lines == "contact_tension" else None
-            text = text or place_text(place, lines, value)
-            handles.append(legend_line(text, lw=0.9, ms=2.8, **look))
+            handles.append(legend_line(text or place_text(place, lines, value), **look))
     handles.append(legend_line("slope \N{MINUS SIGN}1/2", **_HALF))
-    axes[-1, 0].set_xlabel(place_label(place, along, 0.7 * COLUMN))
     remark = r"$|\Delta|$: distance to the value with rigid walls"
     return finish(figure, place, settings.caption, handles, [remark])
+
+
+def _panel(ax: Axes, stiffness: np.ndarray, lines: Sequence[np.ndarray]) -> None:
+    """Draw distances over the stiffness, with their slopes and a slope to compare with."""
+    for distance, look in zip(lines, _STYLES, strict=False):
+        ax.plot(stiffness, np.where(distance > 0.0, distance, np.nan), **look)
+    last = lines[-1][-1]
+    if last > 0.0:
+        ax.plot(stiffness, 0.4 * last * (stiffness / stiffness[-1]) ** -0.5, **_HALF)
+    ax.set_xscale("log")
+    if any((distance > 0.0).any() for distance in lines):
+        ax.set_yscale("log")
+        slopes = [f"{order_of_convergence(stiffness, distance):.2f}" for distance in lines]
+        text = f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}")
+        corner: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.0}
+        ax.text(0.98, 0.95, text, transform=ax.transAxes, **corner)
+    else:
+        note_empty_panel(ax, "no distance to show")
+    ax.minorticks_off()
+    ax.set_xlim(stiffness.min() / 1.5, stiffness.max() * 3.0)
 
 
 _TENSION = {0.0: "releases at zero force", 1.0: "holds until the gap reopens"}
