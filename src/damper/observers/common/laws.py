@@ -79,7 +79,7 @@ def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:
 
 def broken(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether each run breaks any law."""
-    found = np.zeros(len(arrays["segments"]), dtype=bool)
+    found = np.zeros(np.shape(arrays["segments"]), dtype=bool)
     for name in LAW_NAMES:
         found |= excess(name, np.asarray(arrays[name]), np.asarray(arrays["segments"])) > 1.0
     return found
