@@ -8,7 +8,7 @@ from mpmath import mp, mpf
 from damper.engine.compiled import compiled
 from damper.engine.model import begin
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
-from damper.models.walls import complete, time_to_completion
+from damper.models.walls import centre, time_to_completion
 from damper.verification.reference import GUARD_DIGITS, Event, run
 
 
@@ -23,7 +23,7 @@ def tail(model, time, side, x, v, rate):
     start = begin(model, s)
     duration, error = time_to_completion(model, s, start)
     s = Segment(0.0, time, x, v, 0.0, rate, side, TAIL, IMPACT, 0.0, v, 0.0, duration, 0.0)
-    end_x, end_v = complete(model, s, start)
+    end_x, end_v = centre(model, s, duration)
     return duration, error, end_x, end_v
 
 

@@ -43,6 +43,7 @@ SCENES = [
     Scene(STUDY | {"clearance": 0.0}, 1, 4),
     Scene(STUDY | {"clearance": 50.0}, 1, 4),
     Scene(STUDY | {"clearance": 3.0}, 0, 1, State(0.0, 0.0, 3.0, 0.25)),
+    Scene(SLOW | {"restitution": 0.3}, 1, 5, State(0.1, 0.0, 0.2, 0.0, time=20.0)),
     Scene(STUDY | {"frequency_ratio": 0.95, "clearance": 4.0}, 1, 8),
     Scene(STUDY | {"frequency_ratio": 1.05, "clearance": 5.0}, 1, 8),
     Scene(LONGER_THAN_A_PERIOD, 0, 1, ON_THE_LEFT),

@@ -101,9 +101,41 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
 
 
 @compiled
+def centre_velocity(segment: Segment, mass_ratio: float) -> float:
+    """Velocity of both masses' centre at the start of a segment."""
+    return segment.v - segment.side * mass_ratio / (1.0 + mass_ratio) * segment.gap_rate
+
+
+@compiled
 def first_speed_of(before: Segment, side: float, speed: float) -> float:
     """Approach speed of the first impact of the burst that an impact continues, or begins."""
     return speed if before.first_speed == 0.0 or side != before.side else before.first_speed
+
+
+@compiled
+def segment_after(
+    s: Segment,
+    period: float,
+    duration: float,
+    x: float,
+    v: float,
+    gap: float,
+    gap_rate: float,
+    side: float,
+    mode: float,
+    cause: float,
+    speed: float,
+) -> Segment:
+    """The segment that follows `s` without a jump of the velocity; `speed` is that of an impact."""
+    periods, time = clock_after(period, s.periods, s.time, duration)
+    first_speed = s.first_speed
+    if cause == IMPACT:
+        first_speed = first_speed_of(s, side, speed)
+    elif cause == STICK:
+        first_speed = 0.0
+    return Segment(
+        periods, time, x, v, gap, gap_rate, side, mode, cause, speed, v, first_speed, 0.0, 0.0
+    )
 
 
 @compiled

@@ -34,7 +34,7 @@ from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
-from damper.engine.segment import FLIGHT, TAIL, Segment
+from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
 
 #: Part of the largest displacement below which a bounce's height does not show.
 _ROUNDOFF = 2.220446049250313e-16
@@ -176,7 +176,7 @@ def shifted_oscillator(
     v = s.v
     if s.mode != FLIGHT:
         osc = model.stuck
-        v -= s.side * mass_ratio / (1.0 + mass_ratio) * s.gap_rate
+        v = centre_velocity(s, mass_ratio)
     phase = phase_at(osc.forcing, s.periods, s.time)
     return ShiftedOscillator(osc, motion_from(osc, s.x + shift, v, phase), shift)
 

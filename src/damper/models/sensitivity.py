@@ -19,7 +19,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
-from damper.engine.segment import FLIGHT, IMPACT, Segment, segment_at
+from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segment_at
 from damper.models import model_of
 from damper.models.tangent import (
     enter,
@@ -105,9 +105,8 @@ def _add(model, stencil, s, struck, change):
     y = s.x + s.side * (model.clearance - s.gap)
     v = s.v
     if joins(model, s):
-        # Of the masses' centre, with which a tail goes on.
-        mu = mass_ratio_at(model, s.periods, s.time)
-        v -= s.side * mu / (1.0 + mu) * s.gap_rate
+        # A tail goes on with the masses' centre.
+        v = centre_velocity(s, mass_ratio_at(model, s.periods, s.time))
     first = _lead(stencil.models[0], s, y, v, struck, stencil.models[0].period / model.period)
     for k in range(1, 4):
         there = stencil.models[k]

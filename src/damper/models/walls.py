@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
+from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import phase_at
 from damper.engine.impact import impact, restitution_at
@@ -26,6 +27,7 @@ from damper.engine.segment import (
     Segment,
     clock_after,
     first_speed_of,
+    segment_after,
 )
 
 #: Outcomes of a flight or sticking, as those of a search.
@@ -68,8 +70,13 @@ def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float,
 
 
 @by_class
-def complete(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
-    """Displacement and common velocity at the completion point of a tail."""
+def flight(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
+    """State a time `tau` after the start of a flight, as `damper.engine.model.motion`."""
+
+
+@by_class
+def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
+    """Displacement and velocity of both masses' centre a time `tau` after a contact's start."""
 
 
 def have_rigid_walls(kind: type) -> None:
@@ -77,6 +84,7 @@ def have_rigid_walls(kind: type) -> None:
     declared.initial_segment.of(kind)(_initial_segment)
     declared.begin.of(kind)(primary_motion)
     declared.following.of(kind)(_following)
+    declared.motion.of(kind)(_motion)
 
 
 @compiled
@@ -93,39 +101,54 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
     s = segment
     if s.mode == FLIGHT:
         end = fly(model, s, start)
-        periods, time = clock_after(model.period, s.periods, s.time, end.duration)
-        if end.outcome != EVENT:
-            new = _plain(s, periods, time, end.x, end.v, end.gap, end.gap_rate, FLIGHT, NOTHING)
-            gave_up = end.outcome == GAVE_UP
-            return Step(end.duration, False, gave_up, end.steps, new, begin(model, new))
-        return _over_impact(model, s, periods, time, end)
+        if end.outcome == EVENT:
+            return _over_impact(model, s, end)
+        return _go_on(model, s, end, FLIGHT, NOTHING)
     if s.mode == STICKING:
         end = stick(model, s)
-        periods, time = clock_after(model.period, s.periods, s.time, end.duration)
-        released = end.outcome == EVENT
-        gave_up = end.outcome == GAVE_UP
-        mode = FLIGHT if released else STICKING
-        cause = RELEASE if released else NOTHING
-        new = _plain(s, periods, time, end.x, end.v, 0.0, 0.0, mode, cause)
-        return Step(end.duration, released, gave_up, end.steps, new, begin(model, new))
-    x, v = complete(model, s, start)
-    periods, time = clock_after(model.period, s.periods, s.time, s.completion)
-    new = Segment(periods, time, x, v, 0.0, 0.0, s.side, STICKING, STICK, 0.0, v, 0.0, 0.0, 0.0)
-    return Step(s.completion, True, False, 1, new, begin(model, new))
+        if end.outcome == EVENT:
+            return _go_on(model, s, end, FLIGHT, RELEASE)
+        return _go_on(model, s, end, STICKING, NOTHING)
+    x, v = centre(model, s, s.completion)
+    end = End(s.completion, EVENT, s.side, x, v, 0.0, 0.0, 1)
+    return _go_on(model, s, end, STICKING, STICK)
 
 
 @compiled
-def _plain(s, periods, time, x, v, gap, rate, mode, cause):
-    """Segment that no impact begins, on the same wall and in the same burst."""
-    return Segment(
-        periods, time, x, v, gap, rate, s.side, mode, cause, 0.0, v, s.first_speed, 0.0, 0.0
-    )
+def _go_on(model, s, end, mode, cause):
+    """Step over an end without an impact."""
+    tau, gap, rate = end.duration, end.gap, end.gap_rate
+    new = segment_after(s, model.period, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
+    gave_up = end.outcome == GAVE_UP
+    return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, begin(model, new))
 
 
 @compiled
-def _over_impact(model, s, periods, time, end):
+def _motion(model, segment, tau):
+    s = segment
+    if s.mode == FLIGHT:
+        return flight(model, s, tau)
+    x, v = centre(model, s, tau)
+    gap, rate = bounce_in(model, s, tau)
+    # The centre follows the sticking flow; the bounces go on about it.
+    mass_ratio = mass_ratio_at(model, s.periods, s.time + tau)
+    share = s.side * mass_ratio / (1.0 + mass_ratio)
+    return x + share * gap, v + share * rate, gap, rate
+
+
+@compiled
+def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
+    """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
+    if segment.mode != TAIL or segment.gap_rate == 0.0:
+        return 0.0, 0.0
+    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.gap_rate, tau)
+
+
+@compiled
+def _over_impact(model, s, end):
     """Step over an impact."""
     side = end.wall
+    periods, time = clock_after(model.period, s.periods, s.time, end.duration)
     speed = abs(end.gap_rate)
     first_speed = first_speed_of(s, side, speed)
     v, rate = impact(

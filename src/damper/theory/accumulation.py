@@ -19,7 +19,7 @@ from damper.engine.compiled import compiled
 from damper.engine.completion import completion_times
 from damper.engine.impact import restitution_at
 from damper.engine.oscillator import advance, motion_from
-from damper.engine.segment import FLIGHT, IMPACT, Segment
+from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
 from damper.models.rigid import Rigid
 from damper.models.walls import primary_motion, time_to_completion
@@ -128,13 +128,12 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
     if s.gap_rate == 0.0:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
-    share = model.mass_ratio / (1.0 + model.mass_ratio)
-    impact_damping = model.free.damping * share
+    impact_damping = model.free.damping * (model.mass_ratio / (1.0 + model.mass_ratio))
     first, second = completion_times(
         impact_damping, restitution, force, s.side * start.j, s.gap_rate
     )
     _, error = time_to_completion(model, s, start)
-    common = s.v - s.side * share * s.gap_rate
+    common = centre_velocity(s, model.mass_ratio)
     dx = math.nan
     if 0.0 < second <= LONGEST:
         dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, start.phase), second)

@@ -51,8 +51,7 @@ from damper.engine.segment import (
     STICK,
     STICKING,
     Segment,
-    clock_after,
-    first_speed_of,
+    segment_after,
 )
 from damper.models import rigid
 from damper.models import tangent as declared_tangent
@@ -295,32 +294,22 @@ def _following(model, segment, start):
 
 
 @compiled
-def _next(model, s, duration, x, v, gap, rate, mode, cause, speed, side):
-    """The segment after `s`."""
-    periods, time = clock_after(model.period, s.periods, s.time, duration)
-    first_speed = s.first_speed
-    if cause == IMPACT:
-        first_speed = first_speed_of(s, side, speed)
-    elif cause == STICK:
-        first_speed = 0.0
-    return Segment(
-        periods, time, x, v, gap, rate, side, mode, cause, speed, v, first_speed, 0.0, 0.0
-    )
-
-
-@compiled
 def _fly(model, s, start):
     """A flight between the walls, up to the touch of one."""
     end = free_flight(model, s, start)
     if end.outcome != EVENT:
         gave_up = end.outcome == GAVE_UP
         tau, gap, rate = end.duration, end.gap, end.gap_rate
-        new = _next(model, s, tau, end.x, end.v, gap, rate, FLIGHT, NOTHING, 0.0, s.side)
+        new = segment_after(
+            s, model.period, tau, end.x, end.v, gap, rate, s.side, FLIGHT, NOTHING, 0.0
+        )
         return Step(end.duration, False, gave_up, end.steps, new, _begin(model, new))
     speed = abs(end.gap_rate)
     mode = CONTACT if speed > 0.0 else FLIGHT
     cause = IMPACT if speed > 0.0 else NOTHING
-    new = _next(model, s, end.duration, end.x, end.v, 0.0, -speed, mode, cause, speed, end.wall)
+    new = segment_after(
+        s, model.period, end.duration, end.x, end.v, 0.0, -speed, end.wall, mode, cause, speed
+    )
     new = _settled(model, new)
     return Step(end.duration, True, False, end.steps, new, _begin(model, new))
 
@@ -341,7 +330,7 @@ def _touch(model, s):
         x, v, gap, rate = _of_pair(model, s.side, z)
         lasted = s.mode == CONTACT
         cause = STICK if lasted else NOTHING
-        new = _next(model, s, limit, x, v, gap, rate, STICKING, cause, 0.0, s.side)
+        new = segment_after(s, model.period, limit, x, v, gap, rate, s.side, STICKING, cause, 0.0)
         return Step(limit, lasted, root.side == GAVE_UP, root.steps + 1, new, _begin(model, new))
     z = _carry(model.contact, root.point.state.z, root.step)
     x, v, gap, rate = _of_pair(model, s.side, z)
@@ -351,7 +340,7 @@ def _touch(model, s):
         gap = 0.0
         rate = max(rate, 0.0)
     cause = RELEASE if s.mode == STICKING else SEPARATION
-    new = _next(model, s, tau, x, v, gap, rate, FLIGHT, cause, 0.0, s.side)
+    new = segment_after(s, model.period, tau, x, v, gap, rate, s.side, FLIGHT, cause, 0.0)
     is_event = s.mode == STICKING
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
@@ -455,7 +444,7 @@ def _spring_back(model, s, start):
         rate = max(rate, 0.0)
     mode = CONTACT if caught else FLIGHT
     x = s.x + (s.v * tau + dx)
-    new = _next(model, s, tau, x, s.v + dv, gap, rate, mode, NOTHING, 0.0, s.side)
+    new = segment_after(s, model.period, tau, x, s.v + dv, gap, rate, s.side, mode, NOTHING, 0.0)
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
         caught = True

@@ -39,9 +39,9 @@ from damper.engine.search import (
     point_at,
     rates_of,
 )
-from damper.engine.segment import FLIGHT, RELEASE
+from damper.engine.segment import RELEASE, centre_velocity
 from damper.models import tangent, walls
-from damper.models.rigid import FlightGap, Primary, Rigid, bounce_in
+from damper.models.rigid import FlightGap, Primary, Rigid
 from damper.models.tangent import oscillator_flow
 from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
@@ -366,37 +366,25 @@ def _time_to_completion(model, segment, start):
     )
 
 
-@walls.complete.of(Grounded)
-def _complete(model, segment, start):
+@walls.flight.of(Grounded)
+def _flight(model, segment, tau):
     s = segment
-    dx, v = advance(model.stuck, _together(model, s, start.primary.phase), s.completion)
-    return s.x + dx, v
-
-
-@compiled
-def _together(model, s, phase):
-    """Motion of both masses' centre from a segment in contact, about their place of rest."""
-    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
-    return motion_from(
-        model.stuck, s.x + rest_shift(model, s.side), s.v - share * s.gap_rate, phase
+    start = _begin(model, s)
+    gap, rate, _, dx, dv, _, _, _ = _apart(
+        model.free, model.support, start, s.side, s.gap, s.gap_rate, tau
     )
+    return s.x + dx, s.v + dv, min(max(gap, 0.0), 2.0 * model.clearance), rate
 
 
-@declared.motion.of(Grounded)
-def _motion(model, segment, tau):
+@walls.centre.of(Grounded)
+def _centre(model, segment, tau):
     s = segment
-    if s.mode == FLIGHT:
-        start = _begin(model, s)
-        gap, rate, _, dx, dv, _, _, _ = _apart(
-            model.free, model.support, start, s.side, s.gap, s.gap_rate, tau
-        )
-        return s.x + dx, s.v + dv, min(max(gap, 0.0), 2.0 * model.clearance), rate
-    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
-    dx, v = advance(model.stuck, _together(model, s, phase), tau)
-    gap, bounce = bounce_in(model, s, tau)
-    # The pair's centre follows the sticking flow; the bounces go on about it.
-    return s.x + dx + share * gap, v + share * bounce, gap, bounce
+    common = centre_velocity(s, model.mass_ratio)
+    # The oscillator moves about the masses' place of rest.
+    together = motion_from(model.stuck, s.x + rest_shift(model, s.side), common, phase)
+    dx, v = advance(model.stuck, together, tau)
+    return s.x + dx, v
 
 
 @compiled

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 from damper.engine import model as declared
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
-from damper.engine.completion import bounce_at, completion, sticks
+from damper.engine.completion import completion, sticks
 from damper.engine.forcing import bound_of, harmonic, period_of, phase_at, rate_of
-from damper.engine.impact import restitution_at
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -28,7 +27,7 @@ from damper.engine.search import (
     point_at,
     rates_of,
 )
-from damper.engine.segment import FLIGHT, TAIL, Segment
+from damper.engine.segment import Segment, centre_velocity
 from damper.models import tangent, walls
 from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
@@ -283,27 +282,18 @@ def rigid_completion(
     )
 
 
-@walls.complete.of(Rigid)
-def _complete(model, segment, start):
-    s = segment
-    common = s.v - s.side * model.mass_ratio / (1.0 + model.mass_ratio) * s.gap_rate
-    together = motion_from(model.stuck, s.x, common, start.phase)
-    dx, v = advance(model.stuck, together, s.completion)
-    return s.x + dx, v
+@walls.flight.of(Rigid)
+def _flight(model, segment, tau):
+    return flight_at(model, segment, walls.primary_motion(model, segment), tau)
 
 
-@declared.motion.of(Rigid)
-def _motion(model, segment, tau):
-    if segment.mode == FLIGHT:
-        return flight_at(model, segment, walls.primary_motion(model, segment), tau)
+@walls.centre.of(Rigid)
+def _centre(model, segment, tau):
     s = segment
-    share = model.mass_ratio / (1.0 + model.mass_ratio) * s.side
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
-    together = motion_from(model.stuck, s.x, s.v - share * s.gap_rate, phase)
+    together = motion_from(model.stuck, s.x, centre_velocity(s, model.mass_ratio), phase)
     dx, v = advance(model.stuck, together, tau)
-    gap, bounce = bounce_in(model, s, tau)
-    # The pair's centre follows the sticking flow; the bounces go on about it.
-    return s.x + dx + share * gap, v + share * bounce, gap, bounce
+    return s.x + dx, v
 
 
 @compiled
@@ -315,14 +305,6 @@ def flight_at(
     dx, dv, _ = increments(model.free, start, tau)
     gap = min(max(s.gap + s.gap_rate * tau + s.side * dx, 0.0), 2.0 * model.clearance)
     return s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv
-
-
-@compiled
-def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
-    """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
-    if segment.mode != TAIL or segment.gap_rate == 0.0:
-        return 0.0, 0.0
-    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.gap_rate, tau)
 
 
 @tangent.free_mass_flow.of(Rigid)

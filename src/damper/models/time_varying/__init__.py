@@ -9,12 +9,12 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.compiled import compiled, plain
+from damper.engine.compiled import plain
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
-from damper.engine.segment import FLIGHT
+from damper.engine.segment import centre_velocity
 from damper.models import rigid, tangent, walls
-from damper.models.rigid import Rigid, bounce_in, flight_at, rigid_completion
+from damper.models.rigid import Rigid, rigid_completion
 from damper.models.time_varying.motion import (
     MassLaw,
     advance_together,
@@ -64,6 +64,7 @@ tangent.have_rigid_walls(TimeVarying)
 for each in (tangent.free_mass_flow, tangent.free_mass_acceleration, tangent.damping_in):
     each.share(TimeVarying, Rigid)
 walls.fly.share(TimeVarying, Rigid)
+walls.flight.share(TimeVarying, Rigid)
 # The first derivative of x that is not zero has the same sign in flight and in contact.
 walls.stays.share(TimeVarying, Rigid)
 
@@ -94,10 +95,13 @@ def _time_to_completion(model, segment, start):
     return duration, error
 
 
-@walls.complete.of(TimeVarying)
-def _complete(model, segment, start):
+@walls.centre.of(TimeVarying)
+def _centre(model, segment, tau):
     s = segment
-    dx, v = _contact(model, s, start.phase, s.completion)
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
+    common = centre_velocity(s, mass_ratio)
+    dx, v = advance_together(model.free, model.mass, s.periods, s.time, s.x, common, phase, tau)
     return s.x + dx, v
 
 
@@ -105,27 +109,6 @@ def _complete(model, segment, start):
 def _mass_ratio_at(model, periods, time):
     mass_ratio, _, _ = modulation(model.mass, periods, time)
     return mass_ratio
-
-
-@declared.motion.of(TimeVarying)
-def _motion(model, segment, tau):
-    s = segment
-    if s.mode == FLIGHT:
-        return flight_at(model, s, walls.primary_motion(model, s), tau)
-    dx, v = _contact(model, s, phase_at(model.free.forcing, s.periods, s.time), tau)
-    gap, bounce = bounce_in(model, s, tau)
-    # The pair's centre follows the sticking flow; the bounces go on about it.
-    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time + tau)
-    share = s.side * mass_ratio / (1.0 + mass_ratio)
-    return s.x + dx + share * gap, v + share * bounce, gap, bounce
-
-
-@compiled
-def _contact(model, s, phase, tau):
-    """Change of the displacement, and velocity, of both masses' centre a time after the start."""
-    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
-    common = s.v - s.side * mass_ratio / (1.0 + mass_ratio) * s.gap_rate
-    return advance_together(model.free, model.mass, s.periods, s.time, s.x, common, phase, tau)
 
 
 @tangent.mass_ratio_rate.of(TimeVarying)

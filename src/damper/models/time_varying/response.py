@@ -17,7 +17,7 @@ from damper.engine.forcing import Harmonic, Phase, force_rates, phase_at, turn_o
 from damper.engine.oscillator import Motion
 from damper.engine.peak import Moment, bounds_of, moment_at
 from damper.engine.quadrature import MOST
-from damper.engine.segment import FLIGHT, TAIL
+from damper.engine.segment import FLIGHT, TAIL, centre_velocity
 from damper.models.response import (
     ResponseIntegrals,
     energy_in,
@@ -69,7 +69,7 @@ def _centre(model, mass_ratio, segment):
     drag = 2.0 * model.free.damping
     phase = phase_at(model.free.forcing, s.periods, s.time)
     force, force1, _, _, _ = force_rates(model.free.forcing, phase)
-    v = s.v - s.side * mass_ratio / heavier * s.gap_rate
+    v = centre_velocity(s, mass_ratio)
     a = (force - drag * v - s.x) / heavier
     return Motion(s.x, v, a, (force1 - drag * a - v) / heavier, phase)
 
