@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
-from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
 from damper.study.axes import coordinate_name
@@ -173,7 +173,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             self.orbits,
             self.periods,
             starts,
-            is_si(self.ends),
+            not SI_ONLY.isdisjoint(self.ends),
         )
 
     @property
