@@ -7,11 +7,9 @@ settings.register_profile("damper", deadline=None, derandomize=True)
 settings.load_profile("damper")
 
 
-#: What runs most of the engine. Its code is in the cache once the workflow has compiled it.
-COMPILES = tuple(
-    f"tests/{name}/"
-    for name in ("engine", "models", "observers", "sweep", "theory", "verification")
-)
+#: What runs little of the engine. All else finds its code in the cache once the workflow, which
+#: comes before, has compiled it.
+PLAIN = ("tests/test_project.py", "tests/parameters/", "tests/study/", "tests/shell/")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -19,6 +17,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(
         key=lambda item: (
             not item.nodeid.startswith("tests/workflow/"),
-            item.nodeid.startswith(COMPILES),
+            not item.nodeid.startswith(PLAIN),
         )
     )
