@@ -105,10 +105,7 @@ class Row(NamedTuple):
 
 def excesses(cube: xr.Dataset) -> pd.DataFrame:
     """Each law's violation over its limit, run by run; NaN where there is nothing to violate."""
-    import pandas as pd
-
-    runs = runs_of(cube)
-    return pd.DataFrame({n: excess(n, runs[n].values, runs.segments.values) for n in LAW_NAMES})
+    return _excesses(records_of(cube))
 
 
 def regimes(cube: xr.Dataset) -> list[Row]:
@@ -119,7 +116,8 @@ def regimes(cube: xr.Dataset) -> list[Row]:
     cube : xarray.Dataset
         Dimensionless, with the variables of the observer ``laws``.
     """
-    runs, far = runs_of(cube), excesses(cube)
+    runs = runs_of(cube)
+    far = _excesses(runs)
     chosen = [(Regime("all", "every run"), runs.status.notna())]
     chosen += [(regime, regime.holds(runs)) for regime in REGIMES]
     return [_row(regime, runs[some], far[some]) for regime, some in chosen if some.any()]
@@ -127,9 +125,7 @@ def regimes(cube: xr.Dataset) -> list[Row]:
 
 def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     """Every run of a cube, a row: laws, status, all quantities, the model, and the periods."""
-    need_variables(cube, *LAW_NAMES, "segments")
-    found = cube[[*LAW_NAMES, "segments", "status"]]
-    runs = found.expand_dims("run").to_dataframe().reset_index()
+    runs = records_of(cube)
     defaults = {n: ALL[n].default for n in _QUANTITIES if n not in runs}
     runs = runs.assign(**defaults, periods=cube.attrs["recorded_periods"])
     dampers = [Parameters(**values) for values in runs[list(PARAMETER_NAMES)].to_dict("records")]
@@ -137,6 +133,19 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
         model=[damper.model for damper in dampers],
         support_damping=[damper.support_damping for damper in dampers],
     )
+
+
+def records_of(cube: xr.Dataset) -> pd.DataFrame:
+    """Every run of a cube, a row in the order of `runs_of`: laws, status, and its coordinates."""
+    need_variables(cube, *LAW_NAMES, "segments")
+    found = cube[[*LAW_NAMES, "segments", "status"]]
+    return found.expand_dims("run").to_dataframe().reset_index()
+
+
+def _excesses(runs: pd.DataFrame) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame({n: excess(n, runs[n].values, runs.segments.values) for n in LAW_NAMES})
 
 
 def _row(regime: Regime, runs: pd.DataFrame, far: pd.DataFrame) -> Row:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from damper.analysis.labels import label_of, short
-from damper.analysis.laws import GRADED, Row, excesses, regimes, runs_of
+from damper.analysis.laws import GRADED, Row, excesses, records_of, regimes
 from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
 from damper.parameters.variables import STATUS_MEANINGS
 from damper.study.messages import Mistakes
@@ -71,7 +71,7 @@ def _numbers(row: Row) -> dict[str, Any]:
 def _laws(cube: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
-    far, stopped = excesses(cube), runs_of(cube).status > 0
+    far, stopped = excesses(cube), records_of(cube).status > 0
     kept = far <= 1.0
     limits = {"not_finite": "0", "energy_balance": f"{LIMIT:g} and more"}
     counts = pd.DataFrame(
