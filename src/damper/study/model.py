@@ -73,8 +73,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     max_events: Annotated[
         int | None,
         Field(
-            ge=1,
-            le=10**15,
+            **declared_in(EngineSettings)["max_events"].bounds,
             description="Budget of a run of this study alone, in place of that of the engine.",
         ),
     ] = None
