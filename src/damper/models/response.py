@@ -1,7 +1,7 @@
 """What one segment adds to the response: integrals, energy lost, and the peak displacement.
 
-Each model implements `integrate_segment` in its own `response` module, which only the observer
-`response` and the stress study load.
+Each model implements `integrate_segment` in its own `response` module, which only the observers
+`response` and `laws` load.
 
 **Integrals** of x^2, v^2 and force times v are Gauss-Legendre sums over steps of a segment
 (`damper.engine.quadrature`). The motion from a known state is an entire function: at complex time z
@@ -22,6 +22,7 @@ A bounce that an end of the window cuts adds O(w^2) to work, losses and stored e
 accounted for; so is the O(w^2) by which bounces carry the primary out, in the peak.
 """
 
+from importlib import import_module
 from typing import Any, NamedTuple
 
 from damper.engine.bounds import bounds_ahead
@@ -57,6 +58,13 @@ class ResponseIntegrals(NamedTuple):
     """Energy that a time-varying free mass gains by its variation."""
     peak: float
     """Largest |x| so far."""
+
+
+def prepare_tables(model: Any) -> tuple:
+    """Load a model's module `response`, and return what it works out once for a run."""
+    module = import_module(f"{type(model).__module__}.response")
+    prepare = getattr(module, "prepare", lambda model: ())
+    return prepare(model)  # type: ignore[no-any-return]
 
 
 @by_class

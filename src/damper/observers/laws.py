@@ -34,7 +34,7 @@ from damper.models.laws import (
     support_speed,
     support_stiffness,
 )
-from damper.models.response import impact_loss, integrate_segment, stored_energy
+from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
 
@@ -66,10 +66,8 @@ class Laws(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        package = type(self._model).__module__
-        import_module(f"{package}.laws")
-        response = import_module(f"{package}.response")
-        self._tables = getattr(response, "prepare", lambda model: ())(self._model)
+        import_module(f"{type(self._model).__module__}.laws")
+        self._tables = prepare_tables(self._model)
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = np.nan

@@ -6,14 +6,13 @@ window's ends cut count with the part inside. How integrals and peak are found i
 """
 
 import math
-from importlib import import_module
 
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models.response import impact_loss, integrate_segment, stored_energy
+from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, LENGTH, Variable
@@ -103,9 +102,7 @@ class Response(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        module = import_module(f"{type(self._model).__module__}.response")
-        prepare = getattr(module, "prepare", lambda model: ())
-        self._tables = prepare(self._model)
+        self._tables = prepare_tables(self._model)
         self._totals = np.zeros(1, _TOTALS)
 
     def observe(self, log: np.ndarray) -> None:
