@@ -148,7 +148,7 @@ def count_of(values: dict[str, float]) -> int:
         damper.Parameters(**parameters_of(values | {"clearance": values["clearance"] * c}))
         for c in SPREAD
     ]
-    return sum(len(damper.events(p, until=PERIODS * p.period)) for p in runs) or PERIODS * len(runs)
+    return sum(len(damper.events(p, until=PERIODS * p.cycle)) for p in runs) or PERIODS * len(runs)
 
 
 def cold(sources: tuple[Path, Path]) -> None:

@@ -117,14 +117,14 @@ def plain_times() -> dict[str, float]:
 
 def reference_impacts(p: damper.Parameters) -> list[float]:
     """First impact times to 40 digits, as many as were resolved one by one."""
-    found = reference.run(asdict(p), until=4 * p.period, digits=40).events
+    found = reference.run(asdict(p), until=4 * p.cycle, digits=40).events
     return [event.time for event in found if event.kind == "impact"][:COMPARED]
 
 
 def engine_error(p: damper.Parameters) -> tuple[float, int]:
     """Largest error of the first impact times, up to the first burst that the engine closes."""
     exact = reference_impacts(p)
-    rows = damper.events(p, until=20 * p.period)
+    rows = damper.events(p, until=20 * p.cycle)
     first = int(np.argmax(rows["kind"] != 0)) if (rows["kind"] != 0).any() else len(rows)
     mine = rows["time"][: min(first, len(exact))]
     return max(abs(float(a - b)) for a, b in zip(mine, exact, strict=False)), len(mine)
@@ -155,7 +155,7 @@ def dop853(p: damper.Parameters, periods: int) -> tuple[float, str, float]:
     now, state, times = 0.0, np.zeros(4), []
     outcome = "finished"
     started = time.perf_counter()
-    end = min(periods, 40) * p.period
+    end = min(periods, 40) * p.cycle
     while now < end:
         done = solve_ivp(
             motion, (now, end), state, "DOP853", events=(right, left), rtol=1e-10, atol=1e-10

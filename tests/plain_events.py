@@ -74,16 +74,16 @@ class Scene:
     accuracy: float = 1e-12
 
     @property
-    def period(self) -> float:
+    def cycle(self) -> float:
         return 2.0 * math.pi / self.parameters["frequency_ratio"]
 
     @property
     def start(self) -> float:
-        return (self.state.time if self.state else 0.0) + self.transient * self.period
+        return (self.state.time if self.state else 0.0) + self.transient * self.cycle
 
     @property
     def end(self) -> float:
-        return self.start + self.periods * self.period
+        return self.start + self.periods * self.cycle
 
     @property
     def restitution(self) -> float:
@@ -239,7 +239,7 @@ def chatter_bursts(
 ) -> dict[str, Any]:
     found: dict[str, list[float]] = {}
     for part in since:
-        begun = [b for b in scene.ended if b.onset >= scene.start + part * scene.period]
+        begun = [b for b in scene.ended if b.onset >= scene.start + part * scene.cycle]
         chatter = [b for b in begun if b.visible(scene.restitution, threshold) >= 5]
         complete = [b for b in chatter if b.complete]
         values = {
@@ -288,10 +288,10 @@ def assert_observed(scene: Scene, asked: Mapping[str, Mapping[str, Any]]) -> dic
         expected |= EXPECTED[name](scene, **settings)
     if "burst_onset" in found:
         whole, rest = found["burst_onset_period"], found["burst_onset_time_in_period"]
-        expected["burst_onset_period"] = (found["burst_onset"] - rest) / scene.period
-        expected["burst_onset_time_in_period"] = found["burst_onset"] - whole * scene.period
+        expected["burst_onset_period"] = (found["burst_onset"] - rest) / scene.cycle
+        expected["burst_onset_time_in_period"] = found["burst_onset"] - whole * scene.cycle
         listed = np.isfinite(rest)
-        assert ((rest >= 0.0) & (rest < scene.period))[listed].all()
+        assert ((rest >= 0.0) & (rest < scene.cycle))[listed].all()
         assert (whole % 1.0 == 0.0)[listed].all()
     assert set(found) == set(expected)
     for name, value in expected.items():

@@ -72,7 +72,7 @@ single = damper.simulate(
     halving_speed=0.5, observers={"wall_share": None}, transient=0, periods=20,
 )
 parameters = damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=0.5)
-found = damper.events(parameters, until=20 * parameters.period)
+found = damper.events(parameters, until=20 * parameters.cycle)
 sides = found["side"][found["kind"] == 0]
 print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.item()]))
 """

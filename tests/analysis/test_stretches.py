@@ -49,11 +49,11 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
             assert burst.release == pytest.approx(plain.release)
     known = np.isfinite(cube.trajectory_time.values)
     stuck = sticking(cube.trajectory_time.values[known], cube.trajectory_mode.values[known])
-    zero, end = START * scene.period, LENGTH * scene.period
+    zero, end = START * scene.cycle, LENGTH * scene.cycle
     whole = [(b.stick - zero, b.release - zero) for b in expected if b.complete]
     inside = [(a, b) for a, b in whole if b > 0.0 and a < end]
     # A sample is the first or last row of what the stretch cuts.
-    step = scene.period / 100
+    step = scene.cycle / 100
     assert len(stuck) == len(inside)
     for (a, b), (start, stop) in zip(stuck, inside, strict=True):
         assert a == pytest.approx(start, abs=1e-9) if start > 0.0 else 0.0 <= a <= step

@@ -64,7 +64,7 @@ for parameters, state, until in runs:
         # One that its events do not last for, too.
         for periods, max_events in ((1, 1000), (3, 20)):
             arrays, _ = run_points(
-                [asdict(parameters)], observers, state=state, transient=0, periods=periods,
+                [parameters.given], observers, state=state, transient=0, periods=periods,
                 max_events=max_events,
             )
             found.append({name: array.tobytes().hex() for name, array in arrays.items()})

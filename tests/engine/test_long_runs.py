@@ -61,9 +61,9 @@ def ends(run: Trajectory, periods: float, time: float, count: int) -> np.ndarray
 def test_stable_orbit_with_two_impacts_per_cycle(transient: int) -> None:
     """A quarter of a period after the right-wall impact the flight has a closed form."""
     p, state = scene("orbit")
-    found = ends(start_run(p, state, max_events=10**9), transient, IMPACT_TIME + p.period / 4, 20)
+    found = ends(start_run(p, state, max_events=10**9), transient, IMPACT_TIME + p.cycle / 4, 20)
     z0 = [*ORBIT.state, math.sin(ORBIT.forcing_phase), math.cos(ORBIT.forcing_phase)]
-    exact = expm(0.25 * p.period * flight_matrix(0.1, 1.0)) @ z0
+    exact = expm(0.25 * p.cycle * flight_matrix(0.1, 1.0)) @ z0
     assert np.abs(found - exact[:4]).max() < 1e-13
 
 
@@ -71,7 +71,7 @@ def test_stable_orbit_with_two_impacts_per_cycle(transient: int) -> None:
 @pytest.mark.parametrize("periods", [1_000_000, -(2**40)])
 def test_events_many_periods_later_are_the_same_bits(name: str, periods: int) -> None:
     p, state = scene(name)
-    late = periods * p.period + state.time
+    late = periods * p.cycle + state.time
     # The same local time as that of the late start, to the last bit.
     whole, rest = start_run(p).whole_periods(late)
     x, v, y, u = state.x, state.v, state.y, state.u
@@ -85,23 +85,23 @@ def test_events_many_periods_later_are_the_same_bits(name: str, periods: int) ->
     for field in ("kind", "side", "approach_speed", "x", "v", "time_in_period"):
         assert np.array_equal(here[field], there[field]), field
     assert np.array_equal(here["period"] + int(whole), there["period"])
-    assert np.array_equal(there["time"], there["period"] * p.period + there["time_in_period"])
+    assert np.array_equal(there["time"], there["period"] * p.cycle + there["time_in_period"])
     assert (there["time_in_period"] >= 0.0).all()
-    assert (there["time_in_period"] < p.period).all()
+    assert (there["time_in_period"] < p.cycle).all()
 
 
 def test_the_stopped_row_counts_its_periods() -> None:
     """It lies where the next event would, also where that is many periods after the last one."""
     p, state = scene("fast force")
-    late = State(state.x, state.v, state.y, state.u, state.time + 2**40 * p.period)
-    until = late.time + 60.0 * p.period
+    late = State(state.x, state.v, state.y, state.u, state.time + 2**40 * p.cycle)
+    until = late.time + 60.0 * p.cycle
     whole = damper.events(p, late, until=until, max_events=40)
     for limit in range(1, len(whole) - 1, 3):
         last = damper.events(p, late, until=until, max_events=limit)[-1]
         following = whole[limit]
         assert last["kind"] == 3
         turns = int(following["period"] - last["period"])
-        apart = turns * p.period + (following["time_in_period"] - last["time_in_period"])
+        apart = turns * p.cycle + (following["time_in_period"] - last["time_in_period"])
         assert abs(apart) < 1e-13
 
 
@@ -158,11 +158,11 @@ def test_free_flight_against_fifty_digits(
 
 def flown(run: Trajectory, state: State, damping: float, span: float) -> tuple[float, float]:
     """Error of a free flight after some whole periods, and how long they are."""
-    periods = max(round(span / run.period), 1)
+    periods = max(round(span / run.cycle), 1)
     (end,) = ends(run, periods, 0.0, 1)
     with mp.workdps(50):
-        time = periods * mpf(run.period)
-        x, v = free_flight(damping, 2 * mp.pi / mpf(run.period), state, time)
+        time = periods * mpf(run.cycle)
+        x, v = free_flight(damping, 2 * mp.pi / mpf(run.cycle), state, time)
         error = max(abs(end[0] - x), abs(end[1] - v)) / max(1, abs(x), abs(v))
     return float(error), float(time)
 

@@ -17,7 +17,8 @@ from mpmath import mp, mpf
 
 from damper.engine.bounds import bounds_ahead, energy_norm
 from damper.engine.compiled import compiled
-from damper.engine.forcing import bound_of, harmonic, phase_at
+from damper.engine.forcing import bound_of, phase_at
+from damper.engine.forcing.harmonic import harmonic
 from damper.engine.oscillator import (
     NEARLY_CRITICAL,
     OVERDAMPED,

@@ -365,7 +365,7 @@ for k in range(120):
         search._aim = steer
         run = start_run(p, state, max_events=1)
         (log,) = run.segments(1.0)
-        found.append([row[PERIODS] * run.period + row[TIME] for row in log if row[SPEED] > 0])
+        found.append([row[PERIODS] * run.cycle + row[TIME] for row in log if row[SPEED] > 0])
     assert len(found[0]) == len(found[1])
     if found[0]:
         hits += 1

@@ -8,7 +8,7 @@ import pytest
 
 from damper import Parameters, State
 from damper.engine import compiled
-from damper.engine.forcing import harmonic
+from damper.engine.forcing.harmonic import harmonic
 from damper.engine.loop import (
     BRIEF,
     FINISHED,
@@ -51,7 +51,7 @@ def log_of(run: Trajectory, until: float, rows: int = 1024) -> np.ndarray:
 class Metronome(NamedTuple):
     """Every segment lasts `beat`; every `bar`-th ends in an event."""
 
-    period: float
+    cycle: float
     clearance: float
     free: Oscillator
     beat: float
@@ -73,7 +73,7 @@ def _begin(model, segment):
 @following.of(Metronome)
 def _following(model, segment, start):
     s = segment
-    periods, time = clock_after(model.period, s.periods, s.time, model.beat)
+    periods, time = clock_after(model.cycle, s.periods, s.time, model.beat)
     count = s.x + 1.0
     is_event = count % model.bar == 0.0
     cause = IMPACT if is_event else NOTHING
@@ -114,7 +114,7 @@ def test_a_model_of_its_own_runs() -> None:
     assert run.status == FINISHED
     assert run.events == 200
     assert np.array_equal(log[1:, CAUSE], np.full(200, IMPACT))
-    times = log[:, PERIODS] * run.period + log[:, TIME]
+    times = log[:, PERIODS] * run.cycle + log[:, TIME]
     assert np.abs(times - 0.5 * np.arange(201)).max() < 1e-13
     assert run.state_at(*run.whole_periods(100.0)).x == pytest.approx(200.0, abs=1e-12)
 
@@ -177,7 +177,7 @@ def test_rows_do_not_depend_on_how_the_run_is_split(p: Parameters, state: State 
     whole = log_of(unsplit, 100.0)
     for rows in (1, 7):
         assert np.array_equal(log_of(start_run(p, state), 100.0, rows), whole)
-    ends = whole[:, PERIODS] * p.period + whole[:, TIME]
+    ends = whole[:, PERIODS] * p.cycle + whole[:, TIME]
     known = {tuple(row[[PERIODS, TIME, MODE, CAUSE]]): row for row in whole}
     for seed in range(3):
         rng = np.random.default_rng(seed)
@@ -208,9 +208,9 @@ def test_the_state_between_events_is_that_of_a_run_that_stops_there() -> None:
         at = run.whole_periods(time)
         run.skip(*at)
         end = run.state_at(*at)
-        begun = log[:, PERIODS] * p.period + log[:, TIME]
+        begun = log[:, PERIODS] * p.cycle + log[:, TIME]
         row = log[np.flatnonzero(begun <= time)[-1]]
-        elapsed = time - (row[PERIODS] * p.period + row[TIME])
+        elapsed = time - (row[PERIODS] * p.cycle + row[TIME])
         x, v, _, _ = run.motion_in(row, elapsed)
         assert (end.x, end.v) == pytest.approx((x, v), abs=1e-13)
         assert abs(end.y - end.x) <= 0.25 * (1 + 4 * EPS)
@@ -224,8 +224,8 @@ def test_whole_periods(time: float) -> None:
     p = Parameters(0.1, 0.05, 0.9, 0.25, 0.6)
     periods, rest = start_run(p).whole_periods(time)
     assert periods == int(periods)
-    assert 0.0 <= rest < p.period
-    assert periods * p.period + rest == pytest.approx(time, abs=4 * EPS * abs(time) + 1e-15)
+    assert 0.0 <= rest < p.cycle
+    assert periods * p.cycle + rest == pytest.approx(time, abs=4 * EPS * abs(time) + 1e-15)
 
 
 @pytest.mark.parametrize(
@@ -244,10 +244,10 @@ def test_the_clock_may_count_in_several_forcing_periods(more: dict[str, Any]) ->
     model = model_of(p)
     logs = []
     for times in (1, 3):
-        run = Trajectory(model._replace(period=times * p.period))
+        run = Trajectory(model._replace(cycle=times * p.cycle))
         log = log_of(run, 250.0)
-        assert np.all(log[:, TIME] < run.period)
-        log[:, TIME] += log[:, PERIODS] * run.period
+        assert np.all(log[:, TIME] < run.cycle)
+        log[:, TIME] += log[:, PERIODS] * run.cycle
         logs.append(log[log[:, CAUSE] >= IMPACT])
     one, three = logs
     assert len(one) > 100

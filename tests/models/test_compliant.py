@@ -2,7 +2,6 @@
 
 import math
 import random
-from dataclasses import asdict
 from itertools import pairwise
 
 import numpy as np
@@ -60,7 +59,7 @@ def changes(p: Parameters, until: float) -> list[tuple]:
         elif row[MODE] == CONTACT and row[CAUSE] == NOTHING and before == FLIGHT:
             kind = "contact"
         if kind:
-            time = row[PERIODS] * p.period + row[TIME]
+            time = row[PERIODS] * p.cycle + row[TIME]
             speed = row[SPEED] if kind == "impact" else 0.0
             found.append((kind, int(row[SIDE]), time, row[X], row[V], speed))
         before = row[MODE]
@@ -86,7 +85,7 @@ def changes(p: Parameters, until: float) -> list[tuple]:
 )
 def test_changes_against_many_digits(scene: tuple, k: float, tension: int, until: float) -> None:
     p = compliant(scene, k, tension)
-    exact, found = run(asdict(p), until=until, digits=22).events, changes(p, until)
+    exact, found = run(p.given, until=until, digits=22).events, changes(p, until)
     assert [(e.kind, e.side) for e in exact] == [row[:2] for row in found]
     assert len(exact) >= 4
     for event, row in zip(exact, found, strict=True):
@@ -252,7 +251,7 @@ def test_trajectory_and_bursts() -> None:
     point = dict(zip(NAMES, QUIET, strict=True)) | {"contact_stiffness_ratio": 1e6}
     found = simulate(**point, transient=0, periods=1, observers=ask)
     p = compliant(QUIET, 1e6, 0)
-    rows = rows_of(p, p.period)
+    rows = rows_of(p, p.cycle)
     listed = rows[rows[:, CAUSE] >= IMPACT]
     shown = found.trajectory_event.values
     impacts = int((listed[:, CAUSE] == IMPACT).sum())
@@ -263,4 +262,4 @@ def test_trajectory_and_bursts() -> None:
     assert found.complete_fraction > 0.0
     assert found.burst_complete[:2].max() == 1.0
     lasting = rows[rows[:, MODE] == STICKING][:, DURATION].sum()
-    assert float(found.sticking_fraction) == pytest.approx(lasting / p.period)
+    assert float(found.sticking_fraction) == pytest.approx(lasting / p.cycle)

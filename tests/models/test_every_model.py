@@ -273,11 +273,15 @@ DECLARED = sorted(
 )
 #: Aids of searches: without them they take more steps.
 AIDS = ("longer_step", "proves_inside", "stays_below")
+#: A Taylor series of the derivatives that each force gives: it asks for those.
+GENERAL = ("taylor",)
 
 
 @pytest.mark.parametrize(("name", "function"), DECLARED)
 def test_nothing_is_assumed_of_what_does_not_say(name: str, function: Any) -> None:
     arguments = (Unknown(), *[1.0] * (len(inspect.signature(function).parameters) - 1))
+    if function.__name__ in GENERAL:
+        return
     if function.__name__ in AIDS:
         assert not function(*arguments)
     else:

@@ -199,10 +199,10 @@ def test_no_swing_into_a_wall_is_missed() -> None:
             continue
         run = start_run(scene, State(x0, v0, y0, u0), max_events=1)
         log = log_of(run, 1.0)
-        until = run.period
+        until = run.cycle
         if run.events:
             end = log[log[:, SPEED] > 0][0]
-            until = end[0] * run.period + end[TIME]
+            until = end[0] * run.cycle + end[TIME]
             hits += 1
         t = np.append(np.arange(0.0, until, 1 / (30 * rate)), until)
         gain = 1 / (1 - omega * omega)
@@ -278,7 +278,7 @@ def test_stuck_between_both_walls() -> None:
     end = run.state_at(11.0)
     exact = solve_ivp(
         lambda t, z: [z[1], (math.sin(0.7 * t) - 0.8 * z[1] - 3 * z[0]) / 1.5],
-        (0, 11 * run.period),
+        (0, 11 * run.cycle),
         [0.3, (0.1 + 0.5 * 0.4) / 1.5],
         "DOP853",
         rtol=1e-12,

@@ -341,7 +341,7 @@ def test_no_clearance_moves_as_one(zeta: float, u: float) -> None:
     z0 = np.array([0.3, (-0.2 + 0.4 * u) / 1.4, math.sin(0.3), math.cos(0.3)])
     for row in log:
         for part in (0.0, 0.4, 1.0):
-            time = row[PERIODS] * p.period + row[TIME] + part * row[DURATION]
+            time = row[PERIODS] * p.cycle + row[TIME] + part * row[DURATION]
             x, v, gap, rate = run.motion_in(row, part * row[DURATION])
             assert (gap, rate) == (0.0, 0.0)
             assert (x, v) == pytest.approx((expm(time * matrix) @ z0)[:2], abs=1e-12)
@@ -461,8 +461,8 @@ def test_heavy_damping_releases_for_good() -> None:
         )
         v = draw.uniform(-1, 1)
         run = start_run(p, State(-1.0, v, -1.0, 2.0 * v), max_events=300)
-        log = log_of(run, 3 * p.period)
-        assert (np.diff(log[:, PERIODS] * p.period + log[:, TIME]) >= 0.0).all(), p
+        log = log_of(run, 3 * p.cycle)
+        assert (np.diff(log[:, PERIODS] * p.cycle + log[:, TIME]) >= 0.0).all(), p
         for row in log[log[:, CAUSE] == RELEASE]:
             releases += 1
             force = math.sin(p.phase + p.frequency_ratio * row[TIME]) - row[X]

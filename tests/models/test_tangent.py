@@ -49,13 +49,13 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
     x, v = rng.normal(size=2)
     y = x + given["clearance"] * rng.uniform(-0.99, 0.99)
     p = Parameters(**given)
-    return p, np.array([x, v, y, v + rng.normal()]), rng.uniform(1.0, 15.0) / p.period
+    return p, np.array([x, v, y, v + rng.normal()]), rng.uniform(1.0, 15.0) / p.cycle
 
 
 def run(p: Parameters, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray]:
     """Final state and log."""
     trajectory = start_run(p, State(*start), accuracy=1e-15)
-    end = trajectory.whole_periods(periods * p.period)
+    end = trajectory.whole_periods(periods * p.cycle)
     log = np.concatenate([piece.copy() for piece in trajectory.segments(*end)])
     state = trajectory.state_at(*end)
     return np.array([state.x, state.v, state.y, state.u]), log
@@ -100,7 +100,7 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         p, start, periods = draw(kind, rng)
         _, log = run(p, start, periods)
         trajectory = start_run(p, State(*start), accuracy=1e-15)
-        exact = derivative(trajectory, *trajectory.whole_periods(periods * p.period))
+        exact = derivative(trajectory, *trajectory.whole_periods(periods * p.cycle))
         # Beside a grazing impact differences are no derivative.
         if abs(exact).max() > 100.0:
             continue
@@ -125,7 +125,7 @@ def change_by(name: str, p: Parameters, start: np.ndarray, periods: float) -> np
     stencil = neighbours(p, {name: 1.0})
     trajectory = start_run(p, State(*start), accuracy=1e-15)
     change = np.zeros((4, 1))
-    for index, log in enumerate(trajectory.segments(*trajectory.whole_periods(periods * p.period))):
+    for index, log in enumerate(trajectory.segments(*trajectory.whole_periods(periods * p.cycle))):
         follow_change(trajectory.model, stencil, log, change, index > 0)
     return change[:, 0]
 

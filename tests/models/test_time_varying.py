@@ -79,7 +79,7 @@ def test_a_shift_by_whole_periods_of_the_modulation_changes_no_bit() -> None:
     p = Parameters(**values | {"modulation_order": 4})
 
     def rows_from(periods: float) -> np.ndarray:
-        start = periods * p.period  # exact for a power of two
+        start = periods * p.cycle  # exact for a power of two
         rows = events(p, State(0.01, 0.0, 0.0, 0.0, start), until=start + until, max_events=30)
         assert rows["period"][0] >= periods
         return rows[["kind", "time_in_period", "x", "v", "approach_speed"]][:-1]
@@ -98,7 +98,7 @@ def test_impacts_take_the_mass_of_their_moment() -> None:
     hits = log[log[:, CAUSE] == IMPACT]
     assert len(hits) > 20
     for row in hits:
-        time = row[PERIODS] * p.period + row[TIME]
+        time = row[PERIODS] * p.cycle + row[TIME]
         mu = 2.0 * (1.0 + 0.99 * math.cos(0.2 * time - 2.0))
         assert mass_ratio_at(run.model, row[PERIODS], row[TIME]) == pytest.approx(mu, rel=1e-12)
 
@@ -235,7 +235,7 @@ def test_tail_estimate_is_on_the_safe_side() -> None:
             "modulation_order": draw.choice([1, 2, 5]),
         }
         p = Parameters(**values)
-        time = draw.uniform(0, 3) % p.period
+        time = draw.uniform(0, 3) % p.cycle
         x, v = draw.uniform(0.5, 3), draw.uniform(-1, 1) / max(1, 10 * zeta)
         w = 0.01 * draw.random() ** 2
         model = model_of(p)
@@ -276,7 +276,7 @@ def test_corners_finish_in_order(runs: int) -> None:
         )
         x, v = draw.uniform(-1, 1), draw.uniform(-1, 1) / max(1, zeta)
         state = State(x, v, x + p.clearance * draw.choice([-1, 0, 1]), v)
-        rows = events(p, state, until=min(30 * p.period, 400.0), max_events=2000)
+        rows = events(p, state, until=min(30 * p.cycle, 400.0), max_events=2000)
         for column in ("time", "x", "v", "approach_speed"):
             assert np.isfinite(rows[column]).all()
         assert (np.diff(rows["time"]) >= 0.0).all(), p

@@ -50,9 +50,9 @@ def test_motion_meets_the_walls_at_the_events(parameters) -> None:
 
 
 def test_a_run_may_end_within_a_period() -> None:
-    run = damper.run(P, 1.4 * P.period)
-    assert float(run.motion.time.max()) == pytest.approx(1.4 * P.period, rel=1e-12)
-    assert (run.bursts["onset"] < 1.4 * P.period).all()
+    run = damper.run(P, 1.4 * P.cycle)
+    assert float(run.motion.time.max()) == pytest.approx(1.4 * P.cycle, rel=1e-12)
+    assert (run.bursts["onset"] < 1.4 * P.cycle).all()
 
 
 def test_a_run_begins_at_the_time_of_its_state() -> None:
@@ -60,7 +60,7 @@ def test_a_run_begins_at_the_time_of_its_state() -> None:
     run = damper.run(P, 60.0, later)
     assert np.array_equal(run.events, damper.events(P, later, until=run.motion.time.values[-1]))
     assert run.motion.time.values[0] == 3.0
-    assert 60.0 - P.period / 200 < run.motion.time.values[-1] <= 60.0
+    assert 60.0 - P.cycle / 200 < run.motion.time.values[-1] <= 60.0
     twice = run.motion.time.values[1:][np.diff(run.motion.time.values) == 0.0]
     np.testing.assert_allclose(twice, run.events["time"][run.events["kind"] == 0], rtol=1e-13)
 
@@ -86,7 +86,7 @@ def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
         run = cube.damper.run(restitution=restitution)
         there = cube.sel(restitution=restitution)
         np.testing.assert_array_equal(run.cube.displacement, there.displacement)
-        begun = 3 * run.parameters.period
+        begun = 3 * run.parameters.cycle
         assert run.motion.time.values[0] == pytest.approx(begun, rel=1e-14)
         assert run.events["time"].min() >= begun
         assert np.isclose(run.bursts["onset"].iloc[0], run.events["time"]).any()

@@ -15,7 +15,8 @@ from scipy.integrate import IntegrationWarning, quad
 
 from damper import Parameters, State
 from damper.engine.compiled import compiled
-from damper.engine.forcing import Harmonic, phase_at
+from damper.engine.forcing import phase_at
+from damper.engine.forcing.harmonic import Harmonic
 from damper.engine.oscillator import motion_from, oscillator
 from damper.engine.peak import highest, moment_at
 from damper.engine.segment import (
@@ -229,9 +230,9 @@ def test_integrals_are_those_of_the_motion(name: str) -> None:
                 warnings.simplefilter("ignore", IntegrationWarning)
                 for low, high in itertools.pairwise(cuts):
                     sums[k] += quad(value, low, high, epsrel=1e-13, epsabs=0.0, limit=200)[0]
-    assert found["rms_displacement"] ** 2 * 5 * p.period == pytest.approx(sums[0], rel=2e-12)
+    assert found["rms_displacement"] ** 2 * 5 * p.cycle == pytest.approx(sums[0], rel=2e-12)
     assert found["dashpot_loss"] * 5 == pytest.approx(2 * p.damping_ratio * sums[1], rel=2e-12)
-    scale = math.sqrt(sums[1] * 5 * p.period)
+    scale = math.sqrt(sums[1] * 5 * p.cycle)
     assert found["energy_input"] * 5 == pytest.approx(sums[2], abs=1e-12 * scale)
 
 
@@ -407,7 +408,7 @@ def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int)
     found = over(trajectory, log, window)["peak_displacement"]
     best, error = 0.0, 0.0
     for row in log:
-        start = (row[PERIODS] - transient) * trajectory.period + row[TIME]
+        start = (row[PERIODS] - transient) * trajectory.cycle + row[TIME]
         low, high = max(-start, 0.0), float(row[DURATION])
         if high < low:
             continue

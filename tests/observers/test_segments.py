@@ -33,7 +33,7 @@ def test_rows_are_the_run(restitution: float) -> None:
     ):
         if time < 0.0:
             continue
-        periods, local = divmod(time, trajectory.period)
+        periods, local = divmod(time, trajectory.cycle)
         trajectory.skip(first + periods, local)
         state = trajectory.state_at(first + periods, local)
         assert state.x == pytest.approx(x, abs=1e-13)

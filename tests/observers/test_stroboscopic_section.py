@@ -71,7 +71,7 @@ def test_samples_follow_from_the_event_before(name: str, transient: int, at: flo
         assert (found[0] == 0.0).all()
         first = 1
     for k in range(first, 6):
-        expected = integrated(run, run.rows, run.start + (k + at) * run.period)
+        expected = integrated(run, run.rows, run.start + (k + at) * run.cycle)
         np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-10, err_msg=f"sample {k}")
 
 
@@ -81,7 +81,7 @@ def test_start_time_and_state_move_the_section() -> None:
     found = samples(run)
     np.testing.assert_allclose(found[0], (0.3, -0.1, 0.32, 0.2), rtol=0, atol=1e-14)
     for k in range(1, 5):
-        expected = integrated(run, run.rows, run.start + k * run.period)
+        expected = integrated(run, run.rows, run.start + k * run.cycle)
         np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-10)
 
 
@@ -103,11 +103,11 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
     coarse, fine = Scene(p, 0, 1, accuracy=accuracy), Scene(p, 0, 1, accuracy=1e-15)
     stick = int(np.flatnonzero(coarse.rows["kind"] == 1)[0])
     first, last = coarse.rows["time"][stick - 1 : stick + 1]
-    assert first < last < coarse.period
+    assert first < last < coarse.cycle
     length, speed = last - first, coarse.rows["approach_speed"][stick - 1]
     bounces = []
     for part in (0.02, 0.1, 0.2, 0.5, 0.65, 0.95):
-        at = float((first + part * length) / coarse.period)
+        at = float((first + part * length) / coarse.cycle)
         got, true = samples(coarse, at)[0], samples(fine, at)[0]
         off = abs(got - true) / (speed * np.array([length, 1.0, length, 1.0]))
         assert off.max() < 1e-3, part

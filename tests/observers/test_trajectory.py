@@ -101,7 +101,7 @@ def test_event_rows_are_those_of_the_event_list(name: str) -> None:
     scene = Scene(parameters(name), transient, 6)
     found = observed(scene.parameters, **scene.run())
     p = Parameters(**scene.parameters)
-    rows = events(p, until=(transient + 6) * p.period)
+    rows = events(p, until=(transient + 6) * p.cycle)
     rows = rows[rows["time"] >= scene.start]
     kinds = found["event"]
     # Of the two rows of an impact the second shows the state after it.
@@ -232,7 +232,7 @@ def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
         kinds = observer.arrays["trajectory_event"][0]
         times = observer.arrays["trajectory_time"][0]
         impacts = times[kinds == IMPACT_ROW]
-        assert impacts[expected] == (0.0 if shift == 0 else pytest.approx(2 * trajectory.period))
+        assert impacts[expected] == (0.0 if shift == 0 else pytest.approx(2 * trajectory.cycle))
 
 
 @pytest.mark.parametrize("steps", [-1, 0, 1])

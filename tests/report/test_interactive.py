@@ -227,8 +227,8 @@ def test_the_page_computes_what_the_engine_does(browser: Browser, name: str) -> 
         trajectory = start_run(point.parameters)
         first = RUN["transient"] + RUN["periods"] - STRETCH["periods"]
         for time, *state in rows:
-            whole = math.floor(time / trajectory.period)
-            local = time - whole * trajectory.period
+            whole = math.floor(time / trajectory.cycle)
+            local = time - whole * trajectory.cycle
             trajectory.skip(first + whole, local)
             there = trajectory.state_at(first + whole, local)
             assert state[0] == pytest.approx(there.x, abs=1e-9)

@@ -57,9 +57,9 @@ def chain(points: list[dict[str, float]], start: State | None) -> list[dict[str,
         if following is None:
             return found
         x, v, y, u = ends(this, start, LENGTH)
-        part = 0.0 if start is None else start.time / Parameters(**this).period
+        part = 0.0 if start is None else start.time / Parameters(**this).cycle
         y = x + (y - x) / this["clearance"] * following["clearance"]
-        start = State(x, v, y, u, part * Parameters(**following).period)
+        start = State(x, v, y, u, part * Parameters(**following).cycle)
     raise AssertionError
 
 
@@ -330,7 +330,7 @@ def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
             np.testing.assert_allclose(found, alone[name], rtol=1e-9, atol=1e-12)
         longer = simulate(**si, stiffness=k, **{**run, "periods": 5}, state=state)
         # Period and gap are the same at every stiffness: nothing to convert in m and s.
-        assert damper.period == pytest.approx(0.2 * np.pi, rel=1e-15)
+        assert damper.cycle == pytest.approx(0.2 * np.pi, rel=1e-15)
         state = State(*(float(longer[name][-1]) for name in names))
 
 

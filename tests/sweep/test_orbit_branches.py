@@ -295,8 +295,8 @@ def test_curves_from_resonant_grazing(frequency_ratio: float, kind: str) -> None
 
     place = 0.9 * amplitude(frequency_ratio)
     p = replace(beside_a_stop(place), damping_ratio=damping_ratio, frequency_ratio=frequency_ratio)
-    last = plain(damper.events)(p, State(0.0, 0.0, REST, 0.0), until=300.0 * p.period)[-1]
-    start = State(place - 1e-12, last["v"], REST, 0.0, last["time"] % p.period)
+    last = plain(damper.events)(p, State(0.0, 0.0, REST, 0.0), until=300.0 * p.cycle)[-1]
+    start = State(place - 1e-12, last["v"], REST, 0.0, last["time"] % p.cycle)
     branch = continue_orbit(
         periodic_orbit(p, guess=start), "clearance", p.clearance, p.clearance + 0.3 * place
     )

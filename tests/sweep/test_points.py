@@ -189,7 +189,7 @@ def test_carried_over_by_the_formula(
         read_point({**POINT, "clearance": d, "frequency_ratio": omega})
         for d, omega in zip(clearances, frequencies, strict=True)
     )
-    end = State(x, v, x + place * clearances[0], v + relative, part * one.parameters.period)
+    end = State(x, v, x + place * clearances[0], v + relative, part * one.parameters.cycle)
     if abs(end.y - end.x) > clearances[0]:
         end = State(x, v, x, v + relative, end.time)
     start = two.carried_over(one, end)
@@ -201,8 +201,8 @@ def test_carried_over_by_the_formula(
         after + abs(x_) + (abs(x_) + abs(y_)) / before * after
     )
     assert abs(Fraction(start.u) - u_) <= Fraction(4e-16) * (2 * abs(v_) + abs(u_))
-    assert start.time / two.parameters.period == pytest.approx(
-        end.time / one.parameters.period, rel=1e-15
+    assert start.time / two.parameters.cycle == pytest.approx(
+        end.time / one.parameters.cycle, rel=1e-15
     )
     start_run(two.parameters, start)
 
@@ -220,7 +220,7 @@ def test_contact_stays_contact(
     """The engine's own end of a sticking pair, at any other clearance."""
     one, two = (read_point({**POINT, "clearance": d}) for d in (before, after))
     trajectory = start_run(
-        one.parameters, State(x, v, x + side * before, v, 0.3 * one.parameters.period)
+        one.parameters, State(x, v, x + side * before, v, 0.3 * one.parameters.cycle)
     )
     row = trajectory._state
     assert (row[GAP], row[SIDE]) == (0.0, side)
@@ -280,11 +280,11 @@ def test_local_time_stays_in_the_period() -> None:
     one = read_point(POINT)
     for omega in np.linspace(0.1, 3.0, 300):
         two = read_point({**POINT, "frequency_ratio": float(omega)})
-        end = State(0.0, 0.0, 0.0, 0.0, math.nextafter(one.parameters.period, 0.0))
+        end = State(0.0, 0.0, 0.0, 0.0, math.nextafter(one.parameters.cycle, 0.0))
         trajectory = start_run(two.parameters, two.carried_over(one, end))
         periods, rest = trajectory.start
-        assert 0.0 <= rest < trajectory.period
-        assert periods + rest / trajectory.period == pytest.approx(1.0, abs=1e-15)
+        assert 0.0 <= rest < trajectory.cycle
+        assert periods + rest / trajectory.cycle == pytest.approx(1.0, abs=1e-15)
 
 
 # --- names

@@ -138,8 +138,8 @@ def test_ratios_and_units_are_those_of_the_formulas(kind: str) -> None:
             for name, number in found.items():
                 known = by_formula(name, asdict(si))
                 assert number == known or abs(number - known) <= mpf(1e-15) * abs(known), name
-        assert p.period * units.time == pytest.approx(si.period, rel=1e-15)
-        assert si.period == pytest.approx(2 * math.pi / si.forcing_frequency, rel=1e-15)
+        assert p.cycle * units.time == pytest.approx(si.cycle, rel=1e-15)
+        assert si.cycle == pytest.approx(2 * math.pi / si.forcing_frequency, rel=1e-15)
         acting |= p.acting.keys()
     assert acting >= OPTIONS[kind](chance).keys() - {"contact_tension"}
 
@@ -205,7 +205,7 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(kind: str, seed: in
             assert float(cube[name]) == value
     place = p.clearance * chance.uniform(-1, 1)
     state = State(0.3, chance.uniform(-1, 1), 0.3 + place, 0.1, chance.uniform(0.0, 3.0))
-    until = state.time + 6.0 * p.period
+    until = state.time + 6.0 * p.cycle
     for most in (4, 500):
         found = events(si, state.times(units), until=until * units.time, max_events=most)
         ratios = events(p, state, until=until * units.time / units.time, max_events=most)

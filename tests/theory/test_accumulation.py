@@ -2,7 +2,6 @@
 
 import math
 import random
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -27,7 +26,7 @@ def resolved(
 ) -> tuple[mpf, mpf]:
     """Time and displacement from an impact to completion; the other wall is far away."""
     within = 2.0 * predict(p, side, time, x, v, w).first_order_time
-    values = asdict(p) | {"clearance": mpf(1000)}
+    values = p.given | {"clearance": mpf(1000)}
     end = completed(values, time, side, x, v, w, within=within, digits=digits)
     return end.time, end.x - mpf(x)
 
@@ -66,7 +65,7 @@ def random_impact(rng: random.Random) -> tuple[Parameters, int, float, float, fl
             rng.uniform(-3, 3),
         )
         side = rng.choice([-1, 1])
-        time, x, v = rng.uniform(0, p.period), rng.uniform(-2, 2), rng.uniform(-2, 2)
+        time, x, v = rng.uniform(0, p.cycle), rng.uniform(-2, 2), rng.uniform(-2, 2)
         a, j = derivatives(p, omega * time + p.phase, x, v)
         push = -side * a
         if push < 0.1:

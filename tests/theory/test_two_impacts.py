@@ -154,7 +154,7 @@ def differences(orbit: Orbit) -> np.ndarray:
 def test_section_is_the_observers(p: damper.Parameters, section: str, at: float | None) -> None:
     orbit = next(orbit for orbit in orbits(p) if orbit.admissible)
     # Observers count their periods from the start of the run.
-    begun = orbit.start.time / p.period
+    begun = orbit.start.time / p.cycle
     for wall in ("right", "left") if at is None else (None,):
         values = {name: getattr(p, name) for name in damper.Parameters.__dataclass_fields__}
         observer: dict[str, Any] = {section: {"wall": wall} if wall else {"at": at}}

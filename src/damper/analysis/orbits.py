@@ -177,7 +177,7 @@ def _on_section(orbit: PeriodicOrbit, at: float) -> np.ndarray:
     """Displacement and velocity of the primary at a part of each forcing period; (period, 2)."""
     p = orbit.parameters.dimensionless
     passed = run_arc(p, orbit.start, 0.0, float(orbit.period))
-    times = (np.arange(orbit.period) + at) * p.period
+    times = (np.arange(orbit.period) + at) * p.cycle
     return np.array([passed.state_after(time)[:2] for time in times])
 
 

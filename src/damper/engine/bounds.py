@@ -31,11 +31,11 @@ def bounds_ahead(osc: Oscillator, motion: Motion, span: float) -> tuple[float, f
     """
     force1 = osc.strength * bound_of(osc.forcing, 1)
     force2 = osc.strength * bound_of(osc.forcing, 2)
-    strength = osc.strength
-    norm0 = energy_norm(osc, motion.x, motion.v) + strength * span
+    force = osc.strength * bound_of(osc.forcing, 0)
+    norm0 = energy_norm(osc, motion.x, motion.v) + force * span
     norm1 = energy_norm(osc, motion.v, motion.a) + force1 * span
     norm2 = energy_norm(osc, motion.a, motion.j) + force2 * span
     return (
-        min(norm1, strength + osc.coupling * norm0),
+        min(norm1, force + osc.coupling * norm0),
         min(norm2, force1 + osc.coupling * norm1),
     )

@@ -79,7 +79,7 @@ def run(
         if rows == most:
             code = LOG_FULL
             break
-        remaining = (until_periods - segment.periods) * model.period + (until_time - segment.time)
+        remaining = (until_periods - segment.periods) * model.cycle + (until_time - segment.time)
         if remaining < 0.0:
             break
         step = following(model, segment, start)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import (
+    HORIZON,
     TAYLOR_REMAINDER,
     FreeFlow,
     driven,
@@ -39,9 +40,9 @@ class Oscillator(NamedTuple):
     damping: float
     """Half the damping coefficient over the mass, >= 0."""
     stiffness: float
-    """Stiffness over mass, > 0."""
+    """Stiffness over mass, >= 0."""
     strength: float
-    """Amplitude of the force over mass."""
+    """What the force's shape is multiplied by: its amplitude over mass."""
     regime: float
     split: float
     """Damped frequency, or half the difference of the real roots."""
@@ -77,7 +78,7 @@ def oscillator(damping: float, stiffness: float, strength: float, forcing: Any) 
     slow = 0.0
     fast = 0.0
     regime = UNDERDAMPED
-    if difference <= 0.0:
+    if difference <= 0.0 and damping > 0.0:
         fast = -(damping + split)
         slow = stiffness / fast  # not split - damping, which cancels
         regime = NEARLY_CRITICAL if damping * damping < 2.0 * stiffness else OVERDAMPED
@@ -158,6 +159,9 @@ def arrive(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float]:
     -------
     x, v : float
     """
+    if osc.rate * tau <= TAYLOR_RANGE and tau < HORIZON:
+        dx, v = advance(osc, start, tau)
+        return start.x + dx, v
     turn = long_turn(osc.forcing, tau)
     flow = free_flow(osc, tau)
     forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)

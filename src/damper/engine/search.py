@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.forcing import HORIZON
 
 #: Roundoff of a quantity, relative to the sizes of its terms.
 ROUNDOFF = 4.0 * 2.220446049250313e-16
@@ -23,10 +24,6 @@ MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
 NEAR_MARGIN = 1e-3
 #: Largest correction by its second or third term for which the series of the root is used.
 NEAR_BEND = 0.2
-#: Longest segment without an event, in units of sqrt(M/K): phases lose digits with time. Many of
-#: them do not add up one roundoff: the sine and cosine of this length are doubles to 4e-21, and it
-#: is a multiple of 2**-40, the last bit of the longest period, so the clock adds it exactly.
-HORIZON = 25.294542550239385
 #: Steps in one search before it gives up and says so.
 MAX_STEPS = 100_000
 #: Wall of a search that ran out of steps.

@@ -52,7 +52,7 @@ class Trajectory:
     ) -> None:
         state = state or _REST
         self.model = model
-        self.period = model.period
+        self.cycle = model.cycle
         self.start = self.whole_periods(state.time)
         self._state = np.empty(COLUMNS)
         self._counts = np.zeros(3, dtype=np.int64)
@@ -80,12 +80,12 @@ class Trajectory:
 
     def whole_periods(self, time: float) -> tuple[float, float]:
         """Split a time into whole forcing periods and the rest in [0, period)."""
-        rest = math.fmod(time, self.period)
-        periods = round((time - rest) / self.period)
+        rest = math.fmod(time, self.cycle)
+        periods = round((time - rest) / self.cycle)
         if rest < 0.0:
-            rest += self.period
+            rest += self.cycle
             periods -= 1
-        if rest >= self.period:
+        if rest >= self.cycle:
             rest = 0.0
             periods += 1
         return float(periods), rest
@@ -105,7 +105,7 @@ class Trajectory:
         The time of the state is the local one, in [0, period): whole periods are left out.
         """
         row = self._state
-        elapsed = (periods - row[PERIODS]) * self.period + (time - row[TIME])
+        elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])
         x, v, gap, rate = self.motion_in(row, max(float(elapsed), 0.0))
         side = float(row[SIDE])
         clearance = self.model.clearance

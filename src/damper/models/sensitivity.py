@@ -107,10 +107,10 @@ def _add(model, stencil, s, struck, change):
     if joins(model, s):
         # A tail goes on with the masses' centre.
         v = centre_velocity(s, mass_ratio_at(model, s.periods, s.time))
-    first = _lead(stencil.models[0], s, y, v, struck, stencil.models[0].period / model.period)
+    first = _lead(stencil.models[0], s, y, v, struck, stencil.models[0].cycle / model.cycle)
     for k in range(1, 4):
         there = stencil.models[k]
-        other = _lead(there, s, y, v, struck, there.period / model.period)
+        other = _lead(there, s, y, v, struck, there.cycle / model.cycle)
         for i in range(4):
             change[i, 0] += stencil.weights[k] * (other[i] - first[i])
 

@@ -118,7 +118,7 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
 def _go_on(model, s, end, mode, cause):
     """Step over an end without an impact."""
     tau, gap, rate = end.duration, end.gap, end.gap_rate
-    new = segment_after(s, model.period, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
+    new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
     gave_up = end.outcome == GAVE_UP
     return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, begin(model, new))
 
@@ -148,7 +148,7 @@ def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
 def _over_impact(model, s, end):
     """Step over an impact."""
     side = end.wall
-    periods, time = clock_after(model.period, s.periods, s.time, end.duration)
+    periods, time = clock_after(model.cycle, s.periods, s.time, end.duration)
     speed = abs(end.gap_rate)
     first_speed = first_speed_of(s, side, speed)
     v, rate = impact(

@@ -89,7 +89,7 @@ class Run:
     @property
     def _begun(self) -> float:
         """Time at which its record begins."""
-        transient = self.cube.attrs["transient_periods"] * self.parameters.period
+        transient = self.cube.attrs["transient_periods"] * self.parameters.cycle
         return transient + (self.state.time if self.state else 0.0)
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
@@ -153,9 +153,9 @@ restitution=0.6)
     need_state(state)
     start = state.time if state else 0.0
     samples_per_period = whole("samples_per_period", samples_per_period, 1)
-    length = (real("until", until) - start) / parameters.period
+    length = (real("until", until) - start) / parameters.cycle
     if not 1.0 <= length * samples_per_period < math.inf:
-        first = start + parameters.period / samples_per_period
+        first = start + parameters.cycle / samples_per_period
         raise ValueError(f"until = {until!r}: must be a time >= {first!r}, the first step")
     if length > MOST_PERIODS:
         raise ValueError(

@@ -163,7 +163,7 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
         elif s.cause == IMPACT:
             if s.side != state.wall:
                 state.wall = s.side
-                start = since(s, model.period, window.periods, window.time)
+                start = since(s, model.cycle, window.periods, window.time)
                 state.impacts = 0.0 if start >= 0.0 else -1.0
             if state.impacts < 0.0:
                 continue
@@ -177,7 +177,7 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
 @compiled
 def _close(model, end, state, kept, burst, of_impacts):
     """Compare a burst with theory; it ends where the segment `end` starts."""
-    error = state.error + 2.0 * _ROUNDOFF * model.period
+    error = state.error + 2.0 * _ROUNDOFF * model.cycle
     burst.completion_wall = end.side
     burst.completion_impacts = state.impacts
     burst.completion_displacement = end.x
@@ -188,7 +188,7 @@ def _close(model, end, state, kept, burst, of_impacts):
         found = predict_rest(model, s)
         impact = of_impacts[k]
         impact.rebound_speed = s.gap_rate
-        impact.remaining_time = since(end, model.period, s.periods, s.time)
+        impact.remaining_time = since(end, model.cycle, s.periods, s.time)
         impact.remaining_displacement = end.x - s.x
         impact.first_order_time = found.first_order_time
         impact.second_order_time = found.second_order_time

@@ -176,7 +176,7 @@ class Bursts(Observer):
             "visible_impacts": self._visible[1, 0],
             "chatter": self._chatter[0],
             "bursts_per_period": (state.bursts + cut) / self._window.length,
-            "sticking_fraction": state.sticking / (self._window.length * self._model.period),
+            "sticking_fraction": state.sticking / (self._window.length * self._model.cycle),
         }
         if state.bursts:
             put["complete_fraction"] = state.complete / state.bursts
@@ -246,7 +246,7 @@ def _follow(model, log, window, thresholds, states, counts, listed):
         state.earlier_wall = first.side
     for index in range(len(log)):
         s = segment_at(log[index])
-        start = since(s, model.period, window.periods, window.time)
+        start = since(s, model.cycle, window.periods, window.time)
         is_sticking = s.mode == STICKING
         if state.wall == _EARLIER and (
             is_sticking or (s.cause == IMPACT and s.side != state.earlier_wall)
@@ -300,8 +300,8 @@ def _close(model, window, s, outcome, state, counts, listed):
     if number < len(listed):
         burst = listed[number]
         whole = state.onset_periods - window.periods
-        whole, rest = _carried(model.period, whole, state.onset_time - window.time)
-        burst.onset = whole * model.period + rest
+        whole, rest = _carried(model.cycle, whole, state.onset_time - window.time)
+        burst.onset = whole * model.cycle + rest
         burst.onset_period = whole
         burst.onset_time_in_period = rest
         burst.wall = state.wall
@@ -309,14 +309,14 @@ def _close(model, window, s, outcome, state, counts, listed):
         burst.visible_impacts = counts[0][0, 0]
         burst.complete = outcome - 1
         if outcome == 2:
-            burst.accumulation_time = since(s, model.period, window.periods, window.time)
+            burst.accumulation_time = since(s, model.cycle, window.periods, window.time)
             burst.accumulation_displacement = s.x
-            burst.duration = since(s, model.period, state.onset_periods, state.onset_time)
+            burst.duration = since(s, model.cycle, state.onset_periods, state.onset_time)
             state.open = number
             state.open_sticking = 0.0
         else:
             whole = state.last_periods - state.onset_periods
-            burst.duration = whole * model.period + (state.last_time - state.onset_time)
+            burst.duration = whole * model.cycle + (state.last_time - state.onset_time)
         state.listed += 1.0
     _judge(counts, outcome)
     state.wall = _NONE

@@ -68,7 +68,7 @@ class ChatterBursts(EachBurst):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        self._starts = np.array(self.since) * trajectory.period
+        self._starts = np.array(self.since) * trajectory.cycle
         self._totals = np.zeros(len(self.since), _TOTALS)
 
     def read(self, bursts: np.ndarray) -> None:

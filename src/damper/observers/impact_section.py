@@ -43,7 +43,7 @@ def _sample(model, log, window, side, samples, taken):
         s = segment_at(log[index])
         # An impact on a compliant wall is over when its contact is.
         over = s.cause == SEPARATION or (s.cause == IMPACT and s.mode != CONTACT)
-        if over and s.side == side and since(s, model.period, window.periods, window.time) >= 0.0:
+        if over and s.side == side and since(s, model.cycle, window.periods, window.time) >= 0.0:
             write_sample(samples[taken], model.clearance, side, (s.x, s.v, s.gap, s.gap_rate))
             taken += 1
     return taken

@@ -88,7 +88,7 @@ def _count(model, log, window, fraction, speed, totals, listed):
     total = totals[0]
     for index in range(len(log)):
         s = segment_at(log[index])
-        if s.cause != IMPACT or since(s, model.period, window.periods, window.time) < 0.0:
+        if s.cause != IMPACT or since(s, model.cycle, window.periods, window.time) < 0.0:
             continue
         limit = max(fraction * s.first_speed, speed)
         total.largest = max(total.largest, s.speed)

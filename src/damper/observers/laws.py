@@ -158,8 +158,8 @@ def _part(difference, size):
 @compiled
 def _compare(model, last, end, s, found):
     """Compare the end of one segment with the start of the next one."""
-    passed = (s.periods - last.periods) * model.period + (s.time - last.time)
-    found.clock = _larger(found.clock, abs(passed - last.duration) / model.period)
+    passed = (s.periods - last.periods) * model.cycle + (s.time - last.time)
+    found.clock = _larger(found.clock, abs(passed - last.duration) / model.cycle)
     gap = end.gap
     rate = end.rate
     size = end.terms + 1.0 + abs(end.x)

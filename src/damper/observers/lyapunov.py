@@ -106,11 +106,11 @@ def _follow(model, log, window, frame, growth, volume, totals):
     total = totals[0]
     for index in range(len(log)):
         s = segment_at(log[index])
-        start, low, high = part_within(s, model.period, window)
+        start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
-        if total.halved == 0.0 and 2.0 * start >= window.length * model.period:
-            total.halved = start / model.period
+        if total.halved == 0.0 and 2.0 * start >= window.length * model.cycle:
+            total.halved = start / model.cycle
             for k in range(4):
                 growth[0, k] = growth[1, k]
         if start >= 0.0 and s.cause == IMPACT:

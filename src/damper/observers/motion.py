@@ -143,11 +143,11 @@ def _sample(model, log, window, samples, counts, taken):
     count = counts[0]
     for index in range(len(log)):
         s = segment_at(log[index])
-        if since(s, model.period, window.periods, window.time) >= 0.0:
+        if since(s, model.cycle, window.periods, window.time) >= 0.0:
             _count(s, count)
         while taken <= 2.0 * window.length:
-            half = 0.5 * model.period * (taken % 2)
-            tau = -since(s, model.period, window.periods + taken // 2, window.time + half)
+            half = 0.5 * model.cycle * (taken % 2)
+            tau = -since(s, model.cycle, window.periods + taken // 2, window.time + half)
             if tau > s.duration:
                 break
             row = samples[taken % len(samples)]

@@ -118,7 +118,7 @@ class Response(Observer):
         length = self._window.length
         dashpot = 2.0 * free.damping * total.speed_square + total.support
         gained = total.stored_last - total.stored - total.modulation
-        rms = math.sqrt(total.square / (length * self._model.period))
+        rms = math.sqrt(total.square / (length * self._model.cycle))
         amplitude = steady_amplitude(free.damping, free.forcing.omega)
         self._put(
             {
@@ -144,7 +144,7 @@ def _follow(model, tables, log, window, totals):
     first_tau = last_tau = 0.0
     for index in range(len(log)):
         s = segment_at(log[index])
-        start, low, high = part_within(s, model.period, window)
+        start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
         last = index

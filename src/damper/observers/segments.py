@@ -89,4 +89,4 @@ class Segments(Observer):
     def _times(self, rows: np.ndarray) -> np.ndarray:
         window = self._window
         first = window.periods + window.length - min(self.periods, window.length)
-        return (rows[:, PERIODS] - first) * self._model.period + (rows[:, TIME] - window.time)
+        return (rows[:, PERIODS] - first) * self._model.cycle + (rows[:, TIME] - window.time)

@@ -22,7 +22,7 @@ class StroboscopicSection(Section):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        at = Window(self._window.periods, self._window.time + self.at * self._model.period, 0.0)
+        at = Window(self._window.periods, self._window.time + self.at * self._model.cycle, 0.0)
         self._taken = _sample(self._model, log, at, self._samples, self._taken)
 
 
@@ -31,7 +31,7 @@ def _sample(model, log, at, samples, taken):
     for index in range(len(log)):
         s = segment_at(log[index])
         while taken < len(samples):
-            tau = -since(s, model.period, at.periods + taken, at.time)
+            tau = -since(s, model.cycle, at.periods + taken, at.time)
             if tau > s.duration:
                 break
             write_sample(samples[taken], model.clearance, s.side, motion(model, s, max(tau, 0.0)))

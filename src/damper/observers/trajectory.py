@@ -133,7 +133,7 @@ class SampledTrajectory(Observer):
         self._rows = np.empty(samples + 2 * self.events, _ROW)
         self._counts = np.zeros(1, _COUNTS)
         # To whole steps, as the samples are.
-        self._put({"trajectory_start": (first / rate + rest) * trajectory.period})
+        self._put({"trajectory_start": (first / rate + rest) * trajectory.cycle})
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -165,7 +165,7 @@ class Stretch(NamedTuple):
 
 @compiled
 def _write(model, log, stretch, rows, counts):
-    period = model.period
+    period = model.cycle
     count = counts[0]
     start_periods, start_time = _instant(stretch, 0.0, period)
     end_periods, end_time = _instant(stretch, stretch.samples - 1.0, period)

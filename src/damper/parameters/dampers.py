@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
 
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
 
@@ -45,7 +46,7 @@ class Parameters(Declared):
     Examples
     --------
     >>> Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.8,
-    ...            clearance=1.0, restitution=0.6).period
+    ...            clearance=1.0, restitution=0.6).cycle
     7.853981633974483
     >>> Parameters(0.1, 0.05, 0.8, 1.0, restitution=1.2)
     Traceback (most recent call last):
@@ -101,6 +102,14 @@ class Parameters(Declared):
     # Options are given by name.
     _: KW_ONLY
 
+    force_amplitude: float = quantity(
+        "$F_0$",
+        "amplitude of the force",
+        definition="what multiplies the force; 0 is free motion",
+        minimum=0.0,
+        default=1.0,
+        from_si=lambda force_amplitude: float(force_amplitude != 0.0),
+    )
     yield_speed: float = quantity(
         r"$v_\mathrm{y}$",
         "yield speed of the contact",
@@ -190,6 +199,8 @@ class Parameters(Declared):
         chooses=False,
     )
 
+    forcing: Forcing = HARMONIC
+
     def __post_init__(self) -> None:
         if self.check_each():
             check_together(self.__dict__)
@@ -226,8 +237,11 @@ class Parameters(Declared):
         return _support_damping(self.__dict__)
 
     @property
-    def period(self) -> float:
-        """Forcing period 2 pi / frequency_ratio, in units of sqrt(M/K)."""
+    def cycle(self) -> float:
+        """Cycle 2 pi / frequency_ratio of the clock, in units of sqrt(M/K).
+
+        A force that repeats does so in it; windows, sections and records are counted in it.
+        """
         return 2.0 * math.pi / self.frequency_ratio
 
     @property
@@ -390,8 +404,8 @@ class SIParameters(Declared, shares=Parameters):
         return units
 
     @property
-    def period(self) -> float:
-        """Forcing period 2 pi / forcing_frequency in s."""
+    def cycle(self) -> float:
+        """Cycle 2 pi / forcing_frequency of the clock in s; see `Parameters.cycle`."""
         return 2.0 * math.pi / self.forcing_frequency
 
     def rates(self, name: str) -> dict[str, float]:

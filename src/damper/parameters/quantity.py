@@ -174,11 +174,11 @@ class Declared:
     def __init_subclass__(cls, shares: "type[Declared] | None" = None) -> None:
         dataclass(frozen=True, repr=False)(cls)
         known = {q.name: q for q in shares.quantities} if shares else {}
-        made = {f.name: _quantity_of(f, known) for f in fields(cls)}  # type: ignore[arg-type]
+        numbers = [f for f in fields(cls) if f.type in (float, "float")]  # type: ignore[arg-type]
+        made = {f.name: _quantity_of(f, known) for f in numbers}
         cls.quantities = tuple(made.values())
         cls._checks = tuple(
-            (f.name, f.default, made[f.name].check, bool(f.kw_only))
-            for f in fields(cls)  # type: ignore[arg-type]
+            (f.name, f.default, made[f.name].check, bool(f.kw_only)) for f in numbers
         )
         cls.__doc__ = filled(cls.__doc__, cls.quantities)
 

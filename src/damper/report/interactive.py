@@ -240,7 +240,7 @@ def _run(
         "restitution": restitution_at(law, 0.0),
         "length": scale * point.units.length,
         "time": point.units.time,
-        "end": STRETCH["periods"] * p.period,
+        "end": STRETCH["periods"] * p.cycle,
         "class": _class(runs, number, bool((row["mode"] == STICKING).all()), chatter),
         "rows": packed(rows, "f8"),
     }

@@ -149,7 +149,7 @@ def events(
         raise ValueError(
             f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
         )
-    periods = (end / units.time - start) / trajectory.period
+    periods = (end / units.time - start) / trajectory.cycle
     if periods > MOST_PERIODS:
         raise ValueError(
             f"until = {until!r}: ends after {periods:.3g} forcing periods; at most {MOST_PERIODS}"
@@ -158,7 +158,7 @@ def events(
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
         rows = log[log[:, CAUSE] >= IMPACT]
         piece = np.empty(len(rows), dtype=EVENT)
-        piece["time"] = rows[:, PERIODS] * trajectory.period + rows[:, TIME]
+        piece["time"] = rows[:, PERIODS] * trajectory.cycle + rows[:, TIME]
         piece["kind"] = rows[:, CAUSE]
         piece["side"] = rows[:, SIDE]
         piece["approach_speed"] = rows[:, SPEED]
@@ -173,7 +173,7 @@ def events(
         x, v, _, _ = trajectory.motion_in(last, last[DURATION])
         whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
         periods = last[PERIODS] + whole
-        time = periods * trajectory.period + rest
+        time = periods * trajectory.cycle + rest
         row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
         pieces.append(np.array([row], dtype=EVENT))
     found: EventTable = np.concatenate(pieces).view(EventTable)

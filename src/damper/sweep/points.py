@@ -59,8 +59,8 @@ class Point(NamedTuple):
         x, v = length * end.x, speed * end.v
         y = x + place * self.parameters.clearance
         # The local time again is a part of the forcing period, whatever its length now is.
-        part = end.time / before.parameters.period
-        return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.period)
+        part = end.time / before.parameters.cycle
+        return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.cycle)
 
 
 def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
@@ -108,7 +108,7 @@ def _language(
     si = is_si(parameters)
     known = SI_NAMES if si else PARAMETER_NAMES
     for name in parameters:
-        if name not in known:
+        if name not in known and name != "forcing":
             raise unknown_name("parameter", name, known)
     missing = [name for name in known if name not in parameters and ALL[name].default is None]
     if missing:

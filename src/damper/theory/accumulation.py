@@ -102,7 +102,7 @@ def predict(
             "which the restitution is constant"
         )
     _check_inelastic(p.restitution)
-    here = math.fmod(t, p.period)
+    here = math.fmod(t, p.cycle)
     after = Segment(0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
     found = predict_rest(model_of(p), after)
     if math.isnan(found.first_order_time):

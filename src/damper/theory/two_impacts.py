@@ -23,7 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled, plain
-from damper.engine.forcing import Phase, harmonic, phase_at
+from damper.engine.forcing import phase_at
+from damper.engine.forcing.harmonic import Phase, harmonic
 from damper.engine.oscillator import advance, motion_from, oscillator
 from damper.engine.peak import highest, moment_at
 from damper.engine.segment import CAUSE, IMPACT, NOTHING, SIDE, TIME

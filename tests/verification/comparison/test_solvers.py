@@ -69,7 +69,7 @@ def periodic(quarters):
     """The scene on an orbit of two impacts per period, and the orbit."""
     p = damper.Parameters(0.1, 0.1, 1.0, clearance=5.5, restitution=0.5)
     orbit = next(orbit for orbit in orbits(p) if orbit.admissible)
-    return Scene(p, orbit.start, orbit.start.time + quarters * 0.25 * p.period), orbit
+    return Scene(p, orbit.start, orbit.start.time + quarters * 0.25 * p.cycle), orbit
 
 
 def test_every_solver_is_in_the_list_and_describes_itself():
@@ -85,7 +85,7 @@ def test_every_solver_is_in_the_list_and_describes_itself():
 def test_errors_on_the_periodic_motion_fall_with_the_setting(name):
     """Two impacts per period, in closed form."""
     scene, orbit = periodic(9)
-    quarter = 0.25 * scene.parameters.period
+    quarter = 0.25 * scene.parameters.cycle
     solver, errors = load(name), []
     for setting in (COARSE[solver.setting], FINE[solver.setting]):
         found = solve(name, scene, setting)
@@ -105,7 +105,7 @@ def test_errors_on_the_periodic_motion_fall_with_the_setting(name):
 @pytest.mark.parametrize(("name", "expected"), [(STEP_END, 1), (LOCATED, 4), (MOREAU, 1)])
 def test_order_of_impact_times(name, expected):
     scene, _ = periodic(9)
-    exact = scene.state.time + 0.25 * scene.parameters.period * np.array([2.0, 4.0, 6.0, 8.0])
+    exact = scene.state.time + 0.25 * scene.parameters.cycle * np.array([2.0, 4.0, 6.0, 8.0])
     settings = (90, 180, 360)
     errors = [np.abs(solve(name, scene, s).impact_times - exact).max() for s in settings]
     # At step ends it is the luck of the steps that decides: between 0 and h.
@@ -225,7 +225,7 @@ def test_rules_of_sticking_end_a_burst_where_they_say():
     # ...: as long as a step, 0.001, after seven of them, and as its square after twenty.
     p = damper.Parameters(1e-6, 0.0, 1e-3, clearance=0.5, restitution=0.6)
     scene = Scene(p, damper.State(-5.0, 0.0, -5.5, 0.1), 0.2)
-    at_ends, located = (solve(name, scene, 1000.0 * p.period) for name in (STEP_END, LOCATED))
+    at_ends, located = (solve(name, scene, 1000.0 * p.cycle) for name in (STEP_END, LOCATED))
     assert len(at_ends.stick_times) == len(located.stick_times) == 1
     assert 5 <= len(at_ends.impact_times) <= 9
     assert len(located.impact_times) == 21
@@ -247,10 +247,10 @@ def test_steps_that_are_checked_at_their_ends_miss_a_double_crossing():
     scene = Scene(p, damper.State(0.0, 1.001, 0.0, 0.0), 3.0)
     hit = engine(scene)[0][0]
     for name in (STEP_END, LOCATED):
-        missed = solve(name, scene, 4 * p.period)
+        missed = solve(name, scene, 4 * p.cycle)
         assert missed.outcome == FINISHED
         assert len(missed.impact_times) == 0
-        assert abs(solve(name, scene, 500 * p.period).impact_times[0] - hit) < 3e-3
+        assert abs(solve(name, scene, 500 * p.cycle).impact_times[0] - hit) < 3e-3
 
 
 @pytest.mark.parametrize("name", [STEP_END, LOCATED])
@@ -265,7 +265,7 @@ def test_a_burst_whose_rebounds_no_longer_move_the_time_stalls():
     p = damper.Parameters(0.1, 0.05, 1.0, clearance=0.5, restitution=0.95)
     scene = Scene(p, damper.State(-5.0, 0.0, -5.5, 1e-9, time=1e6), 1e6 + 1e-6)
     assert solve(LOCATED, scene, 100).outcome == FINISHED
-    tiny = solve(LOCATED, scene, p.period * 1e7)
+    tiny = solve(LOCATED, scene, p.cycle * 1e7)
     assert tiny.outcome == STALLED
     assert len(tiny.stick_times) == 0
 
@@ -317,7 +317,7 @@ def test_event_does_not_see_the_root_it_starts_on():
 
 def test_start_at_another_time():
     scene = read_scene({**BURST, "phase": 0.4}, 12.0)
-    s, period = scene.state, scene.parameters.period
+    s, period = scene.state, scene.parameters.cycle
     later = Scene(scene.parameters, damper.State(s.x, s.v, s.y, s.u, period), period + 12.0)
     for name in ("exact", LOCATED, "rk45"):
         plain_run, shifted = solve(name, scene), solve(name, later)

@@ -92,7 +92,7 @@ class Compliant(NamedTuple):
     clearance: float
     law: Any
     """Of free bodies: the contact's damping is the one that gives it."""
-    period: float
+    cycle: float
     tolerance: float
     free: Oscillator
     stuck: Oscillator
@@ -301,14 +301,14 @@ def _fly(model, s, start):
         gave_up = end.outcome == GAVE_UP
         tau, gap, rate = end.duration, end.gap, end.gap_rate
         new = segment_after(
-            s, model.period, tau, end.x, end.v, gap, rate, s.side, FLIGHT, NOTHING, 0.0
+            s, model.cycle, tau, end.x, end.v, gap, rate, s.side, FLIGHT, NOTHING, 0.0
         )
         return Step(end.duration, False, gave_up, end.steps, new, _begin(model, new))
     speed = abs(end.gap_rate)
     mode = CONTACT if speed > 0.0 else FLIGHT
     cause = IMPACT if speed > 0.0 else NOTHING
     new = segment_after(
-        s, model.period, end.duration, end.x, end.v, 0.0, -speed, end.wall, mode, cause, speed
+        s, model.cycle, end.duration, end.x, end.v, 0.0, -speed, end.wall, mode, cause, speed
     )
     new = _settled(model, new)
     return Step(end.duration, True, False, end.steps, new, _begin(model, new))
@@ -330,7 +330,7 @@ def _touch(model, s):
         x, v, gap, rate = _of_pair(model, s.side, z)
         lasted = s.mode == CONTACT
         cause = STICK if lasted else NOTHING
-        new = segment_after(s, model.period, limit, x, v, gap, rate, s.side, STICKING, cause, 0.0)
+        new = segment_after(s, model.cycle, limit, x, v, gap, rate, s.side, STICKING, cause, 0.0)
         return Step(limit, lasted, root.side == GAVE_UP, root.steps + 1, new, _begin(model, new))
     z = _carry(model.contact, root.point.state.z, root.step)
     x, v, gap, rate = _of_pair(model, s.side, z)
@@ -340,7 +340,7 @@ def _touch(model, s):
         gap = 0.0
         rate = max(rate, 0.0)
     cause = RELEASE if s.mode == STICKING else SEPARATION
-    new = segment_after(s, model.period, tau, x, v, gap, rate, s.side, FLIGHT, cause, 0.0)
+    new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, FLIGHT, cause, 0.0)
     is_event = s.mode == STICKING
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
@@ -444,7 +444,7 @@ def _spring_back(model, s, start):
         rate = max(rate, 0.0)
     mode = CONTACT if caught else FLIGHT
     x = s.x + (s.v * tau + dx)
-    new = segment_after(s, model.period, tau, x, s.v + dv, gap, rate, s.side, mode, NOTHING, 0.0)
+    new = segment_after(s, model.cycle, tau, x, s.v + dv, gap, rate, s.side, mode, NOTHING, 0.0)
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
         caught = True

@@ -11,14 +11,12 @@ from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
 from damper.engine.completion import completion, sticks
 from damper.engine.forcing import (
-    Phase,
     bound_of,
     force_rates,
-    harmonic,
-    period_of,
     phase_at,
     rate_of,
 )
+from damper.engine.forcing.harmonic import Phase
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -41,6 +39,7 @@ from damper.engine.search import (
 )
 from damper.engine.segment import RELEASE, centre_velocity
 from damper.models import tangent, walls
+from damper.models.forces import drive_of
 from damper.models.rigid import FlightGap, Primary, Rigid
 from damper.models.tangent import oscillator_flow
 from damper.models.walls import EVENT, NO_EVENT, End
@@ -56,7 +55,7 @@ class Grounded(NamedTuple):
     mass_ratio: float
     clearance: float
     law: Any
-    period: float
+    cycle: float
     tolerance: float
     free: Oscillator
     stuck: Oscillator
@@ -80,7 +79,7 @@ class Grounded(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     """Constants of one run."""
     p = parameters
-    forcing = harmonic(p.frequency_ratio, p.phase)
+    forcing, amplitude, share = drive_of(p)
     heavier = 1.0 + p.mass_ratio
     beta = p.support_damping / p.mass_ratio
     # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
@@ -97,9 +96,9 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
         p.mass_ratio,
         p.clearance,
         law,
-        period_of(forcing),
+        p.cycle,
         accuracy / max(1.0, omega, 2.0 * beta + root),
-        oscillator(p.damping_ratio, 1.0, 1.0, forcing),
+        oscillator(p.damping_ratio, 1.0, amplitude, forcing),
         oscillator(stuck_beta, stuck_kappa, 1.0 / heavier, forcing),
         oscillator(beta, kappa, 0.0, forcing),
         oscillator(stuck_beta, stuck_kappa, size, forcing),

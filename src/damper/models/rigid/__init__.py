@@ -7,7 +7,7 @@ from damper.engine import model as declared
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
 from damper.engine.completion import completion, sticks
-from damper.engine.forcing import bound_of, harmonic, period_of, phase_at, rate_of
+from damper.engine.forcing import bound_of, phase_at, rate_of
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -29,6 +29,7 @@ from damper.engine.search import (
 )
 from damper.engine.segment import Segment, centre_velocity
 from damper.models import tangent, walls
+from damper.models.forces import drive_of
 from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
 
@@ -40,7 +41,7 @@ class Rigid(NamedTuple):
     clearance: float
     law: Any
     """Contact law, from `damper.engine.impact`."""
-    period: float
+    cycle: float
     """In which the clock counts."""
     tolerance: float
     """Error in time to which tails are closed."""
@@ -54,16 +55,17 @@ class Rigid(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
     """Constants of one run; models that have more take them over."""
     p = parameters
-    forcing = harmonic(p.frequency_ratio, p.phase)
+    forcing, amplitude, share = drive_of(p)
     heavier = 1.0 + p.mass_ratio
+    stuck = amplitude * (1.0 + p.mass_ratio * share) / heavier
     return Rigid(
         p.mass_ratio,
         p.clearance,
         law,
-        period_of(forcing),
+        p.cycle,
         accuracy / max(1.0, rate_of(forcing)),
-        oscillator(p.damping_ratio, 1.0, 1.0, forcing),
-        oscillator(p.damping_ratio / heavier, 1.0 / heavier, 1.0 / heavier, forcing),
+        oscillator(p.damping_ratio, 1.0, amplitude, forcing),
+        oscillator(p.damping_ratio / heavier, 1.0 / heavier, stuck, forcing),
     )
 
 

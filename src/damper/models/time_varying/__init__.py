@@ -32,7 +32,7 @@ class TimeVarying(NamedTuple):
     mass_ratio: float
     clearance: float
     law: Any
-    period: float
+    cycle: float
     tolerance: float
     free: Oscillator
     stuck: Oscillator

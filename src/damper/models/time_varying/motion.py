@@ -14,7 +14,8 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
-from damper.engine.forcing import Phase, turn_over, turned
+from damper.engine.forcing import turn_over, turned
+from damper.engine.forcing.harmonic import Phase
 from damper.engine.oscillator import Oscillator
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine

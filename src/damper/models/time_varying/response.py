@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.forcing import Harmonic, Phase, force_rates, phase_at, turn_over, turned
+from damper.engine.forcing import force_rates, phase_at, turn_over, turned
+from damper.engine.forcing.harmonic import Harmonic, Phase
 from damper.engine.oscillator import Motion
 from damper.engine.peak import Moment, bounds_of, moment_at
 from damper.engine.quadrature import MOST

@@ -72,7 +72,7 @@ class Arc:
         flights = (self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)
         for row in self.rows[flights & (self.rows[:, DURATION] > 0.0)]:
             duration = float(row[DURATION])
-            count = 8 + int(32.0 * duration / min(p.period, 2.0 * np.pi))
+            count = 8 + int(32.0 * duration / min(p.cycle, 2.0 * np.pi))
             # After a slow impact the gap turns soon: not before this part of the flight.
             soon = 0.1 * row[GAP_RATE] / (1.0 + abs(row[X]) + abs(row[V])) / duration
             soon = min(max(soon, 1e-9), 1.0)
@@ -98,7 +98,7 @@ def run_arc(
     ValueError
         Where the state lies outside the box, or the run does not come to its end.
     """
-    period = parameters.period
+    period = parameters.cycle
     state = State(*map(float, (*start, begin * period)))
     check_state(parameters, state)
     trajectory = Trajectory(model or model_of(parameters), state)

@@ -207,7 +207,7 @@ class PeriodMap:
         begun = moments - moments[0]
         index = int(np.searchsorted(begun, later, "right")) - 1
         # Never below zero: it is the difference that was searched for.
-        tau = (later - begun[index]) * self.arcs[index].parameters.period
+        tau = (later - begun[index]) * self.arcs[index].parameters.cycle
         return self.arcs[index].state_after(tau)
 
 
@@ -228,7 +228,7 @@ class OrbitPoint:
     @property
     def period(self) -> float:
         """The forcing period in dimensionless units, in which the log is."""
-        return self.parameters.dimensionless.period
+        return self.parameters.dimensionless.cycle
 
     @property
     def name(self) -> str:

@@ -215,7 +215,7 @@ class PeriodicOrbit:
     @cached_property
     def events(self) -> np.ndarray:
         """Its events, as `damper.events` gives them, over the period."""
-        until = self.period * self.parameters.period
+        until = self.period * self.parameters.cycle
         return events(self.parameters, self.state, until=until)
 
     @cached_property

@@ -1,7 +1,7 @@
 """`damper.smallest_shock`: how large a shock on the primary throws a motion out."""
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -169,13 +169,13 @@ class _Shocks:
     def _place(self, k: int) -> tuple[float, float]:
         """Whole forcing periods and time of a moment."""
         periods, part = divmod(k, self.moments)
-        return float(periods), part / self.moments * self.orbit.parameters.period
+        return float(periods), part / self.moments * self.orbit.parameters.cycle
 
     def after(self, size: float, k: int, direction: int) -> State:
         """State just after a shock at a moment."""
         x, v, y, u = map(float, self.states[k])
         periods, time = self._place(k)
-        time += periods * self.orbit.parameters.period
+        time += periods * self.orbit.parameters.cycle
         return State(x, v + direction * size, y, u, time)
 
     def leaves(self, size: float, k: int, direction: int) -> int:
@@ -228,7 +228,7 @@ class _Shocks:
     def _ends_in(self, size: float, k: int, direction: int) -> str:
         """The motion that a run after a shock ends in, in words."""
         found, _ = run_points(
-            [asdict(self.orbit.parameters)],
+            [self.orbit.parameters.given],
             {"motion": {"longest": _LONGEST}},
             state=self.after(size, k, direction),
             # Twice as long: a run that barely leaves passes an unstable motion.

@@ -228,7 +228,7 @@ def _match(scene: Scene, wanted: np.ndarray, found: np.ndarray) -> tuple[np.ndar
     extra = np.ones(len(found), dtype=bool)
     if not (len(wanted) and len(found)):
         return partner, extra
-    width = np.full(len(wanted), scene.parameters.period)
+    width = np.full(len(wanted), scene.parameters.cycle)
     way = np.diff(wanted)
     if len(way):
         width = np.minimum(np.append(way, inf), np.insert(way, 0, inf))
@@ -244,7 +244,7 @@ def _lasting(scene: Scene, solution: Solution) -> np.ndarray:
     """Which sticks of the solver are not brief."""
     after = np.searchsorted(solution.release_times, solution.stick_times)
     ends = np.append(solution.release_times, inf)[after]
-    return ends - solution.stick_times > SHORTEST_STICKING * scene.parameters.period
+    return ends - solution.stick_times > SHORTEST_STICKING * scene.parameters.cycle
 
 
 def _missed(wanted: np.ndarray, partner: np.ndarray, reached: float) -> float:

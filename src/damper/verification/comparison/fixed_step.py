@@ -206,7 +206,7 @@ def fixed_step(
         damper = Damper(
             p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
         )
-        step = p.period / float(setting)
+        step = p.cycle / float(setting)
         span = Span(s.time, scene.until, step)
         # Neither the force, at most 1, nor the energy at the start can take x and v farther: they
         # grow by no more than 1 per unit of time.

@@ -20,7 +20,7 @@ class Scene:
     @property
     def periods(self) -> float:
         """Forcing periods from start to end."""
-        return (self.until - self.state.time) / self.parameters.period
+        return (self.until - self.state.time) / self.parameters.cycle
 
 
 def read_scene(values: Mapping[str, float], until: float) -> Scene:

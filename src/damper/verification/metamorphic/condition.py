@@ -80,7 +80,7 @@ def scale_of(run: ShortRun, events: Events) -> Scale:
     length = max(length, speed / max(1.0, p.frequency_ratio))
     tiny = np.finfo(float).tiny
     values = np.array([[length], [speed], [speed]])
-    return Scale(p.period, p.frequency_ratio, np.maximum(values, tiny))
+    return Scale(p.cycle, p.frequency_ratio, np.maximum(values, tiny))
 
 
 def matching(a: Events, b: Events) -> int:

@@ -258,7 +258,7 @@ def _later(periods: float) -> Callable[[_Source, np.random.Generator], _FollowUp
         p = source.parameters
         if p.model == "time_varying" and math.fmod(periods, p.modulation_order):
             return None
-        state = replace(source.state, time=source.state.time + periods * p.period)
+        state = replace(source.state, time=source.state.time + periods * p.cycle)
         run = short_run(p, state, **source.size)
         found = events_of(run)
         shifted = np.where(found.kind == END, 0.0, found.periods - periods)

@@ -115,8 +115,8 @@ def noisy_run(
     log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
     counts = np.zeros(3, dtype=np.int64)
     factors = _factors((events, 4), size, random)
-    shifts = size * model.period * random.uniform(-1.0, 1.0, events)
-    latest = model.period * (1.0 - size)
+    shifts = size * model.cycle * random.uniform(-1.0, 1.0, events)
+    latest = model.cycle * (1.0 - size)
     done = 0
     code = FINISHED
     for event in range(1, events + 1):

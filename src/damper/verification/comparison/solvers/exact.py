@@ -39,7 +39,7 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
     buffer = np.empty((min(max(max_evaluations // 16, 1), LOG_ROWS), COLUMNS))
     for log in run.segments(*run.whole_periods(scene.until), buffer):
         if len(log):
-            starts = log[:, PERIODS] * run.period + log[:, TIME]
+            starts = log[:, PERIODS] * run.cycle + log[:, TIME]
             events = log[:, CAUSE] >= IMPACT
             kept.append(np.column_stack((starts[events], log[events][:, (CAUSE, SIDE, SPEED)])))
             found.penetration = max(found.penetration, -float(log[:, GAP].min()))

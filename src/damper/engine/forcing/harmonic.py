@@ -1,89 +1,33 @@
-"""The force on the primary: value, derivatives and their bounds at a time, and what repeats.
-
-A forcing is a NamedTuple of constants, and an implementation of the functions declared here for
-its class. Another forcing is another such file: docs/design.md says how. `Harmonic` is the force
-sin(omega t + phase).
-"""
+"""The force sin(omega t + phase)."""
 
 import math
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.forcing import (
+    HORIZON,
+    TAYLOR_REMAINDER,
+    bound_of,
+    derivative_of,
+    driven,
+    filtered,
+    force_rates,
+    gain_of,
+    horizon,
+    is_odd,
+    long_turn,
+    may_jump,
+    phase_at,
+    rate_of,
+    repeats,
+    taylor,
+    turn_over,
+    turned,
+)
 from damper.engine.trigonometry import sine_cosine
 
 #: Steady amplitude over the static one, above which free and steady part would cancel.
 RESONANT_GAIN = 4.0
-#: A Taylor series stops where its remainder is below this part of its scale.
-TAYLOR_REMAINDER = 1e-18
-
-
-class FreeFlow(NamedTuple):
-    """Free motion over a time tau: x0 C + v0 S, in forms that do not cancel as tau -> 0."""
-
-    c_less_1: float
-    s: float
-    s_less_tau: float
-    s_dot_less_1: float
-
-
-@by_class
-def period_of(forcing: Any) -> float:
-    """Time after which it repeats: a suggestion for the clock, windows and sections."""
-
-
-@by_class
-def rate_of(forcing: Any) -> float:
-    """Its fastest rate."""
-
-
-@by_class
-def bound_of(forcing: Any, order: int) -> float:
-    """Bound on the size of its derivative of this order, 0 to 5, at all times."""
-
-
-@by_class
-def phase_at(forcing: Any, periods: float, time: float) -> Any:
-    """What the forcing is at a moment (whole periods and local time), as a NamedTuple."""
-
-
-@by_class
-def turn_over(forcing: Any, tau: float) -> Any:
-    """How its phase changes in a time `tau`."""
-
-
-@by_class
-def long_turn(forcing: Any, tau: float) -> Any:
-    """As `turn_over`, with the digits that its product with a long time would lose."""
-
-
-@by_class
-def turned(forcing: Any, phase: Any, turn: Any) -> Any:
-    """Phase after a turn."""
-
-
-@by_class
-def force_rates(forcing: Any, phase: Any) -> tuple[float, ...]:
-    """Value and first four derivatives of the force."""
-
-
-@by_class
-def gain_of(forcing: Any, damping: float, stiffness: float, split: float) -> Any:
-    """Constants of an oscillator's answer to the force, which `driven` uses."""
-
-
-@by_class
-def driven(
-    forcing: Any, gain: Any, osc: Any, flow: FreeFlow, phase: Any, turn: Any, tau: float
-) -> tuple[float, float]:
-    """Displacement and velocity of an oscillator after a time `tau` under the force, from rest."""
-
-
-@by_class
-def taylor(
-    forcing: Any, osc: Any, a: float, j: float, phase: Any, tau: float
-) -> tuple[float, float]:
-    """x - x0 - v0 tau and v - v0 by their Taylor series: relative accuracy as tau -> 0."""
 
 
 class Phase(NamedTuple):
@@ -122,9 +66,24 @@ def harmonic(omega: float, phase: float) -> Harmonic:
     return Harmonic(omega, math.atan2(math.sin(phase), math.cos(phase)))
 
 
-@period_of.of(Harmonic)
-def _period_of(forcing):
-    return 2.0 * math.pi / forcing.omega
+@repeats.of(Harmonic)
+def _repeats(forcing):
+    return True
+
+
+@is_odd.of(Harmonic)
+def _is_odd(forcing):
+    return True
+
+
+@horizon.of(Harmonic)
+def _horizon(forcing, phase):
+    return HORIZON
+
+
+@may_jump.of(Harmonic)
+def _may_jump(forcing):
+    return False
 
 
 @rate_of.of(Harmonic)
@@ -141,7 +100,7 @@ def _bound_of(forcing, order):
 
 
 @phase_at.of(Harmonic)
-def _phase_at(forcing, periods, time):
+def _phase_at(forcing, cycles, time):
     sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
     return Phase(sin, cos)
 
@@ -154,7 +113,7 @@ def _turn_over(forcing, tau):
 
 @long_turn.of(Harmonic)
 def _long_turn(forcing, tau):
-    return _turn_over(forcing, tau % _period_of(forcing))
+    return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
 
 
 @turned.of(Harmonic)
@@ -177,9 +136,29 @@ def _force_rates(forcing, phase):
     )
 
 
+@derivative_of.of(Harmonic)
+def _derivative_of(forcing, phase, order):
+    value = phase.sin if order % 2 == 0 else phase.cos
+    for _ in range(order):
+        value *= forcing.omega
+    return value if order % 4 < 2 else -value
+
+
+@filtered.of(Harmonic)
+def _filtered(forcing, second, first, zeroth):
+    even = zeroth - second * forcing.omega * forcing.omega
+    odd = first * forcing.omega
+    return harmonic(forcing.omega, forcing.phase + math.atan2(odd, even)), math.hypot(even, odd)
+
+
 @gain_of.of(Harmonic)
 def _gain_of(forcing, damping, stiffness, split):
-    omega = forcing.omega
+    return gain_at(forcing.omega, damping, stiffness)
+
+
+@compiled
+def gain_at(omega: float, damping: float, stiffness: float) -> Gain:
+    """Gain of an oscillator at a frequency."""
     root = math.sqrt(stiffness)
     # Products keep the digits that stiffness - omega**2 would lose near resonance.
     detuning = (root - omega) * (root + omega)
@@ -192,8 +171,18 @@ def _gain_of(forcing, damping, stiffness, split):
 
 @driven.of(Harmonic)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
-    # The complex response Q to exp(i omega tau) from rest; Re Q answers the cosine of the turn.
-    omega = forcing.omega
+    q_re, q_im, q_dot_re, q_dot_im = answer(forcing.omega, gain, osc, flow, turn, tau)
+    return q_re * phase.sin + q_im * phase.cos, q_dot_re * phase.sin + q_dot_im * phase.cos
+
+
+@compiled
+def answer(
+    omega: float, gain: Gain, osc: Any, flow: Any, turn: Turn, tau: float
+) -> tuple[float, float, float, float]:
+    """The complex response Q to exp(i omega tau) from rest, and its derivative.
+
+    Re Q answers the cosine of the turn.
+    """
     if gain.re == 0.0 and gain.im == 0.0:
         q_re, q_im, q_dot_re, q_dot_im = _resonant(
             osc.damping, osc.split, omega, flow.c_less_1, flow.s, tau
@@ -208,7 +197,7 @@ def _driven(forcing, gain, osc, flow, phase, turn, tau):
         im = omega * (turn.cos_less_1 - flow.s_dot_less_1)
         q_dot_re = gain.re * re - gain.im * im
         q_dot_im = gain.re * im + gain.im * re
-    return q_re * phase.sin + q_im * phase.cos, q_dot_re * phase.sin + q_dot_im * phase.cos
+    return q_re, q_im, q_dot_re, q_dot_im
 
 
 @compiled

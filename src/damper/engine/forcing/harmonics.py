@@ -1,0 +1,217 @@
+"""A sum of harmonics: integer multiples of the frequency of the clock's cycle.
+
+    f = sum over k of sine[k - 1] sin(k theta) + cosine[k - 1] cos(k theta),  theta = omega t + phase
+
+Sines and cosines of k theta follow from those of theta by a recurrence.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.forcing import (
+    HORIZON,
+    bound_of,
+    derivative_of,
+    driven,
+    filtered,
+    force_rates,
+    gain_of,
+    horizon,
+    is_odd,
+    long_turn,
+    may_jump,
+    phase_at,
+    rate_of,
+    repeats,
+    turn_over,
+    turned,
+)
+from damper.engine.forcing.harmonic import Gain, Phase, Turn, answer, gain_at
+from damper.engine.trigonometry import sine_cosine
+
+
+class Harmonics(NamedTuple):
+    """Amplitudes of the harmonics of the orders 1 to n."""
+
+    omega: float
+    phase: float
+    """At time 0, in (-pi, pi]."""
+    sine: np.ndarray
+    """(n,)"""
+    cosine: np.ndarray
+    """(n,)"""
+
+
+class Gains(NamedTuple):
+    """The `damper.engine.forcing.harmonic.Gain` of each harmonic."""
+
+    re: np.ndarray
+    im: np.ndarray
+
+
+def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) -> Harmonics:
+    """Make a sum of harmonics; the last one must not vanish."""
+    return Harmonics(omega, math.atan2(math.sin(phase), math.cos(phase)), sine, cosine)
+
+
+@repeats.of(Harmonics)
+def _repeats(forcing):
+    return True
+
+
+@is_odd.of(Harmonics)
+def _is_odd(forcing):
+    for k in range(1, len(forcing.sine), 2):
+        if forcing.sine[k] != 0.0 or forcing.cosine[k] != 0.0:
+            return False
+    return True
+
+
+@horizon.of(Harmonics)
+def _horizon(forcing, phase):
+    return HORIZON
+
+
+@may_jump.of(Harmonics)
+def _may_jump(forcing):
+    return False
+
+
+@rate_of.of(Harmonics)
+def _rate_of(forcing):
+    return forcing.omega * len(forcing.sine)
+
+
+@bound_of.of(Harmonics)
+def _bound_of(forcing, order):
+    total = 0.0
+    for k in range(len(forcing.sine)):
+        bound = math.hypot(float(forcing.sine[k]), float(forcing.cosine[k]))
+        for _ in range(order):
+            bound *= forcing.omega * (k + 1.0)
+        total += bound
+    return total
+
+
+@phase_at.of(Harmonics)
+def _phase_at(forcing, cycles, time):
+    sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
+    return Phase(sin, cos)
+
+
+@turn_over.of(Harmonics)
+def _turn_over(forcing, tau):
+    sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
+    return Turn(sin, cos, cos_less_1)
+
+
+@long_turn.of(Harmonics)
+def _long_turn(forcing, tau):
+    return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
+
+
+@turned.of(Harmonics)
+def _turned(forcing, phase, turn):
+    return _both(phase, turn)
+
+
+@compiled
+def _both(phase, turn):
+    return Phase(
+        phase.sin * turn.cos + phase.cos * turn.sin, phase.cos * turn.cos - phase.sin * turn.sin
+    )
+
+
+@compiled
+def _twice(turn, first):
+    """Turn that follows one by another, as small as they are."""
+    less_1 = (turn.cos_less_1 + first.cos_less_1) + (
+        turn.cos_less_1 * first.cos_less_1 - turn.sin * first.sin
+    )
+    return Turn(turn.sin * first.cos + turn.cos * first.sin, 1.0 + less_1, less_1)
+
+
+@force_rates.of(Harmonics)
+def _force_rates(forcing, phase):
+    value = 0.0
+    first = 0.0
+    second = 0.0
+    third = 0.0
+    fourth = 0.0
+    angle = phase
+    for k in range(len(forcing.sine)):
+        rate = forcing.omega * (k + 1.0)
+        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
+        even = a * angle.sin + b * angle.cos
+        odd = rate * (a * angle.cos - b * angle.sin)
+        square = rate * rate
+        value += even
+        first += odd
+        second -= square * even
+        third -= square * odd
+        fourth += square * square * even
+        angle = _both(angle, phase)
+    return value, first, second, third, fourth
+
+
+@derivative_of.of(Harmonics)
+def _derivative_of(forcing, phase, order):
+    total = 0.0
+    angle = phase
+    for k in range(len(forcing.sine)):
+        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
+        part = a * angle.sin + b * angle.cos if order % 2 == 0 else a * angle.cos - b * angle.sin
+        for _ in range(order):
+            part *= forcing.omega * (k + 1.0)
+        total += part
+        angle = _both(angle, phase)
+    return total if order % 4 < 2 else -total
+
+
+@gain_of.of(Harmonics)
+def _gain_of(forcing, damping, stiffness, split):
+    count = len(forcing.sine)
+    gains = Gains(np.empty(count), np.empty(count))
+    for k in range(count):
+        gain = gain_at(forcing.omega * (k + 1.0), damping, stiffness)
+        gains.re[k] = gain.re
+        gains.im[k] = gain.im
+    return gains
+
+
+@driven.of(Harmonics)
+def _driven(forcing, gain, osc, flow, phase, turn, tau):
+    x = 0.0
+    v = 0.0
+    angle = phase
+    turning = turn
+    for k in range(len(forcing.sine)):
+        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
+        if a != 0.0 or b != 0.0:
+            own = Gain(float(gain.re[k]), float(gain.im[k]))
+            rate = forcing.omega * (k + 1.0)
+            q_re, q_im, q_dot_re, q_dot_im = answer(rate, own, osc, flow, turning, tau)
+            even = a * angle.sin + b * angle.cos
+            odd = a * angle.cos - b * angle.sin
+            x += q_re * even + q_im * odd
+            v += q_dot_re * even + q_dot_im * odd
+        angle = _both(angle, phase)
+        turning = _twice(turning, turn)
+    return x, v
+
+
+@filtered.of(Harmonics)
+def _filtered(forcing, second, first, zeroth):
+    sine = np.empty(len(forcing.sine))
+    cosine = np.empty(len(forcing.sine))
+    for k in range(len(sine)):
+        rate = forcing.omega * (k + 1.0)
+        even = zeroth - second * rate * rate
+        odd = first * rate
+        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
+        sine[k] = even * a - odd * b
+        cosine[k] = even * b + odd * a
+    return Harmonics(forcing.omega, forcing.phase, sine, cosine), 1.0

@@ -1,0 +1,220 @@
+"""A record: a force that is linear between its samples, solved exactly.
+
+N. C. Nigam and P. C. Jennings, Bull. Seismol. Soc. Am. 1969, 59, 909. Each sample ends a segment,
+so that within one the force is a polynomial of the first degree.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.forcing import (
+    HORIZON,
+    TAYLOR_REMAINDER,
+    FreeFlow,
+    bound_of,
+    derivative_of,
+    driven,
+    filtered,
+    force_rates,
+    gain_of,
+    horizon,
+    is_odd,
+    long_turn,
+    may_jump,
+    phase_at,
+    rate_of,
+    repeats,
+    turn_over,
+    turned,
+)
+
+#: Roundoff of a moment, as a part of the cycle: what is nearer to a sample is at it.
+_AT = 8.0 * 2.220446049250313e-16
+
+
+class Record(NamedTuple):
+    """The pieces of a force; before the first one there is none, and the last one does not end."""
+
+    cycle: float
+    """Of the clock."""
+    cycles: np.ndarray
+    """(n,) whole cycles of the clock before each piece begins."""
+    time: np.ndarray
+    """(n,) time since then."""
+    value: np.ndarray
+    """(n,) value at the start of each piece."""
+    slope: np.ndarray
+    """(n,) slope of each piece."""
+    largest: float
+    """Largest size of the value."""
+    steepest: float
+    """Largest size of the slope."""
+
+
+class Place(NamedTuple):
+    """Where in its record the force is."""
+
+    value: float
+    slope: float
+    left: float
+    """Time to the next sample."""
+
+
+def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray) -> Record:
+    """Make a record from the times at which its pieces begin, their values and slopes."""
+    cycles = np.floor(time / cycle)
+    rest = np.fmod(time, cycle)
+    rest = np.where(rest < 0.0, rest + cycle, rest)
+    cycles = np.round((time - rest) / cycle)
+    lengths = np.append(np.diff(time), 0.0)
+    largest = max(np.abs(value).max(), np.abs(value + slope * lengths).max())
+    arrays = (np.ascontiguousarray(each, dtype=float) for each in (cycles, rest, value, slope))
+    return Record(cycle, *arrays, float(largest), float(np.abs(slope).max()))
+
+
+@repeats.of(Record)
+def _repeats(forcing):
+    return False
+
+
+@is_odd.of(Record)
+def _is_odd(forcing):
+    return False
+
+
+@may_jump.of(Record)
+def _may_jump(forcing):
+    return True
+
+
+@rate_of.of(Record)
+def _rate_of(forcing):
+    return 0.0
+
+
+@bound_of.of(Record)
+def _bound_of(forcing, order):
+    if order == 0:
+        return forcing.largest
+    return forcing.steepest if order == 1 else 0.0
+
+
+@compiled
+def _since(forcing, index, cycles, time):
+    """Time since a piece began."""
+    return (cycles - float(forcing.cycles[index])) * forcing.cycle + (
+        time - float(forcing.time[index])
+    )
+
+
+@phase_at.of(Record)
+def _phase_at(forcing, cycles, time):
+    # How many pieces have begun, by bisection.
+    low = 0
+    high = len(forcing.time)
+    while low < high:
+        middle = (low + high) // 2
+        if _since(forcing, middle, cycles, time) >= -_AT * forcing.cycle:
+            low = middle + 1
+        else:
+            high = middle
+    left = math.inf
+    if low < len(forcing.time):
+        left = -_since(forcing, low, cycles, time)
+    if low == 0:
+        return Place(0.0, 0.0, left)
+    slope = float(forcing.slope[low - 1])
+    since = _since(forcing, low - 1, cycles, time)
+    return Place(float(forcing.value[low - 1]) + slope * since, slope, left)
+
+
+@horizon.of(Record)
+def _horizon(forcing, phase):
+    return min(HORIZON, phase.left)
+
+
+@turn_over.of(Record)
+def _turn_over(forcing, tau):
+    return tau
+
+
+@long_turn.of(Record)
+def _long_turn(forcing, tau):
+    return tau
+
+
+@turned.of(Record)
+def _turned(forcing, phase, turn):
+    return Place(phase.value + phase.slope * turn, phase.slope, phase.left - turn)
+
+
+@force_rates.of(Record)
+def _force_rates(forcing, phase):
+    return phase.value, phase.slope, 0.0, 0.0, 0.0
+
+
+@derivative_of.of(Record)
+def _derivative_of(forcing, phase, order):
+    if order == 0:
+        return phase.value
+    return phase.slope if order == 1 else 0.0
+
+
+@gain_of.of(Record)
+def _gain_of(forcing, damping, stiffness, split):
+    return 0.0
+
+
+@driven.of(Record)
+def _driven(forcing, gain, osc, flow, phase, turn, tau):
+    step, ramp = held(osc, flow, tau)
+    return phase.value * step + phase.slope * ramp, phase.value * flow.s + phase.slope * step
+
+
+@compiled
+def held(osc: Any, flow: FreeFlow, tau: float) -> tuple[float, float]:
+    """Displacement after a force from rest that jumps to 1, and after one that grows at rate 1."""
+    if osc.fast * osc.fast > 2.0 * osc.stiffness:
+        # By divided differences of phi functions, where a slow root may vanish.
+        fast, slow = osc.fast * tau, osc.slow * tau
+        fast1, slow1 = _phi(fast), _phi(slow)
+        part = tau * tau / (fast - slow)
+        return part * (fast1 - slow1), part * tau * (_phi2(fast, fast1) - _phi2(slow, slow1))
+    if osc.stiffness == 0.0:
+        return 0.5 * tau * tau, tau * tau * tau / 6.0
+    step = -flow.c_less_1 / osc.stiffness
+    return step, -(flow.s_less_tau + 2.0 * osc.damping * step) / osc.stiffness
+
+
+@compiled
+def _phi(z):
+    """(exp z - 1) / z."""
+    return math.expm1(z) / z if z != 0.0 else 1.0
+
+
+@compiled
+def _phi2(z, phi):
+    """(phi - 1) / z of `_phi`."""
+    if abs(z) > 0.5:
+        return (phi - 1.0) / z
+    total = 0.0
+    term = 0.5
+    n = 3.0
+    while abs(term) > TAYLOR_REMAINDER:
+        total += term
+        term *= z / n
+        n += 1.0
+    return total
+
+
+@filtered.of(Record)
+def _filtered(forcing, second, first, zeroth):
+    value = zeroth * forcing.value + first * forcing.slope
+    slope = zeroth * forcing.slope
+    largest = abs(zeroth) * forcing.largest + abs(first) * forcing.steepest
+    steepest = abs(zeroth) * forcing.steepest
+    pieces = forcing.cycle, forcing.cycles, forcing.time, value, slope
+    return Record(*pieces, largest, steepest), 1.0
