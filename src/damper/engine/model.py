@@ -1,8 +1,8 @@
 """What the event loop, the run and the observers ask of a model of the damper.
 
 A model is a NamedTuple of constants with at least the fields ``mass_ratio``, ``clearance``,
-``law`` (`damper.engine.impact`), ``cycle`` (in which the clock counts; a force that repeats does so in
-it), ``tolerance`` and ``free`` (the primary's oscillator in flight). Each of `damper.models`
+``law`` (`damper.engine.impact`), ``cycle`` (in which the clock counts; a force that repeats does so
+in it), ``tolerance`` and ``free`` (the primary's oscillator in flight). Each of `damper.models`
 implements these functions for its class.
 """
 

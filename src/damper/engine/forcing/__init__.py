@@ -1,8 +1,8 @@
 """Forces on the primary: what the engine asks of one, declared here.
 
 A force is a NamedTuple of constants, and an implementation of these functions for its class, a file
-each. It has a shape of the size of 1; an oscillator's `strength` is what the shape is multiplied by.
-Another force is another such file: docs/extending.md adds one.
+each. It is a shape; an oscillator's `strength` is what that is multiplied by. Another force is
+another such file: docs/extending.md adds one.
 """
 
 from typing import Any, NamedTuple

@@ -1,6 +1,8 @@
 """A sum of harmonics: integer multiples of the frequency of the clock's cycle.
 
-    f = sum over k of sine[k - 1] sin(k theta) + cosine[k - 1] cos(k theta),  theta = omega t + phase
+    f = sum over k of sine[k - 1] sin(k theta) + cosine[k - 1] cos(k theta)
+
+with theta = omega t + phase.
 
 Sines and cosines of k theta follow from those of theta by a recurrence.
 """

@@ -79,7 +79,7 @@ class Grounded(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     """Constants of one run."""
     p = parameters
-    forcing, amplitude, share = drive_of(p)
+    forcing, amplitude, _share = drive_of(p)
     heavier = 1.0 + p.mass_ratio
     beta = p.support_damping / p.mass_ratio
     # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
