@@ -99,7 +99,7 @@ def test_events_are_those_of_forty_digits(scene: str) -> None:
 def path_of(run: Trajectory, row: np.ndarray, count: int) -> np.ndarray:
     """(x, v, y, u, sin, cos) at equal times within a segment, by a matrix exponential."""
     model = run.model
-    free, support, side = model.free, model.support, row[SIDE]
+    free, support, side = model.free, model.mass, row[SIDE]
     mu, d = model.mass_ratio, model.clearance
     a = np.zeros((7, 7))
     a[4, 5], a[5, 4] = free.forcing.omega, -free.forcing.omega
@@ -159,7 +159,7 @@ def test_no_wall_is_passed_and_none_pulls() -> None:
         log = log_of(run, 4.0)
         assert np.isfinite(log).all()
         assert run.status in (0, 1), scene
-        fast = run.model.support.rate + run.model.free.rate
+        fast = run.model.mass.rate + run.model.free.rate
         for row in log[-40:-1]:
             if row[MODE] not in (FLIGHT, STICKING) or row[SIDE] == 0.0:
                 continue
@@ -174,9 +174,9 @@ def test_no_wall_is_passed_and_none_pulls() -> None:
                 continue
             sticks += 1
             a = sin - 2.0 * scene.damping_ratio * v - x
-            pull = row[SIDE] * (a + 2.0 * run.model.support.damping * u)
-            pull += row[SIDE] * run.model.support.stiffness * y
-            rates = 1.0 + run.model.support.rate**2 + 2.0 * scene.damping_ratio
+            pull = row[SIDE] * (a + 2.0 * run.model.mass.damping * u)
+            pull += row[SIDE] * run.model.mass.stiffness * y
+            rates = 1.0 + run.model.mass.rate**2 + 2.0 * scene.damping_ratio
             assert pull.max() < roundoff * rates, (scene, state)
     assert flights > 40
     assert sticks > 2

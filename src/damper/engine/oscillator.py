@@ -107,10 +107,10 @@ def motion_from(osc: Oscillator, x: float, v: float, phase: Any) -> Motion:
 
 
 @compiled
-def motion_at_release(osc: Oscillator, x: float, v: float, phase: Any) -> Motion:
-    """As `motion_from` where x'' = 0 by definition, and not as it rounds."""
+def motion_at_release(osc: Oscillator, x: float, v: float, a: float, phase: Any) -> Motion:
+    """As `motion_from` where x'' is `a` by definition, and not as it rounds."""
     _, force1, _, _, _ = force_rates(osc.forcing, phase)
-    return Motion(x, v, 0.0, osc.strength * force1 - osc.stiffness * v, phase)
+    return Motion(x, v, a, osc.strength * force1 - 2.0 * osc.damping * a - osc.stiffness * v, phase)
 
 
 @compiled
@@ -133,15 +133,34 @@ def increments(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float
         phase at `tau`.
     """
     turn = turn_over(osc.forcing, tau)
-    phase = turned(osc.forcing, start.phase, turn)
+    dx, dv = moved(osc, start, turn, tau)
+    return dx, dv, turned(osc.forcing, start.phase, turn)
+
+
+@compiled
+def moved(osc: Oscillator, start: Motion, turn: Any, tau: float) -> tuple[float, float]:
+    """The `increments` of displacement and velocity, where the force's turn is known."""
     if max(osc.rate, rate_of(osc.forcing)) * tau <= TAYLOR_RANGE:
         dx, dv = taylor(osc.forcing, osc, start.a, start.j, start.phase, tau)
-        return dx, dv, phase
+        return dx, dv
     flow = free_flow(osc, tau)
     forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
     dx = start.x * flow.c_less_1 + start.v * flow.s_less_tau + osc.strength * forced
     dv = start.v * flow.s_dot_less_1 - osc.stiffness * flow.s * start.x + osc.strength * forced_v
-    return dx, dv, phase
+    return dx, dv
+
+
+@compiled
+def displaced(osc: Oscillator, start: Motion, turn: Any, tau: float) -> tuple[float, float, float]:
+    """Change of the displacement and the velocity after a time, and the size of the way's terms."""
+    flow = free_flow(osc, tau)
+    forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
+    own = start.x * flow.c_less_1
+    carried = start.v * flow.s
+    pushed = osc.strength * forced
+    v = start.v * (1.0 + flow.s_dot_less_1) - osc.stiffness * flow.s * start.x
+    size = abs(own) + abs(carried) + abs(pushed)
+    return own + carried + pushed, v + osc.strength * forced_v, size
 
 
 @compiled

@@ -47,7 +47,7 @@ def drive_of(parameters: Parameters) -> Drive:
         return Drive(_sum_of_harmonics(spec, omega, p.phase), amplitude, 0.0)
     if isinstance(spec, given.Record):
         of_base = spec.of == "base_acceleration"
-        return Drive(_pieces(spec, p.cycle), -amplitude if of_base else amplitude, float(of_base))
+        return Drive(_pieces(spec, p.cycle, -1.0 if of_base else 1.0), amplitude, float(of_base))
     raise TypeError(f"forcing = {spec!r}: no model knows it")
 
 
@@ -65,9 +65,9 @@ def _sum_of_harmonics(spec: given.Harmonics, omega: float, phase: float) -> Any:
     return harmonics(omega, phase, sine, cosine)
 
 
-def _pieces(spec: given.Record, cycle: float) -> Any:
+def _pieces(spec: given.Record, cycle: float, sign: float) -> Any:
     from damper.engine.forcing.record import record
 
     slope = np.append(np.diff(spec.value) / np.diff(spec.time), 0.0)
     last = spec.value[-1] if spec.after == "hold" else 0.0
-    return record(cycle, spec.time, np.append(spec.value[:-1], last), slope)
+    return record(cycle, spec.time, sign * np.append(spec.value[:-1], last), sign * slope)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.bodies import flow_of
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at, motion
@@ -23,7 +24,6 @@ from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segm
 from damper.models import model_of
 from damper.models.tangent import (
     enter,
-    free_mass_flow,
     joins,
     over_time,
     velocities_after,
@@ -136,7 +136,7 @@ def _flight(model, s, y, slower):
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)
     u = s.v - s.side * s.gap_rate
-    flow = free_mass_flow(model, tau)
+    flow = flow_of(model.mass, tau)
     dy = (flow.xx - 1.0) * y + flow.xv * u
     return s.v * tau + dx, dv, dy, flow.vx * y + (flow.vv - 1.0) * u
 

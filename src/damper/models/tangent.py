@@ -18,32 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.bodies import Flow, acceleration_of, damping_of, flow_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
-from damper.engine.oscillator import Oscillator, free_flow
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
-
-
-class Flow(NamedTuple):
-    """Linear flow of displacement and velocity of one mass, or of both together."""
-
-    xx: float
-    xv: float
-    vx: float
-    vv: float
-
-
-@by_class
-def free_mass_flow(model: Any, tau: float) -> Flow:
-    """Linear flow of the free mass over a time `tau` of flight."""
-
-
-@by_class
-def free_mass_acceleration(model: Any, y: float, u: float) -> float:
-    """Acceleration of the free mass in flight."""
 
 
 @by_class
@@ -91,8 +72,14 @@ def have_rigid_walls(kind: type) -> None:
     shrunk_by.of(kind)(_shrunk_by)
     velocities_after.of(kind)(_velocities_after)
     joins.of(kind)(_joins)
+    damping_in.of(kind)(_damping_in)
     over_event.of(kind)(_over_event)
     stay_on.of(kind)(_stay_on)
+
+
+@compiled
+def _damping_in(model, s):
+    return 2.0 * (model.free.damping + damping_of(model.mass))
 
 
 @compiled
@@ -132,17 +119,10 @@ def _stay_on(model, s, low, tau, deviations):
 
 
 @compiled
-def oscillator_flow(osc: Oscillator, tau: float) -> Flow:
-    """Linear flow of an oscillator."""
-    flow = free_flow(osc, tau)
-    return Flow(1.0 + flow.c_less_1, flow.s, -osc.stiffness * flow.s, 1.0 + flow.s_dot_less_1)
-
-
-@compiled
 def fly_on(model: Any, tau: float, deviations: np.ndarray) -> None:
     """Take deviations, the columns of a (4, n) array, over a time of flight."""
-    primary = oscillator_flow(model.free, tau)
-    free_mass = free_mass_flow(model, tau)
+    primary = flow_of(model.free, tau)
+    free_mass = flow_of(model.mass, tau)
     for k in range(deviations.shape[1]):
         x, v, y, u = deviations[0, k], deviations[1, k], deviations[2, k], deviations[3, k]
         deviations[0, k] = primary.xx * x + primary.xv * v
@@ -239,7 +219,7 @@ def _accelerations(model, s, v, u):
     force, _, _, _, _ = force_rates(model.free.forcing, phase)
     return (
         model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x,
-        free_mass_acceleration(model, s.x + s.side * model.clearance, u),
+        acceleration_of(model.mass, s.x + s.side * model.clearance, u, phase),
     )
 
 

@@ -5,16 +5,14 @@ sequence (a TAIL); that ends in sticking, and sticking in a release. What differ
 model are the motions, declared below.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class
-from damper.engine.forcing import phase_at
 from damper.engine.impact import impact, restitution_at
 from damper.engine.model import Step, begin, mass_ratio_at
-from damper.engine.oscillator import Motion, motion_at_release, motion_from
 from damper.engine.search import GAVE_UP, ROUNDOFF
 from damper.engine.segment import (
     FLIGHT,
@@ -29,29 +27,8 @@ from damper.engine.segment import (
     first_speed_of,
     segment_after,
 )
-
-#: Outcomes of a flight or sticking, as those of a search.
-NO_EVENT, EVENT = 0.0, 1.0
-
-
-class End(NamedTuple):
-    """How a flight or sticking ends."""
-
-    duration: float
-    outcome: float
-    """EVENT, an impact or a release; NO_EVENT where it only is cut; or GAVE_UP."""
-    wall: float
-    """Of the impact."""
-    x: float
-    v: float
-    gap: float
-    gap_rate: float
-    steps: int
-
-
-@by_class
-def fly(model: Any, segment: Segment, start: Any) -> End:
-    """The next impact of a flight; gap and rate at the segment's wall."""
+from damper.models.flights import EVENT, End, flight, fly, stays
+from damper.models.flights import begin as begin_flight
 
 
 @by_class
@@ -60,18 +37,8 @@ def stick(model: Any, segment: Segment) -> End:
 
 
 @by_class
-def stays(model: Any, segment: Segment, start: Any) -> bool:
-    """Whether masses in contact with no relative velocity stay together."""
-
-
-@by_class
 def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
     """Time to the completion point after the impact that begins a segment, and its error."""
-
-
-@by_class
-def flight(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
-    """State a time `tau` after the start of a flight, as `damper.engine.model.motion`."""
 
 
 @by_class
@@ -82,18 +49,9 @@ def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
 def have_rigid_walls(kind: type) -> None:
     """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
     declared.initial_segment.of(kind)(_initial_segment)
-    declared.begin.of(kind)(primary_motion)
+    declared.begin.of(kind)(begin_flight)
     declared.following.of(kind)(_following)
     declared.motion.of(kind)(_motion)
-
-
-@compiled
-def primary_motion(model: Any, segment: Segment) -> Motion:
-    """Motion of the primary in flight from the start of a segment."""
-    phase = phase_at(model.free.forcing, segment.periods, segment.time)
-    if segment.cause == RELEASE:
-        return motion_at_release(model.free, segment.x, segment.v, phase)
-    return motion_from(model.free, segment.x, segment.v, phase)
 
 
 @compiled

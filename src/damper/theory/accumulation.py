@@ -21,8 +21,9 @@ from damper.engine.impact import restitution_at
 from damper.engine.oscillator import advance, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
+from damper.models.flights import begin, relative_rates
 from damper.models.rigid import Rigid
-from damper.models.walls import primary_motion, time_to_completion
+from damper.models.walls import time_to_completion
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import check_quantity, real
@@ -121,17 +122,16 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     it cannot be.
     """
     s = segment
-    start = primary_motion(model, s)
+    start = begin(model, s)
+    a, j, _ = relative_rates(start, model)
     restitution = restitution_at(model.law, 0.0)
-    force = -s.side * start.a
+    force = -s.side * a
     if not force * (1.0 - restitution) > 0.0:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
     if s.gap_rate == 0.0:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
     impact_damping = model.free.damping * (model.mass_ratio / (1.0 + model.mass_ratio))
-    first, second = completion_times(
-        impact_damping, restitution, force, s.side * start.j, s.gap_rate
-    )
+    first, second = completion_times(impact_damping, restitution, force, s.side * j, s.gap_rate)
     _, error = time_to_completion(model, s, start)
     common = centre_velocity(s, model.mass_ratio)
     dx = math.nan

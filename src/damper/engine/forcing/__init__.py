@@ -48,7 +48,7 @@ def bound_of(forcing: Any, order: int) -> float:
 
 @by_class
 def horizon(forcing: Any, phase: Any) -> float:
-    """Time from a phase for which it is smooth; a segment is no longer than this."""
+    """Time from a phase for which it is smooth; no segment and no tail is longer than this."""
 
 
 @by_class

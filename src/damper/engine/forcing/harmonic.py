@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import (
-    HORIZON,
     TAYLOR_REMAINDER,
     bound_of,
     derivative_of,
@@ -78,7 +77,7 @@ def _is_odd(forcing):
 
 @horizon.of(Harmonic)
 def _horizon(forcing, phase):
-    return HORIZON
+    return math.inf
 
 
 @may_jump.of(Harmonic)

@@ -14,7 +14,6 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import (
-    HORIZON,
     bound_of,
     derivative_of,
     driven,
@@ -74,7 +73,7 @@ def _is_odd(forcing):
 
 @horizon.of(Harmonics)
 def _horizon(forcing, phase):
-    return HORIZON
+    return math.inf
 
 
 @may_jump.of(Harmonics)

@@ -1,9 +1,9 @@
 """No force: free motion."""
 
+import math
 from typing import NamedTuple
 
 from damper.engine.forcing import (
-    HORIZON,
     bound_of,
     derivative_of,
     driven,
@@ -40,7 +40,7 @@ def _is_odd(forcing):
 
 @horizon.of(NoForce)
 def _horizon(forcing, phase):
-    return HORIZON
+    return math.inf
 
 
 @may_jump.of(NoForce)

@@ -11,7 +11,6 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import (
-    HORIZON,
     TAYLOR_REMAINDER,
     FreeFlow,
     bound_of,
@@ -71,8 +70,10 @@ def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray)
     cycles = np.round((time - rest) / cycle)
     lengths = np.append(np.diff(time), 0.0)
     largest = max(np.abs(value).max(), np.abs(value + slope * lengths).max())
-    arrays = (np.ascontiguousarray(each, dtype=float) for each in (cycles, rest, value, slope))
-    return Record(cycle, *arrays, float(largest), float(np.abs(slope).max()))
+    cycles, rest, value, slope = (
+        np.ascontiguousarray(each, dtype=float) for each in (cycles, rest, value, slope)
+    )
+    return Record(cycle, cycles, rest, value, slope, float(largest), float(np.abs(slope).max()))
 
 
 @repeats.of(Record)
@@ -133,7 +134,7 @@ def _phase_at(forcing, cycles, time):
 
 @horizon.of(Record)
 def _horizon(forcing, phase):
-    return min(HORIZON, phase.left)
+    return phase.left
 
 
 @turn_over.of(Record)

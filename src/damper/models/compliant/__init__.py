@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
+from damper.engine.bodies import WeightedSum, start_point
 from damper.engine.bounds import bounds_ahead, energy_norm
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
@@ -76,8 +77,9 @@ from damper.models.compliant.search import (
     force_size,
     split_of,
 )
-from damper.models.rigid import FlightGap, Rigid, flight_at, flight_point, free_flight
-from damper.models.walls import EVENT, slack
+from damper.models.flights import EVENT, fly, gap_of, unclipped
+from damper.models.rigid import Rigid
+from damper.models.walls import slack
 from damper.parameters import Parameters
 
 #: Part of the usual duration of a contact at which the search for its end begins where nothing
@@ -86,7 +88,7 @@ _EARLY, _MARGIN = 0.97, 2e-5
 
 
 class Compliant(NamedTuple):
-    """Constants of one run; the first seven are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
 
     mass_ratio: float
     clearance: float
@@ -96,6 +98,7 @@ class Compliant(NamedTuple):
     tolerance: float
     free: Oscillator
     stuck: Oscillator
+    mass: Any
     tension: float
     """Whether the contact force may be tensile."""
     lasting: float
@@ -188,18 +191,16 @@ def pair_at(model: Compliant, segment: Segment) -> Pair:
 
 
 declared.mass_ratio_at.share(Compliant, Rigid)
-declared_tangent.free_mass_flow.share(Compliant, Rigid)
 
 
 @declared.motion.of(Compliant)
 def _motion(model, segment, tau):
     s = segment
     if s.mode == FLIGHT:
+        x, v, gap, rate = unclipped(model, s, _begin(model, s), tau)
         if s.gap >= 0.0:
-            return flight_at(model, s, _begin(model, s), tau)
-        dx, dv, _ = increments(model.free, _begin(model, s), tau)
-        gap = s.gap + s.gap_rate * tau + s.side * dx
-        return s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv
+            gap = min(max(gap, 0.0), 2.0 * model.clearance)
+        return x, v, gap, rate
     return _of_pair(model, s.side, advance(model.contact, model.table, pair_at(model, s), tau))
 
 
@@ -234,7 +235,7 @@ def _begin(model, segment):
         drag = 2.0 * model.free.damping
         size = force_size(drag, segment.x, segment.v, phase.sin, phase.cos)
         if abs(motion.a) <= ROUNDOFF * size:
-            return motion_at_release(model.free, segment.x, segment.v, phase)
+            return motion_at_release(model.free, segment.x, segment.v, 0.0, phase)
     return motion
 
 
@@ -296,7 +297,7 @@ def _following(model, segment, start):
 @compiled
 def _fly(model, s, start):
     """A flight between the walls, up to the touch of one."""
-    end = free_flight(model, s, start)
+    end = fly(model, s, start)
     if end.outcome != EVENT:
         gave_up = end.outcome == GAVE_UP
         tau, gap, rate = end.duration, end.gap, end.gap_rate
@@ -371,7 +372,7 @@ def _carry(contact, z, step):
 class WallForce(NamedTuple):
     """k g + c g' in a flight below the wall's surface: until it is negative the wall lags."""
 
-    flight: FlightGap
+    flight: WeightedSum
     stiffness: float
     damping: float
 
@@ -388,11 +389,11 @@ def _rates_of_wall(moving):
 
 @compiled
 def _wall_point(moving, p):
-    """Of the depth -g, as `FlightGap` has it with its sides changed, make -(k g + c g')."""
+    """Of the depth -g, as a flight has it with its sides changed, make -(k g + c g')."""
     k = -moving.stiffness
     c = -moving.damping
     flight = moving.flight
-    osc = flight.osc
+    osc = flight.terms[0].osc
     # One derivative more than a flight's point has, for the damping.
     sixth = (
         osc.strength * bound_of(osc.forcing, 4)
@@ -418,8 +419,8 @@ def _wall_point(moving, p):
 @compiled
 def _spring_back(model, s, start):
     """A flight that began below the wall's surface: the gap reopens, or the wall catches up."""
-    below = FlightGap(model.free, start, -s.side, -s.gap, -s.gap_rate)
-    point = flight_point(below, 0.0, -s.gap, -s.gap_rate, 0.0, 0.0, start)
+    below = gap_of(start, model, s, -s.side)
+    point = start_point(below)
     opening = first_root(below, point, math.inf, False, HORIZON, 0.0)
     wall = WallForce(below, model.contact.stiffness, model.contact.damping)
     opens = opening.point.tau + opening.step if opening.side == 1.0 else math.inf

@@ -27,9 +27,9 @@ def _flight_start(model, segment):
 @flight_at.of(Grounded)
 def _flight_at(model, segment, start, tau):
     s = segment
-    y = start.free_mass
+    y = start.mass
     dx, dv, _ = increments(model.free, start.primary, tau)
-    dy, du, _ = increments(model.support, y, tau)
+    dy, du, _ = increments(model.mass, y, tau)
     gap = s.gap + s.gap_rate * tau + s.side * (dx - dy)
     size = s.gap + (abs(s.gap_rate) + abs(s.v) + abs(y.v)) * tau + abs(y.x)
     return Sample(s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * (dv - du), size)
@@ -40,7 +40,7 @@ def _contact_force(model, segment, tau, at):
     # What parts the masses: the difference of their accelerations in the flight that would begin.
     s = segment
     free = model.free
-    support = model.support
+    support = model.mass
     phase = phase_at(free.forcing, s.periods, s.time + tau)
     a = motion_from(free, at.x, at.v, phase).a
     b = motion_from(support, at.x + s.side * model.clearance, at.v, phase).a
@@ -60,8 +60,8 @@ def _support_stiffness(model):
 
 @support_speed.of(Grounded)
 def _support_speed(model, x, v, duration):
-    drag = 2.0 * model.support.damping
-    stiffness = model.support.stiffness
+    drag = 2.0 * model.mass.damping
+    stiffness = model.mass.stiffness
     # What the spring gives and takes back, all swings added up until the dashpot has damped them:
     # the end of a flight is a double, and many swings magnify its roundoff.
     swings = stiffness * (duration if drag * duration < 1.0 else 1.0 / drag)

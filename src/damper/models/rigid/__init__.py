@@ -4,10 +4,11 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
+from damper.engine.bodies import Ballistic, Primary, carried, flow_of
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
-from damper.engine.completion import completion, sticks
-from damper.engine.forcing import bound_of, phase_at, rate_of
+from damper.engine.dispatch import by_class
+from damper.engine.forcing import bound_of, force_rates, horizon, phase_at, rate_of
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -18,19 +19,11 @@ from damper.engine.oscillator import (
     motion_from,
     oscillator,
 )
-from damper.engine.search import (
-    GAVE_UP,
-    HORIZON,
-    ROUNDOFF,
-    EventPoint,
-    first_root,
-    point_at,
-    rates_of,
-)
-from damper.engine.segment import Segment, centre_velocity
+from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, point_at, rates_of
+from damper.engine.segment import centre_velocity
 from damper.models import tangent, walls
+from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off
 from damper.models.forces import drive_of
-from damper.models.walls import EVENT, NO_EVENT, End
 from damper.parameters import Parameters
 
 
@@ -49,6 +42,8 @@ class Rigid(NamedTuple):
     """The primary in flight."""
     stuck: Oscillator
     """Both masses together."""
+    mass: Any
+    """The free mass in flight: a body of `damper.engine.bodies`."""
 
 
 @plain
@@ -66,6 +61,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
         accuracy / max(1.0, rate_of(forcing)),
         oscillator(p.damping_ratio, 1.0, amplitude, forcing),
         oscillator(p.damping_ratio / heavier, 1.0 / heavier, stuck, forcing),
+        oscillator(0.0, 0.0, share * amplitude, forcing) if share else Ballistic(0.0),
     )
 
 
@@ -78,144 +74,76 @@ def _mass_ratio_at(model, periods, time):
     return model.mass_ratio
 
 
-class FlightGap(NamedTuple):
-    """The gap of a flight, as the search sees it."""
+class ContactForce(NamedTuple):
+    """The contact force in sticking over the free mass, as the search sees it.
+
+    -side (x'' less what the free mass's acceleration would be in flight), which neither spring nor
+    dashpot gives.
+    """
 
     osc: Oscillator
+    mass: Any
     start: Motion
     side: float
-    gap: float
-    gap_rate: float
 
 
-class Primary(NamedTuple):
-    """Where the primary is at a point of a search: displacement less that at the start."""
-
-    dx: float
-    v: float
+@by_class
+def pushed(mass: Any, phase: Any) -> tuple[float, ...]:
+    """Acceleration of a free mass that nothing holds, and its first four derivatives."""
 
 
-@compiled
-def flight_point(
-    moving: FlightGap,
-    tau: float,
-    gap: float,
-    gap_rate: float,
-    roundoff: float,
-    dx: float,
-    motion: Motion,
-) -> EventPoint:
-    """Gap and derivatives where the primary moves like this."""
-    snap, crackle, _ = higher_derivatives(moving.osc, motion)
-    side = moving.side
-    return EventPoint(
-        tau,
-        gap,
-        gap_rate,
-        side * motion.a,
-        side * motion.j,
-        side * snap,
-        side * crackle,
-        energy_norm(moving.osc, motion.j, snap),
-        moving.osc.strength * bound_of(moving.osc.forcing, 3),
-        roundoff,
-        Primary(dx, motion.v),
-    )
+@by_class
+def pushed_most(mass: Any) -> float:
+    """Bound on the last of them."""
 
 
-@point_at.of(FlightGap)
-def _point_of_gap(moving, tau):
-    start = moving.start
-    side = moving.side
-    dx, dv, phase = increments(moving.osc, start, tau)
-    gap = moving.gap + moving.gap_rate * tau + side * dx
-    roundoff = ROUNDOFF * (moving.gap + abs(moving.gap_rate) * tau + abs(dx))
-    dx += start.v * tau
-    motion = motion_from(moving.osc, start.x + dx, start.v + dv, phase)
-    return flight_point(moving, tau, gap, moving.gap_rate + side * dv, roundoff, dx, motion)
+@pushed.of(Ballistic)
+def _pushed_ballistic(mass, phase):
+    return mass.acceleration, 0.0, 0.0, 0.0, 0.0
 
 
-@rates_of.of(FlightGap)
-def _rates_of_gap(moving):
-    osc = moving.osc
-    forcing_rate = rate_of(osc.forcing)
-    return forcing_rate, max(forcing_rate, osc.rate), osc.coupling
+@pushed_most.of(Ballistic)
+def _ballistic_most(mass):
+    return 0.0
 
 
-@walls.fly.of(Rigid)
-def _fly(model, segment, start):
-    return free_flight(model, segment, start)
+@pushed.of(Oscillator)
+def _pushed_driven(mass, phase):
+    force, force1, force2, force3, force4 = force_rates(mass.forcing, phase)
+    k = mass.strength
+    return k * force, k * force1, k * force2, k * force3, k * force4
 
 
-@compiled
-def free_flight(model: Any, segment: Segment, start: Motion) -> End:
-    """The next impact of a free mass that nothing acts on."""
-    s = segment
-    moving = FlightGap(model.free, start, s.side, s.gap, s.gap_rate)
-    point = flight_point(moving, 0.0, s.gap, s.gap_rate, 0.0, 0.0, start)
-    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and start.a == 0.0
-    root = first_root(moving, point, 2.0 * model.clearance, lifts_off, HORIZON, 0.0)
-    p = root.point
-    if root.side == 0.0:
-        # Formed as such: how the errors of many such segments add up is all that matters.
-        x, v = arrive(model.free, start, p.tau)
-        gap = s.gap + ((s.gap_rate * p.tau) + s.side * ((x - s.x) - s.v * p.tau))
-        gap_rate = s.gap_rate + s.side * (v - s.v)
-        return End(p.tau, NO_EVENT, 0.0, x, v, gap, gap_rate, root.steps)
-    dx, dv = carry(p, s.side, root.step)
-    # Not by a difference of velocities: the rate of a small bounce keeps its digits.
-    gap_rate = p.slope + s.side * dv
-    outcome = GAVE_UP if root.side == GAVE_UP else EVENT
-    tau, wall = p.tau + root.step, root.side * s.side
-    return End(tau, outcome, wall, s.x + dx, p.state.v + dv, 0.0, gap_rate, root.steps)
-
-
-@compiled
-def carry(p: EventPoint, side: float, step: float) -> tuple[float, float]:
-    """Displacement of the primary a short step after a point of its flight; change of velocity."""
-    a = side * p.second
-    j = side * p.third
-    snap = side * p.fourth
-    crackle = side * p.fifth
-    # One term more than the gap needs: it is what is left of the velocity's error.
-    dv = step * (a + step * (0.5 * j + step * (snap * (1.0 / 6.0) + step * crackle * (1.0 / 24.0))))
-    dx = step * (
-        p.state.v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap * (1.0 / 24.0)))
-    )
-    return p.state.dx + dx, dv
-
-
-class Force(NamedTuple):
-    """The contact force in sticking over the free mass, -side x'', as the search sees it."""
-
-    osc: Oscillator
-    start: Motion
-    side: float
+@pushed_most.of(Oscillator)
+def _driven_most(mass):
+    return mass.strength * bound_of(mass.forcing, 4)
 
 
 @compiled
 def _force_point(moving, tau, dx, motion):
     osc = moving.osc
     snap, crackle, sixth = higher_derivatives(osc, motion)
+    a, a1, a2, a3, a4 = pushed(moving.mass, motion.phase)
     side = moving.side
     growth = osc.strength * bound_of(osc.forcing, 5)
     x = moving.start.x + dx
+    size = osc.strength * bound_of(osc.forcing, 0) + 2.0 * osc.damping * abs(motion.v)
     return EventPoint(
         tau,
-        -side * motion.a,
-        -side * motion.j,
-        -side * snap,
-        -side * crackle,
-        -side * sixth,
+        -side * (motion.a - a),
+        -side * (motion.j - a1),
+        -side * (snap - a2),
+        -side * (crackle - a3),
+        -side * (sixth - a4),
         0.0,
-        energy_norm(osc, crackle, sixth),
+        energy_norm(osc, crackle, sixth) + pushed_most(moving.mass),
         growth,
-        ROUNDOFF * (osc.strength + 2.0 * osc.damping * abs(motion.v) + osc.stiffness * abs(x)),
-        Primary(dx, motion.v),
+        ROUNDOFF * (size + osc.stiffness * abs(x) + abs(a)),
+        Primary(dx, motion.v, motion.a, motion.j, snap, 0.0),
     )
 
 
-@point_at.of(Force)
+@point_at.of(ContactForce)
 def _point_of_force(moving, tau):
     start = moving.start
     dx, dv, phase = increments(moving.osc, start, tau)
@@ -224,7 +152,11 @@ def _point_of_force(moving, tau):
     return _force_point(moving, tau, dx, motion)
 
 
-rates_of.share(Force, FlightGap)
+@rates_of.of(ContactForce)
+def _rates_of_force(moving):
+    osc = moving.osc
+    forcing_rate = rate_of(osc.forcing)
+    return forcing_rate, max(forcing_rate, osc.rate), osc.coupling
 
 
 @walls.stick.of(Rigid)
@@ -232,61 +164,28 @@ def _stick(model, segment):
     s = segment
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
     start = motion_from(model.stuck, s.x, s.v, phase)
+    limit = min(HORIZON, horizon(model.stuck.forcing, phase))
     if s.side == 0.0:
-        x, v = arrive(model.stuck, start, HORIZON)
-        return End(HORIZON, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)
-    moving = Force(model.stuck, start, s.side)
+        x, v = arrive(model.stuck, start, limit)
+        return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)
+    moving = ContactForce(model.stuck, model.mass, start, s.side)
     point = _force_point(moving, 0.0, 0.0, start)
+    if is_thrown_off(point, model.stuck.forcing):
+        return End(0.0, EVENT, 0.0, s.x, s.v, 0.0, 0.0, 1)
     lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
-    root = first_root(moving, point, math.inf, lifts_off, HORIZON, 0.0)
+    root = first_root(moving, point, math.inf, lifts_off, limit, 0.0)
     p = root.point
-    step = root.step
-    if root.side == 0.0:
-        x, v = arrive(model.stuck, start, p.tau)
-        return End(p.tau, NO_EVENT, 0.0, x, v, 0.0, 0.0, root.steps)
-    a = -s.side * p.value
-    j = -s.side * p.slope
-    snap = -s.side * p.second
-    dx = step * (p.state.v + step * (0.5 * a + step * (j * (1.0 / 6.0) + step * snap / 24.0)))
-    v = p.state.v + step * (a + step * (0.5 * j + step * snap * (1.0 / 6.0)))
-    x = s.x + (p.state.dx + dx)
-    return End(p.tau + step, root.side, 0.0, x, v, 0.0, 0.0, root.steps)
-
-
-@walls.stays.of(Rigid)
-def _stays(model, segment, start):
-    snap, _, _ = higher_derivatives(model.free, start)
-    return sticks(segment.side, start.a, start.j, snap)
+    tau = p.tau + root.step
+    if root.side == 0.0 or (limit < HORIZON and tau > limit):
+        x, v = arrive(model.stuck, start, limit)
+        return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, root.steps)
+    dx, v, _ = carried(p, root.step)
+    return End(tau, root.side, 0.0, s.x + dx, v, 0.0, 0.0, root.steps)
 
 
 @walls.time_to_completion.of(Rigid)
 def _time_to_completion(model, segment, start):
-    return rigid_completion(model, model.mass_ratio, segment, start)
-
-
-@compiled
-def rigid_completion(
-    model: Any, mass_ratio: float, segment: Segment, start: Motion
-) -> tuple[float, float]:
-    """Time to the completion point and its error, for this mass ratio."""
-    free = model.free
-    side = segment.side
-    force = -side * start.a
-    snap_scale = (
-        free.strength * bound_of(free.forcing, 2)
-        + 2.0 * free.damping * abs(start.j)
-        + free.stiffness * force
-    )
-    impact_damping = free.damping * mass_ratio / (1.0 + mass_ratio)
-    dashpot_rate, jerk = 2.0 * free.damping, side * start.j
-    return completion(
-        model.law, impact_damping, dashpot_rate, snap_scale, force, jerk, segment.gap_rate
-    )
-
-
-@walls.flight.of(Rigid)
-def _flight(model, segment, tau):
-    return flight_at(model, segment, walls.primary_motion(model, segment), tau)
+    return completes(model, model.mass_ratio, segment, start)
 
 
 @walls.centre.of(Rigid)
@@ -298,37 +197,11 @@ def _centre(model, segment, tau):
     return s.x + dx, v
 
 
-@compiled
-def flight_at(
-    model: Any, segment: Segment, start: Motion, tau: float
-) -> tuple[float, float, float, float]:
-    """As `damper.engine.model.motion`, in a flight of a free mass on which nothing acts."""
-    s = segment
-    dx, dv, _ = increments(model.free, start, tau)
-    gap = min(max(s.gap + s.gap_rate * tau + s.side * dx, 0.0), 2.0 * model.clearance)
-    return s.x + (s.v * tau + dx), s.v + dv, gap, s.gap_rate + s.side * dv
-
-
-@tangent.free_mass_flow.of(Rigid)
-def _free_mass_flow(model, tau):
-    return tangent.Flow(1.0, tau, 0.0, 1.0)
-
-
-@tangent.free_mass_acceleration.of(Rigid)
-def _free_mass_acceleration(model, y, u):
-    return 0.0
-
-
 @tangent.contact_flow.of(Rigid)
 def _contact_flow(model, periods, time, tau):
-    return tangent.oscillator_flow(model.stuck, tau)
+    return flow_of(model.stuck, tau)
 
 
 @tangent.mass_ratio_rate.of(Rigid)
 def _mass_ratio_rate(model, periods, time):
     return 0.0
-
-
-@tangent.damping_in.of(Rigid)
-def _damping_in(model, s):
-    return 2.0 * model.free.damping

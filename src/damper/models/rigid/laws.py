@@ -3,6 +3,7 @@
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import increments, motion_from
+from damper.models.flights import begin
 from damper.models.laws import (
     Sample,
     contact_force,
@@ -13,9 +14,8 @@ from damper.models.laws import (
     support_stiffness,
 )
 from damper.models.rigid import Rigid
-from damper.models.walls import primary_motion
 
-flight_start.of(Rigid)(primary_motion)
+flight_start.of(Rigid)(begin)
 
 
 @flight_at.of(Rigid)

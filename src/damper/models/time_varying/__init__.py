@@ -14,7 +14,7 @@ from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
 from damper.engine.segment import centre_velocity
 from damper.models import rigid, tangent, walls
-from damper.models.rigid import Rigid, rigid_completion
+from damper.models.flights import End, completes
 from damper.models.time_varying.motion import (
     MassLaw,
     advance_together,
@@ -22,12 +22,11 @@ from damper.models.time_varying.motion import (
     modulation,
     step_together,
 )
-from damper.models.walls import End
 from damper.parameters import Parameters
 
 
 class TimeVarying(NamedTuple):
-    """Constants of one run; the first seven are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
 
     mass_ratio: float
     clearance: float
@@ -37,7 +36,8 @@ class TimeVarying(NamedTuple):
     free: Oscillator
     stuck: Oscillator
     """Both masses together, with the mean mass."""
-    mass: MassLaw
+    mass: Any
+    variation: MassLaw
     """How the free mass varies."""
 
 
@@ -61,32 +61,24 @@ walls.have_rigid_walls(TimeVarying)
 tangent.have_rigid_walls(TimeVarying)
 
 
-for each in (tangent.free_mass_flow, tangent.free_mass_acceleration, tangent.damping_in):
-    each.share(TimeVarying, Rigid)
-walls.fly.share(TimeVarying, Rigid)
-walls.flight.share(TimeVarying, Rigid)
-# The first derivative of x that is not zero has the same sign in flight and in contact.
-walls.stays.share(TimeVarying, Rigid)
-
-
 @walls.stick.of(TimeVarying)
 def _stick(model, segment):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
     tau, released, dx, v = step_together(
-        model.free, model.mass, s.periods, s.time, s.side, s.x, s.v, phase
+        model.free, model.variation, s.periods, s.time, s.side, s.x, s.v, phase
     )
     return End(tau, released, 0.0, s.x + dx, v, 0.0, 0.0, 1)
 
 
 @walls.time_to_completion.of(TimeVarying)
 def _time_to_completion(model, segment, start):
-    mass_ratio, sin, _ = modulation(model.mass, segment.periods, segment.time)
-    duration, error = rigid_completion(model, mass_ratio, segment, start)
+    mass_ratio, sin, _ = modulation(model.variation, segment.periods, segment.time)
+    duration, error = completes(model, mass_ratio, segment, start)
     if 0.0 < error < math.inf:
         # The mass ratio's change enters the time only with its third order.
-        swing = model.mass.mean * model.mass.depth / (1.0 + mass_ratio)
-        angle = model.mass.frequency * duration
+        swing = model.variation.mean * model.variation.depth / (1.0 + mass_ratio)
+        angle = model.variation.frequency * duration
         change = swing * angle * (abs(sin) + angle)
         lag = (abs(start.j / start.a) + 2.0 * model.free.damping) * duration
         if not change < 0.5:
@@ -99,29 +91,31 @@ def _time_to_completion(model, segment, start):
 def _centre(model, segment, tau):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
+    mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     common = centre_velocity(s, mass_ratio)
-    dx, v = advance_together(model.free, model.mass, s.periods, s.time, s.x, common, phase, tau)
+    dx, v = advance_together(
+        model.free, model.variation, s.periods, s.time, s.x, common, phase, tau
+    )
     return s.x + dx, v
 
 
 @declared.mass_ratio_at.of(TimeVarying)
 def _mass_ratio_at(model, periods, time):
-    mass_ratio, _, _ = modulation(model.mass, periods, time)
+    mass_ratio, _, _ = modulation(model.variation, periods, time)
     return mass_ratio
 
 
 @tangent.mass_ratio_rate.of(TimeVarying)
 def _mass_ratio_rate(model, periods, time):
-    _, sin, _ = modulation(model.mass, periods, time)
-    return -model.mass.mean * model.mass.depth * model.mass.frequency * sin
+    _, sin, _ = modulation(model.variation, periods, time)
+    return -model.variation.mean * model.variation.depth * model.variation.frequency * sin
 
 
 @tangent.contact_flow.of(TimeVarying)
 def _contact_flow(model, periods, time, tau):
     phase = phase_at(model.free.forcing, periods, time)
     # It is linear in the state: differences are exact but for roundoff.
-    x0, v0 = advance_together(model.free, model.mass, periods, time, 0.0, 0.0, phase, tau)
-    x1, v1 = advance_together(model.free, model.mass, periods, time, 1.0, 0.0, phase, tau)
-    x2, v2 = advance_together(model.free, model.mass, periods, time, 0.0, 1.0, phase, tau)
+    x0, v0 = advance_together(model.free, model.variation, periods, time, 0.0, 0.0, phase, tau)
+    x1, v1 = advance_together(model.free, model.variation, periods, time, 1.0, 0.0, phase, tau)
+    x2, v2 = advance_together(model.free, model.variation, periods, time, 0.0, 1.0, phase, tau)
     return tangent.Flow(1.0 + (x1 - x0), x2 - x0, v1 - v0, v2 - v0)

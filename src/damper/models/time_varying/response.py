@@ -46,13 +46,13 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     if s.mode == FLIGHT:
         found = oscillation(shifted_oscillator(model, model.mass_ratio, s, 0.0), low, high, peak)
         u = s.v - s.side * s.gap_rate
-        before, _, _ = modulation(model.mass, s.periods, s.time + low)
-        after, _, _ = modulation(model.mass, s.periods, s.time + high)
+        before, _, _ = modulation(model.variation, s.periods, s.time + low)
+        after, _, _ = modulation(model.variation, s.periods, s.time + high)
         gain = 0.5 * u * u * (after - before)
         return ResponseIntegrals(
             found.square, found.speed_square, found.work, 0.0, 0.0, gain, found.peak
         )
-    mass_ratio, _, _ = modulation(model.mass, s.periods, s.time)
+    mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     start = _centre(model, mass_ratio, s)
     in_tail = s.mode == TAIL
     found = _contact(model, s, start, low, high, math.inf if in_tail else peak)
@@ -123,7 +123,7 @@ def _integrands(moving, moment):
 def _polynomial(model, periods, time, x, v, phase, terms):
     """The step from a state on; writes `terms`."""
     free = model.free
-    step, _ = expand(free, model.mass, periods, time, x, v, phase, terms)
+    step, _ = expand(free, model.variation, periods, time, x, v, phase, terms)
     bound2 = 0.0
     bound3 = 0.0
     for k in range(DEGREE + 1):
@@ -131,7 +131,7 @@ def _polynomial(model, periods, time, x, v, phase, terms):
         bound3 += k * abs(float(terms[k]))
     bound3 /= step
     return Polynomial(
-        terms, step, x, v, bound2, bound3, free.forcing, phase, model.mass, periods, time
+        terms, step, x, v, bound2, bound3, free.forcing, phase, model.variation, periods, time
     )
 
 

@@ -1,0 +1,276 @@
+"""Flight between rigid walls, for all models: what follows from the law of motion alone.
+
+`damper.engine.bodies` has the law; the free mass in flight is the model's field ``mass``.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from damper.engine.bodies import (
+    Ballistic,
+    Primary,
+    Term,
+    WeightedSum,
+    body_motion,
+    body_rates,
+    carried,
+    damping_of,
+    longest_increments,
+    start_point,
+    sum_after,
+)
+from damper.engine.compiled import compiled
+from damper.engine.completion import completion, sticks
+from damper.engine.dispatch import by_class
+from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
+from damper.engine.oscillator import (
+    Motion,
+    Oscillator,
+    higher_derivatives,
+    motion_at_release,
+    motion_from,
+)
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, EventPoint, first_root, point_at
+from damper.engine.segment import RELEASE, Segment
+
+#: Outcomes of a flight or sticking, as those of a search.
+NO_EVENT, EVENT = 0.0, 1.0
+#: Roundoffs of an acceleration, up to which one at a release vanishes although the force may jump.
+_VANISHES = 64.0
+
+
+class End(NamedTuple):
+    """How a flight or sticking ends."""
+
+    duration: float
+    outcome: float
+    """EVENT, an impact or a release; NO_EVENT where it only is cut; or GAVE_UP."""
+    wall: float
+    """Of the impact."""
+    x: float
+    v: float
+    gap: float
+    gap_rate: float
+    steps: int
+
+
+class Both(NamedTuple):
+    """Motion of the primary and of the free mass."""
+
+    primary: Motion
+    mass: Motion
+
+
+@by_class
+def begin_flight(mass: Any, model: Any, segment: Segment) -> Any:
+    """What a flight follows from: the primary's `Motion`, or `Both` where the free mass has one."""
+
+
+@by_class
+def gap_of(start: Any, model: Any, segment: Segment, side: float) -> WeightedSum:
+    """The gap at the segment's wall; less itself where `side` is the other one."""
+
+
+@by_class
+def relative_rates(start: Any, model: Any) -> tuple[float, float, float]:
+    """Second to fourth derivative of the primary's displacement less the free mass's."""
+
+
+@by_class
+def snap_scale(start: Any, model: Any, force: float) -> float:
+    """Size of the gap's fourth derivative, by its terms; `force` is the size of the second."""
+
+
+@by_class
+def primary_of(start: Any) -> Motion:
+    """The primary's motion."""
+
+
+@begin_flight.of(Ballistic)
+def _begin_ballistic(mass, model, segment):
+    s = segment
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    start = motion_from(model.free, s.x, s.v, phase)
+    if s.cause == RELEASE and _is_smooth(model.free, start, mass.acceleration):
+        return motion_at_release(model.free, s.x, s.v, mass.acceleration, phase)
+    return start
+
+
+@begin_flight.of(Oscillator)
+def _begin_both(mass, model, segment):
+    s = segment
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    y = s.x + s.side * (model.clearance - s.gap)
+    u = s.v - s.side * s.gap_rate
+    primary = motion_from(model.free, s.x, s.v, phase)
+    if s.cause == RELEASE:
+        # The contact force is zero: both masses have the same acceleration, exactly.
+        other = motion_from(mass, y, u, phase)
+        if _is_smooth(model.free, primary, other.a):
+            return Both(primary, motion_at_release(mass, y, u, primary.a, phase))
+        return Both(primary, other)
+    return Both(primary, body_motion(mass, y, u, phase))
+
+
+@compiled
+def _is_smooth(osc, start, a):
+    """Whether a release has come about without a jump of the force, to roundoff."""
+    if not may_jump(osc.forcing):
+        return True
+    size = osc.strength * bound_of(osc.forcing, 0) + osc.stiffness * abs(start.x)
+    size += 2.0 * osc.damping * abs(start.v)
+    return abs(start.a - a) <= _VANISHES * ROUNDOFF * size
+
+
+@gap_of.of(Motion)
+def _gap_of_one(start, model, segment, side):
+    weight = side * segment.side
+    return WeightedSum(
+        weight * segment.gap,
+        weight * segment.gap_rate,
+        -side * model.mass.acceleration,
+        math.inf,
+        (Term(side, model.free, start),),
+    )
+
+
+@gap_of.of(Both)
+def _gap_of_both(start, model, segment, side):
+    weight = side * segment.side
+    return WeightedSum(
+        weight * segment.gap,
+        weight * segment.gap_rate,
+        0.0,
+        longest_increments(model.mass),
+        (Term(side, model.free, start.primary), Term(-side, model.mass, start.mass)),
+    )
+
+
+@relative_rates.of(Motion)
+def _rates_of_one(start, model):
+    snap, _, _ = higher_derivatives(model.free, start)
+    return start.a - model.mass.acceleration, start.j, snap
+
+
+@relative_rates.of(Both)
+def _rates_of_both(start, model):
+    a, b = start.primary, start.mass
+    snap, _, _ = higher_derivatives(model.free, a)
+    _, _, other = body_rates(model.mass, b)
+    return a.a - b.a, a.j - b.j, snap - other
+
+
+@snap_scale.of(Motion)
+def _scale_of_one(start, model, force):
+    free = model.free
+    driving = free.strength * bound_of(free.forcing, 2)
+    return driving + 2.0 * free.damping * abs(start.j) + free.stiffness * abs(start.a)
+
+
+@snap_scale.of(Both)
+def _scale_of_both(start, model, force):
+    free, mass = model.free, model.mass
+    a, b = start.primary, start.mass
+    return (
+        (free.strength + mass.strength) * bound_of(free.forcing, 2)
+        + 2.0 * free.damping * abs(a.j)
+        + abs(a.a)
+        + 2.0 * mass.damping * abs(b.j)
+        + mass.stiffness * abs(b.a)
+        + (free.stiffness + mass.stiffness) * force
+    )
+
+
+@primary_of.of(Motion)
+def _primary_of_one(start):
+    return start
+
+
+@primary_of.of(Both)
+def _primary_of_both(start):
+    return start.primary
+
+
+@compiled
+def begin(model: Any, segment: Segment) -> Any:
+    """What the motion in a segment follows from; see `damper.engine.model.begin`."""
+    return begin_flight(model.mass, model, segment)
+
+
+@compiled
+def fly(model: Any, segment: Segment, start: Any) -> End:
+    """The next impact of a flight; gap and rate at the segment's wall."""
+    s = segment
+    moving = gap_of(start, model, s, s.side)
+    point = start_point(moving)
+    limit = min(HORIZON, horizon(model.free.forcing, primary_of(start).phase))
+    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
+    root = first_root(moving, point, 2.0 * model.clearance, lifts_off, limit, 0.0)
+    p = root.point
+    tau = p.tau + root.step
+    if limit < HORIZON and (root.side == 0.0 or tau > limit):
+        return _cut(moving, s, p, limit, root.steps)
+    if root.side == 0.0:
+        x, v, gap, gap_rate = sum_after(moving, p.tau)
+        return End(p.tau, NO_EVENT, 0.0, x, v, gap, gap_rate, root.steps)
+    dx, v, gap_rate = carried(p, root.step)
+    outcome = GAVE_UP if root.side == GAVE_UP else EVENT
+    wall = root.side * s.side
+    return End(tau, outcome, wall, s.x + dx, v, 0.0, gap_rate, root.steps)
+
+
+@compiled
+def _cut(moving, s, p, limit, steps):
+    """The end of a flight where the force ceases to be smooth; `p` is a point no later."""
+    q = p if p.tau == limit else point_at(moving, limit)
+    return End(limit, NO_EVENT, 0.0, s.x + q.state.dx, q.state.v, q.value, q.slope, steps)
+
+
+@compiled
+def is_thrown_off(force: EventPoint, forcing: Any) -> bool:
+    """Whether a force that has jumped pulls the masses apart at once: a contact force below 0."""
+    return may_jump(forcing) and force.value < -_VANISHES * force.roundoff
+
+
+@compiled
+def stays(model: Any, segment: Segment, start: Any) -> bool:
+    """Whether masses in contact with no relative velocity stay together."""
+    a, j, snap = relative_rates(start, model)
+    return sticks(segment.side, a, j, snap)
+
+
+@compiled
+def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tuple[float, float]:
+    """Time to the completion point after the impact that begins a segment, and its error."""
+    free = model.free
+    side = segment.side
+    a, j, _ = relative_rates(start, model)
+    force = -side * a
+    damping = damping_of(model.mass)
+    impact_damping = (free.damping * mass_ratio + damping) / (1.0 + mass_ratio)
+    dashpot_rate = 2.0 * (free.damping + damping)
+    scale = snap_scale(start, model, force)
+    left, error = completion(
+        model.law, impact_damping, dashpot_rate, scale, force, side * j, segment.gap_rate
+    )
+    if left > horizon(free.forcing, primary_of(start).phase):
+        return 0.0, math.inf
+    return left, error
+
+
+@compiled
+def flight(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
+    """State a time `tau` after the start of a flight, as `damper.engine.model.motion`."""
+    x, v, gap, gap_rate = unclipped(model, segment, begin(model, segment), tau)
+    return x, v, min(max(gap, 0.0), 2.0 * model.clearance), gap_rate
+
+
+@compiled
+def unclipped(
+    model: Any, segment: Segment, start: Any, tau: float
+) -> tuple[float, float, float, float]:
+    """As `flight`, with the gap as it rounds, from what the flight follows from."""
+    s = segment
+    p: EventPoint = point_at(gap_of(start, model, s, s.side), tau)
+    primary: Primary = p.state
+    return s.x + primary.dx, primary.v, p.value, p.slope
