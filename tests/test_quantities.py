@@ -44,6 +44,7 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "clearance": ({}, 0.3),
     "restitution": ({}, 0.4),
     "phase": ({}, 1.0),
+    "force_amplitude": ({}, 1.5),
     "yield_speed": ({}, 0.01),
     "support_stiffness_ratio": ({}, 0.05),
     "support_damping_ratio": ({}, 0.02),

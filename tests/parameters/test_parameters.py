@@ -40,6 +40,7 @@ RANGES: dict[str, tuple[list[float], str, list[float]]] = {
     "clearance": ([-1e-300], "clearance >= 0", [0, TINY, 1e300]),
     "restitution": ([-TINY, math.nextafter(1.0, 2.0)], "0 <= restitution <= 1", [0, 1]),
     "phase": ([], "any phase in rad", [-1e9]),
+    "force_amplitude": ([-TINY, math.inf], "force_amplitude >= 0", [0, TINY, 1e300]),
     "yield_speed": (
         [0.0, -math.inf],
         "yield_speed > 0 (leave it out for a constant restitution)",
@@ -91,8 +92,8 @@ def test_not_a_number_names_field_and_value(value: object) -> None:
 
 def test_numbers_of_other_types_become_floats() -> None:
     p = Parameters(np.float32(0.5), 0, np.int64(2), np.float64(1.5), np.array(1.0), yield_speed=3)
-    values = dataclasses.astuple(p)
-    assert values[:7] == (0.5, 0.0, 2.0, 1.5, 1.0, 0.0, 3.0)
+    values = [getattr(p, name) for name in PARAMETER_NAMES]
+    assert values[:8] == [0.5, 0.0, 2.0, 1.5, 1.0, 0.0, 1.0, 3.0]
     assert {type(value) for value in values} == {float}
 
 
@@ -108,13 +109,14 @@ def test_parameters_are_frozen_and_hashable() -> None:
 @pytest.mark.parametrize("kind", [Parameters, SIParameters])
 def test_fields_are_the_declarations(kind: type) -> None:
     """Names, defaults and docstring; what both systems share has one default."""
-    fields = dataclasses.fields(kind)
+    fields = [field for field in dataclasses.fields(kind) if field.name != "forcing"]
     assert [field.name for field in fields] == [quantity.name for quantity in kind.quantities]
     for quantity, field in zip(kind.quantities, fields, strict=True):
         required = field.default is dataclasses.MISSING
         assert quantity.default == (None if required else field.default)
         assert f"\n{quantity.name} : float" in kind.__doc__
-        assert quantity.default == ALL[quantity.name].default
+        # Lengths are scaled by the force, so that in SI units it has to be given.
+        assert quantity.default == ALL[quantity.name].default or quantity.name == "force_amplitude"
     units = {quantity.name: quantity.units for quantity in SIParameters.quantities}
     assert units["yield_speed"] == "m/s"
 
@@ -201,6 +203,7 @@ def test_largest_rate_of_a_support_is_allowed() -> None:
         ({"forcing_frequency": 1e-3}, "frequency_ratio = 0.0001, from forcing_frequency = 0.001"),
         ({"contact_stiffness": 1e12}, "contact_stiffness_ratio = 5000000000.0, from contact_stiff"),
         # What underflows to zero, or overflows, would be another damper.
+        ({"gap": 0.0, "force_amplitude": 0.0}, "gap = 0.0 with force_amplitude = 0.0: free motion"),
         ({"gap": 1e-320, "force_amplitude": 1e10}, "clearance = 0.0, from gap = 1e-320, stiff"),
         ({"support_stiffness": TINY}, "support_stiffness_ratio = 0.0, from support_stiffness = 5e"),
         ({"gap": 1e300, "force_amplitude": 1e-100}, "clearance = inf, from gap = 1e+300"),

@@ -4,7 +4,6 @@ import itertools
 import math
 import random
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +66,7 @@ FORMULAS = {
     "damping_ratio": "damping / (2 * sqrt(stiffness * primary_mass))",
     "frequency_ratio": "forcing_frequency / sqrt(stiffness / primary_mass)",
     "clearance": "(gap / 2) * stiffness / force_amplitude",
+    "force_amplitude": "mpf(1)",
     "yield_speed": "yield_speed * sqrt(stiffness * primary_mass) / force_amplitude",
     "support_stiffness_ratio": "support_stiffness / stiffness",
     "support_damping_ratio": "support_damping / (2 * sqrt(stiffness * primary_mass))",
@@ -79,9 +79,14 @@ FORMULAS = {
 UNITS = {"F0/K": "m", "sqrt(M/K)": "s", "F0/sqrt(K M)": "m/s", "F0^2/K": "J"}
 
 
+def numbers(p: Parameters | SIParameters) -> dict[str, float]:
+    """Its quantities."""
+    return {q.name: getattr(p, q.name) for q in p.quantities}
+
+
 def by_formula(name: str, si: dict[str, Any]) -> Any:
     """A dimensionless quantity or unit of a damper in SI units, in the digits of mpmath."""
-    known = {key: mpf(value) for key, value in si.items()} | {"sqrt": mp.sqrt}
+    known = {key: mpf(value) for key, value in si.items()} | {"sqrt": mp.sqrt, "mpf": mpf}
     return eval(FORMULAS.get(name, name), known)
 
 
@@ -133,10 +138,10 @@ def test_ratios_and_units_are_those_of_the_formulas(kind: str) -> None:
     for _ in range(40):
         si = random_damper(kind, chance)
         p, units = si.dimensionless, si.units
-        found = asdict(p) | {unit: units.size(unit) for unit in UNITS}
+        found = numbers(p) | {unit: units.size(unit) for unit in UNITS}
         with mp.workdps(30):
             for name, number in found.items():
-                known = by_formula(name, asdict(si))
+                known = by_formula(name, numbers(si))
                 assert number == known or abs(number - known) <= mpf(1e-15) * abs(known), name
         assert p.cycle * units.time == pytest.approx(si.cycle, rel=1e-15)
         assert si.cycle == pytest.approx(2 * math.pi / si.forcing_frequency, rel=1e-15)
@@ -146,7 +151,7 @@ def test_ratios_and_units_are_those_of_the_formulas(kind: str) -> None:
 
 def test_sizes_by_hand() -> None:
     si = SIParameters(**SI)
-    assert asdict(si.dimensionless) == pytest.approx(asdict(Parameters(**RATIOS)), rel=1e-15)
+    assert numbers(si.dimensionless) == pytest.approx(numbers(Parameters(**RATIOS)), rel=1e-15)
     units = si.units
     assert [units.size(unit) for unit in (*UNITS, "1", "rad")] == [0.05, 0.1, 0.5, 0.5, 1.0, 1.0]
     assert Units(1.0, 1.0, 1.0) == NO_UNITS
@@ -241,7 +246,7 @@ def test_an_orbit_in_si_is_the_dimensionless_one_in_other_units(kind: str) -> No
 
         def rate(what: str, name: str = name) -> float:
             def at(value: Any) -> Any:
-                return by_formula(what, asdict(si) | {name: value})
+                return by_formula(what, numbers(si) | {name: value})
 
             with mp.workdps(30):
                 return float(mp.diff(at, getattr(si, name)))
@@ -330,13 +335,20 @@ def test_steady_start_in_metres() -> None:
 # --- refusals
 
 
-def test_no_force_is_refused_with_the_reason() -> None:
-    for call in (lambda: SIParameters(**{**SI, "force_amplitude": 0}), lambda: simulate(**NONE)):
-        with pytest.raises(ValueError, match=r"lengths are scaled by F0/K, so free vibration"):
-            call()
-
-
-NONE: dict[str, Any] = {**SI, "force_amplitude": [1.0, 0.0]}
+def test_free_motion_has_its_lengths_in_half_of_the_gap() -> None:
+    free = SIParameters(**SI | {"force_amplitude": 0})
+    p, units = free.dimensionless, free.units
+    assert (p.force_amplitude, p.clearance, units.length) == (0.0, 1.0, 0.05)
+    start = State(1.5, 0.0, 1.5, 0.3)
+    found = events(free, start.times(units), until=20.0 * units.time)
+    ratios = events(p, start, until=20.0)
+    assert len(found) > 3
+    np.testing.assert_array_equal(found["time"], ratios["time"] * units.time)
+    # F0/K grows as the force does, and half of the gap does not.
+    assert free.rates("force_amplitude") == {"force_amplitude": 1.0 / (200.0 * 0.05)}
+    assert free.rates("gap") == {"F0/K": 0.5, "F0/sqrt(K M)": 5.0}
+    with pytest.raises(ValueError, match=r"^gap = 0.0 with force_amplitude = 0.0: free motion"):
+        simulate(**SI | {"force_amplitude": [1.0, 0.0], "gap": 0.0})
 
 
 @settings(max_examples=50)
@@ -434,11 +446,8 @@ def test_study_in_si(tmp_path: Path) -> None:
         ("stiffness: {", "K: {", ["unknown axis 'K'", "did you mean 'stiffness'?", "1 error "]),
         (
             "force_amplitude: 10",
-            "force_amplitude: 0",
-            [
-                "parameters.force_amplitude\n    out of range (value: 0)",
-                "number in N, force_amplitude > 0 (lengths are scaled by F0/K, so free vibration",
-            ],
+            "force_amplitude: -1",
+            ["force_amplitude\n    out of range (value: -1)", "number, force_amplitude >= 0"],
         ),
         ("[100, 200]", "[100, 0]", ["stiffness.values[1]", "number in N/m, stiffness > 0"]),
         (

@@ -12,7 +12,7 @@ from functools import cached_property
 
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
-from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
+from damper.parameters.units import FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
@@ -105,10 +105,10 @@ class Parameters(Declared):
     force_amplitude: float = quantity(
         "$F_0$",
         "amplitude of the force",
+        FORCE,
         definition="what multiplies the force; 0 is free motion",
         minimum=0.0,
         default=1.0,
-        from_si=lambda force_amplitude: float(force_amplitude != 0.0),
     )
     yield_speed: float = quantity(
         r"$v_\mathrm{y}$",
@@ -293,9 +293,8 @@ class SIParameters(Declared, shares=Parameters):
         "$F_0$",
         "amplitude of the force",
         "N",
+        definition="0 is free motion",
         minimum=0.0,
-        above=True,
-        note="lengths are scaled by F0/K, so free vibration has no place here",
     )
     forcing_frequency: float = quantity(
         r"$\Omega$",
@@ -361,6 +360,7 @@ class SIParameters(Declared, shares=Parameters):
             "force_amplitude": force_amplitude,
         }
         units, given = _units(primary), dict(primary)
+        given["force_amplitude"] *= parameters.force_amplitude
         for q, (own, *_) in _SCALED:
             value = getattr(parameters, q.name)
             if value != q.default:
@@ -372,13 +372,14 @@ class SIParameters(Declared, shares=Parameters):
     def dimensionless(self) -> Parameters:
         """The scaled parameters."""
         values, units = self.__dict__, self.units
-        scaled: dict[str, float] = {}
+        by = _referred(values)
+        scaled = {"force_amplitude": float(values["force_amplitude"] != 0.0)}
         for q, names in _SCALED:
             own = values[names[0]]
             if own == q.default:  # 0, 1 and infinity are the same in both systems
                 continue
             given = [values[name] for name in names]
-            ratio = _scaled(q, values, units)
+            ratio = _scaled(q, by, units)
             # A gap or a spring that underflows to zero would be another damper.
             if not q.holds(ratio) or _ordinary(ratio) != _ordinary(own):
                 origin = ", ".join(map("{} = {!r}".format, names, given))
@@ -392,7 +393,13 @@ class SIParameters(Declared, shares=Parameters):
     @cached_property
     def units(self) -> Units:
         """Sizes of the dimensionless units of this damper."""
-        values, units = self.__dict__, _units(self.__dict__)
+        values = self.__dict__
+        if not values["force_amplitude"] and not values["gap"]:
+            raise ValueError(
+                "gap = 0.0 with force_amplitude = 0.0: free motion has its lengths in half of the "
+                "gap; give one of the two"
+            )
+        units = _units(_referred(values))
         if not (
             _ordinary(units.time) and all(map(_ordinary, (units.length, units.speed, units.energy)))
         ):
@@ -414,6 +421,8 @@ class SIParameters(Declared, shares=Parameters):
         All are products of powers, whose exponents doubling it shows; from 0 they are linear.
         """
         own, found = self.__dict__[name], {}
+        if name == "force_amplitude" and not own:  # lengths stay in half of the gap
+            return {name: 1.0 / _referred(self.__dict__)[name]}
         here = _all_scaled(self.__dict__)
         for key, value in _all_scaled(self.__dict__ | {name: 2.0 * own or 1.0}).items():
             if value != here[key]:
@@ -424,7 +433,8 @@ class SIParameters(Declared, shares=Parameters):
 
 #: Dimensionless parameter -> its counterpart in SI units, which may be of the same name.
 SI_NAME = {q.name: q.si_names[0] for q in Parameters.quantities}
-_SCALED = tuple((q, q.si_names) for q in Parameters.quantities)
+#: Lengths are in units that make the amplitude of the force 1.
+_SCALED = tuple((q, q.si_names) for q in Parameters.quantities if q.name != "force_amplitude")
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
@@ -524,24 +534,34 @@ def _support_damping(values: Mapping[str, float]) -> float:
     )
 
 
+def _referred(values: Mapping[str, float]) -> dict[str, float]:
+    """A damper in SI units with the force F0 of which F0/K is the unit of length.
+
+    In free motion that is half of the gap.
+    """
+    force = values["force_amplitude"] or 0.5 * values["gap"] * values["stiffness"]
+    return {**values, "force_amplitude": force}
+
+
 def _units(values: Mapping[str, float]) -> Units:
-    """Sizes of the dimensionless units of a damper in SI units."""
+    """Sizes of the dimensionless units of a damper in SI units, `_referred`."""
     length = values["force_amplitude"] / values["stiffness"]
     time = math.sqrt(values["primary_mass"] / values["stiffness"])
     return Units(length, time, values["force_amplitude"] * length)
 
 
 def _scaled(q: Quantity, values: Mapping[str, float], units: Units) -> float:
-    """A dimensionless parameter of a damper in SI units."""
+    """A dimensionless parameter of a damper in SI units, `_referred`."""
     given = [values[name] for name in q.si_names]
     return _ratio(q.from_si, given) if q.from_si else given[0] / units.size(q.units)
 
 
 def _all_scaled(values: Mapping[str, float]) -> dict[str, float]:
     """The dimensionless parameters of a damper in SI units, and the sizes of its units."""
+    values = _referred(values)
     units = _units(values)
     sizes = {unit: units.size(unit) for unit in (LENGTH, SPEED)}
-    return {q.name: _scaled(q, values, units) for q in Parameters.quantities} | sizes
+    return {q.name: _scaled(q, values, units) for q, _ in _SCALED} | sizes
 
 
 def _ratio(formula: Callable[..., float], given: Iterable[float]) -> float:

@@ -8,8 +8,9 @@ LENGTH = "F0/K"
 SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
+FORCE = "F0"
 #: What these units are called where the damper is given in SI units.
-SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J"}
+SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J", FORCE: "N"}
 
 
 def attributes_of(units: str) -> dict[str, str]:

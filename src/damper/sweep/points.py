@@ -10,8 +10,6 @@ from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.quantities import (
     ALL,
     INITIAL_NAMES,
-    PARAMETER_NAMES,
-    SI_NAMES,
     check_quantity,
     is_si,
     unknown_name,
@@ -106,11 +104,12 @@ def _language(
     initial = tuple(name for name in INITIAL_NAMES if name in names)
     parameters = tuple(name for name in names if name not in INITIAL_NAMES)
     si = is_si(parameters)
-    known = SI_NAMES if si else PARAMETER_NAMES
+    kind = SIParameters if si else Parameters
+    known = {q.name: q for q in kind.quantities}
     for name in parameters:
         if name not in known and name != "forcing":
             raise unknown_name("parameter", name, known)
-    missing = [name for name in known if name not in parameters and ALL[name].default is None]
+    missing = [name for name, q in known.items() if name not in parameters and q.default is None]
     if missing:
         raise TypeError(f"missing parameters: {', '.join(missing)}")
-    return SIParameters if si else Parameters, parameters, initial
+    return kind, parameters, initial

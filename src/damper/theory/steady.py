@@ -7,7 +7,7 @@ from damper.parameters import Parameters
 from damper.parameters.dampers import need_known
 
 #: What makes the steady response, and what does not act on the primary alone.
-PRIMARY = ("damping_ratio", "frequency_ratio", "phase")
+PRIMARY = ("damping_ratio", "frequency_ratio", "phase", "force_amplitude")
 FREE_MASS = (
     "mass_ratio",
     "clearance",
@@ -73,4 +73,5 @@ def steady_state(parameters: Parameters) -> tuple[float, float]:
     need_steady(parameters)
     gain = steady_gain(parameters.damping_ratio, parameters.frequency_ratio)
     turning = gain * cmath.exp(1j * parameters.phase)
-    return turning.imag, parameters.frequency_ratio * turning.real
+    size = parameters.force_amplitude
+    return size * turning.imag, size * parameters.frequency_ratio * turning.real
