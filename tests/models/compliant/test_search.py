@@ -11,8 +11,8 @@ from damper.engine.compiled import compiled
 from damper.engine.search import first_root
 from damper.models import model_of
 from damper.models.compliant import Compliant
-from damper.models.compliant.flow import advance, derivative
-from damper.models.compliant.search import ContactMotion, contact_point, dot
+from damper.models.compliant.flow import advance, derivative, dot, force_rates_in
+from damper.models.compliant.search import ContactMotion, contact_point
 
 #: Sides of a root: found, or none up to the limit.
 FOUND, NONE = 1.0, 0.0
@@ -21,7 +21,7 @@ FOUND, NONE = 1.0, 0.0
 @compiled
 def search(model, z, limit):
     """Side, time and steps of the first root, and the event function's slope there."""
-    moving = ContactMotion(model.contact, model.table, model.ending, z)
+    moving = ContactMotion(model.contact, model.table, model.ending, 1.0, z)
     point = contact_point(moving, 0.0, z)
     lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
     root = first_root(moving, point, math.inf, lifts_off, limit, 0.0)
@@ -36,20 +36,20 @@ def scan(model, z, times, found):
     event = model.ending
     for k in range(len(times)):
         w = advance(model.contact, model.table, z, float(times[k]))
-        w4 = w
-        for _ in range(4):
-            w4 = derivative(model.contact, w4)
+        w4 = (w[0], w[1], w[2], w[3])
+        for order in range(4):
+            w4 = derivative(model.contact, w4, force_rates_in(model.contact, w)[order])
         found[k, 0] = event.gap * w[2] + event.gap_rate * w[3]
         found[k, 1] = event.gap * w4[2] + event.gap_rate * w4[3]
-        found[k, 2] = dot(event.slow[0], w)
-        found[k, 3] = dot(event.fast[0], w)
-        found[k, 4] = dot(event.fast[1], w)
+        found[k, 2] = dot(model.contact, event.slow[0], w)
+        found[k, 3] = dot(model.contact, event.fast[0], w)
+        found[k, 4] = dot(model.contact, event.fast[1], w)
 
 
 @compiled
 def bound_at_start(model, z):
     """Bound on the fourth derivative, and its growth."""
-    point = contact_point(ContactMotion(model.contact, model.table, model.ending, z), 0.0, z)
+    point = contact_point(ContactMotion(model.contact, model.table, model.ending, 1.0, z), 0.0, z)
     return point.bound4, point.growth
 
 

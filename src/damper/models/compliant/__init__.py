@@ -20,18 +20,11 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine.bodies import WeightedSum, start_point
-from damper.engine.bounds import bounds_ahead, energy_norm
+from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
-from damper.engine.completion import sticks
-from damper.engine.forcing import bound_of, phase_at
+from damper.engine.forcing import horizon, phase_at
 from damper.engine.model import Step
-from damper.engine.oscillator import (
-    Oscillator,
-    higher_derivatives,
-    increments,
-    motion_at_release,
-    motion_from,
-)
+from damper.engine.oscillator import Oscillator
 from damper.engine.search import (
     GAVE_UP,
     HORIZON,
@@ -61,23 +54,38 @@ from damper.models.compliant.flow import (
     ContactConstants,
     Pair,
     advance,
+    advance_under,
     contact_constants,
     derivative,
+    dot,
+    force_rates_in,
     propagators,
+    row_length,
+    shifted,
     unit_state,
+    unshifted,
 )
+from damper.models.compliant.pairs import carried, pair_rates
 from damper.models.compliant.restitution import contact_damping, contact_phase
 from damper.models.compliant.search import (
     ContactMotion,
     EventFunction,
     Split,
     contact_point,
-    dot,
     event_function,
     force_size,
     split_of,
 )
-from damper.models.flights import EVENT, fly, gap_of, unclipped
+from damper.models.flights import (
+    EVENT,
+    begin_flight,
+    fly,
+    gap_of,
+    relative_rates,
+    stays,
+    unclipped,
+)
+from damper.models.forces import drive_of
 from damper.models.rigid import Rigid
 from damper.models.walls import slack
 from damper.parameters import Parameters
@@ -106,7 +114,7 @@ class Compliant(NamedTuple):
     usual: float
     """Duration of a contact between free bodies; 0 where it lasts for ever."""
     after_usual: np.ndarray
-    """(3, 6) event function and its first two derivatives then, from the state at touch."""
+    """(3, row length) event function and two derivatives then, from the state at touch."""
     contact: ContactConstants
     table: np.ndarray
     """Propagators of the contact."""
@@ -121,17 +129,23 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     tension = bool(p.contact_tension)
     damping = contact_damping(p.restitution, tension)
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
-    *values, levels, shift = contact_constants(
-        p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.contact_stiffness_ratio, damping
+    forcing, amplitude, share = drive_of(p)
+    contact = contact_constants(
+        p.mass_ratio,
+        p.damping_ratio,
+        p.contact_stiffness_ratio,
+        damping,
+        forcing,
+        amplitude,
+        share,
     )
-    contact = ContactConstants(*[*values, int(levels), shift])
     split = split_of(contact)
-    ending = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+    ending = np.array([0.0, 0.0, -1.0, 0.0])
     if not tension:
-        ending[2:4] = -contact.stiffness, -contact.damping
+        ending[2:] = -contact.stiffness, -contact.damping
     usual = contact_phase(damping, tension) / frequency
     table = propagators(contact)
-    after_usual = np.zeros((3, 6))
+    after_usual = np.zeros((3, row_length(contact)))
     _fill_rows(contact, table, ending, usual, after_usual)
     return Compliant(
         *rigid.prepare(p, law, accuracy),
@@ -148,17 +162,20 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
 
 @compiled
 def _fill_rows(contact, table, ending, tau, rows):
-    for column in range(6):
-        z = advance(contact, table, unit_state(column), tau)
-        z1 = derivative(contact, z)
-        z2 = derivative(contact, z1)
+    for column in range(len(rows[0])):
+        unit, pair = unit_state(column)
+        z = advance_under(contact, table, pair, shifted(contact, unit), tau)
+        z = unshifted(contact, z)
+        up, _ = pair_rates(contact.forcing, pair)
+        z1 = derivative(contact, z, contact.strength * z[4])
+        z2 = derivative(contact, z1, contact.strength * up * z[5])
         rows[0, column] = ending[2] * z[2] + ending[3] * z[3]
         rows[1, column] = ending[2] * z1[2] + ending[3] * z1[3]
         rows[2, column] = ending[2] * z2[2] + ending[3] * z2[3]
 
 
 @compiled
-def _likely_end(model, z):
+def _likely_end(model, side, z):
     """A little before the end of a contact that an impact begins, or 0: by Newton's method.
 
     Acceleration and springs change the duration of a contact between free bodies a little. The
@@ -166,9 +183,10 @@ def _likely_end(model, z):
     """
     if model.usual == 0.0:
         return 0.0
+    contact = model.contact
     rows = model.after_usual
-    value, slope, second = dot(rows[0], z), dot(rows[1], z), dot(rows[2], z)
-    late = near_root(value, slope, second, 0.0, 0.0)
+    value, slope = side * dot(contact, rows[0], z), side * dot(contact, rows[1], z)
+    late = near_root(value, slope, side * dot(contact, rows[2], z), 0.0, 0.0)
     if not abs(late) < 0.5 * model.usual:
         return _EARLY * model.usual
     return (1.0 - _MARGIN) * (model.usual + late)
@@ -178,16 +196,11 @@ def _likely_end(model, z):
 def pair_at(model: Compliant, segment: Segment) -> Pair:
     """State of the pair at the start of a segment, as `damper.models.compliant.flow` has it."""
     s = segment
-    phase = phase_at(model.free.forcing, s.periods, s.time)
+    forcing = model.contact.forcing
+    p, q = carried(forcing, phase_at(forcing, s.periods, s.time))
     beta = model.contact.reduced
-    return (
-        s.side * s.x - beta * s.gap,
-        s.side * s.v - beta * s.gap_rate,
-        s.gap,
-        s.gap_rate,
-        s.side * phase.sin,
-        s.side * phase.cos,
-    )
+    gap, rate = s.side * s.gap, s.side * s.gap_rate
+    return s.x - beta * gap, s.v - beta * rate, gap, rate, p, q
 
 
 declared.mass_ratio_at.share(Compliant, Rigid)
@@ -208,7 +221,7 @@ def _motion(model, segment, tau):
 def _of_pair(model, side, z):
     """Displacement and velocity of the primary, gap and its rate in a state of the pair."""
     beta = model.contact.reduced
-    return side * (z[0] + beta * z[2]), side * (z[1] + beta * z[3]), z[2], z[3]
+    return z[0] + beta * z[2], z[1] + beta * z[3], side * z[2], side * z[3]
 
 
 @declared.initial_segment.of(Compliant)
@@ -225,18 +238,40 @@ def _initial_segment(model, periods, time, x, v, y, u):
 
 @declared.begin.of(Compliant)
 def _begin(model, segment):
-    """The primary's motion in flight, where an x'' at the wall of no more than roundoff is zero.
+    """What a flight follows from; at the wall a relative x'' of no more than roundoff is zero.
 
     A force that vanishes ends a contact; what roundoff leaves of it must not begin the next one.
     """
-    phase = phase_at(model.free.forcing, segment.periods, segment.time)
-    motion = motion_from(model.free, segment.x, segment.v, phase)
-    if segment.gap == 0.0:
-        drag = 2.0 * model.free.damping
-        size = force_size(drag, segment.x, segment.v, phase.sin, phase.cos)
-        if abs(motion.a) <= ROUNDOFF * size:
-            return motion_at_release(model.free, segment.x, segment.v, 0.0, phase)
-    return motion
+    s = segment
+    # By the force that is left, and not by what ended the contact.
+    start = begin_flight(model.mass, model, _as(s, s.side, s.mode, NOTHING, 0.0))
+    if s.gap == 0.0:
+        a, _, _ = relative_rates(start, model)
+        contact = model.contact
+        if abs(a) <= ROUNDOFF * force_size(contact.drag, s.x, s.v, contact.largest):
+            return begin_flight(model.mass, model, _as(s, s.side, s.mode, RELEASE, 0.0))
+    return start
+
+
+@compiled
+def _as(s, side, mode, cause, completion):
+    """A segment with another side, mode, cause and completion."""
+    return Segment(
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        s.gap,
+        s.gap_rate,
+        side,
+        mode,
+        cause,
+        s.speed,
+        s.v_before,
+        s.first_speed,
+        completion,
+        0.0,
+    )
 
 
 @compiled
@@ -248,40 +283,21 @@ def _touches(model, segment):
         return model.tension != 0.0 or pull < 0.0
     if s.gap > 0.0 or s.gap_rate != 0.0:
         return False
-    motion = _begin(model, s)
-    snap, _, _ = higher_derivatives(model.free, motion)
-    return sticks(s.side, motion.a, motion.j, snap)
+    return stays(model, s, _begin(model, s))
 
 
 @compiled
 def _settled(model, segment):
     """The segment itself, or a contact where a flight would begin in one."""
     s = segment
-    side = s.side
-    mode = s.mode
-    if mode == FLIGHT and s.gap <= 0.0:
-        if _touches(model, s):
-            mode = CONTACT
-        elif model.clearance == 0.0 and s.gap == 0.0 and s.gap_rate == 0.0:
-            # At rest between walls without a clearance: where one draws away the other acts.
-            side = -side
-            mode = CONTACT
-    return Segment(
-        s.periods,
-        s.time,
-        s.x,
-        s.v,
-        s.gap,
-        s.gap_rate,
-        side,
-        mode,
-        s.cause,
-        s.speed,
-        s.v_before,
-        s.first_speed,
-        0.0,
-        0.0,
-    )
+    if s.mode != FLIGHT or s.gap > 0.0:
+        return s
+    if _touches(model, s):
+        return _as(s, s.side, CONTACT, s.cause, 0.0)
+    if model.clearance == 0.0 and s.gap == 0.0 and s.gap_rate == 0.0:
+        # At rest between walls without a clearance: where one draws away the other acts.
+        return _as(s, -s.side, CONTACT, s.cause, 0.0)
+    return s
 
 
 @declared.following.of(Compliant)
@@ -319,20 +335,18 @@ def _fly(model, s, start):
 def _touch(model, s):
     """A contact, up to its end; or to where it has lasted, and so counts as sticking."""
     z = pair_at(model, s)
-    moving = ContactMotion(model.contact, model.table, model.ending, z)
+    moving = ContactMotion(model.contact, model.table, model.ending, s.side, z)
     point = contact_point(moving, 0.0, z)
-    limit = model.lasting if s.mode == CONTACT else HORIZON
-    hint = _likely_end(model, z) if s.cause == IMPACT else 0.0
+    lasting = model.lasting - s.completion if s.mode == CONTACT else math.inf
+    limit = min(lasting, span_of(model, s))
+    hint = _likely_end(model, s.side, z) if s.cause == IMPACT else 0.0
     lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
+    if lifts_off and point.bound4 == 0.0 and point.growth == 0.0:
+        return _stay(model, s, z, limit, lasting, 1, False)  # at rest, and nothing acts
     root = first_root(moving, point, math.inf, lifts_off, limit, hint)
     tau = root.point.tau + root.step
     if root.side != 1.0 or tau > limit:
-        z = advance(model.contact, model.table, z, limit)
-        x, v, gap, rate = _of_pair(model, s.side, z)
-        lasted = s.mode == CONTACT
-        cause = STICK if lasted else NOTHING
-        new = segment_after(s, model.cycle, limit, x, v, gap, rate, s.side, STICKING, cause, 0.0)
-        return Step(limit, lasted, root.side == GAVE_UP, root.steps + 1, new, _begin(model, new))
+        return _stay(model, s, z, limit, lasting, root.steps + 1, root.side == GAVE_UP)
     z = _carry(model.contact, root.point.state.z, root.step)
     x, v, gap, rate = _of_pair(model, s.side, z)
     # What is left of the force, or of the gap, is roundoff.
@@ -350,12 +364,32 @@ def _touch(model, s):
 
 
 @compiled
+def span_of(model: Compliant, segment: Segment) -> float:
+    """Longest time that a segment may take."""
+    forcing = model.contact.forcing
+    return min(HORIZON, horizon(forcing, phase_at(forcing, segment.periods, segment.time)))
+
+
+@compiled
+def _stay(model, s, z, tau, lasting, steps, gave_up):
+    """A contact that is cut after a time; from `lasting` on it sticks."""
+    x, v, gap, rate = _of_pair(model, s.side, advance(model.contact, model.table, z, tau))
+    sticks_now = s.mode == CONTACT and tau == lasting
+    cause = STICK if sticks_now else NOTHING
+    new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, STICKING, cause, 0.0)
+    if s.mode == CONTACT and not sticks_now:
+        new = _as(new, s.side, CONTACT, NOTHING, s.completion + tau)
+    return Step(tau, sticks_now, gave_up, steps, new, _begin(model, new))
+
+
+@compiled
 def _carry(contact, z, step):
-    """State a short step later, by a Taylor polynomial."""
-    z1 = derivative(contact, z)
-    z2 = derivative(contact, z1)
-    z3 = derivative(contact, z2)
-    z4 = derivative(contact, z3)
+    """Masses a short step later, by a Taylor polynomial."""
+    f0, f1, f2, f3, _ = force_rates_in(contact, z)
+    z1 = derivative(contact, z, f0)
+    z2 = derivative(contact, z1, f1)
+    z3 = derivative(contact, z2, f2)
+    z4 = derivative(contact, z3, f3)
     a = 0.5 * step
     b = step / 3.0
     c = 0.25 * step
@@ -364,8 +398,6 @@ def _carry(contact, z, step):
         z[1] + step * (z1[1] + a * (z2[1] + b * (z3[1] + c * z4[1]))),
         z[2] + step * (z1[2] + a * (z2[2] + b * (z3[2] + c * z4[2]))),
         z[3] + step * (z1[3] + a * (z2[3] + b * (z3[3] + c * z4[3]))),
-        z[4],
-        z[5],
     )
 
 
@@ -373,6 +405,7 @@ class WallForce(NamedTuple):
     """k g + c g' in a flight below the wall's surface: until it is negative the wall lags."""
 
     flight: WeightedSum
+    """The depth -g."""
     stiffness: float
     damping: float
 
@@ -389,17 +422,10 @@ def _rates_of_wall(moving):
 
 @compiled
 def _wall_point(moving, p):
-    """Of the depth -g, as a flight has it with its sides changed, make -(k g + c g')."""
+    """Of the depth make -(k g + c g')."""
     k = -moving.stiffness
     c = -moving.damping
-    flight = moving.flight
-    osc = flight.terms[0].osc
-    # One derivative more than a flight's point has, for the damping.
-    sixth = (
-        osc.strength * bound_of(osc.forcing, 4)
-        + 2.0 * osc.damping * abs(p.fifth)
-        + osc.stiffness * abs(p.fourth)
-    )
+    _, _, coupling = rates_of(moving.flight)
     weight = abs(c)
     return EventPoint(
         p.tau,
@@ -409,9 +435,10 @@ def _wall_point(moving, p):
         k * p.third + c * p.fourth,
         k * p.fourth + c * p.fifth,
         0.0,
-        abs(k) * p.bound4 + weight * energy_norm(osc, p.fourth, p.fifth),
-        abs(k) * p.growth + weight * osc.strength * bound_of(osc.forcing, 4),
-        abs(k) * p.roundoff + weight * ROUNDOFF * (abs(p.slope) + p.tau * sixth),
+        # The bound on the fourth derivative makes one on the fifth.
+        abs(k) * p.bound4 + weight * (p.growth + coupling * p.bound4),
+        (abs(k) + weight * coupling) * p.growth,
+        abs(k) * p.roundoff + weight * ROUNDOFF * (abs(moving.flight.slope) + abs(p.slope)),
         p.state,
     )
 
@@ -421,31 +448,29 @@ def _spring_back(model, s, start):
     """A flight that began below the wall's surface: the gap reopens, or the wall catches up."""
     below = gap_of(start, model, s, -s.side)
     point = start_point(below)
-    opening = first_root(below, point, math.inf, False, HORIZON, 0.0)
+    limit = span_of(model, s)
+    opening = first_root(below, point, math.inf, False, limit, 0.0)
     wall = WallForce(below, model.contact.stiffness, model.contact.damping)
     opens = opening.point.tau + opening.step if opening.side == 1.0 else math.inf
     catches = math.inf
     steps = opening.steps
     gave_up = opening.side == GAVE_UP
     force = _wall_point(wall, point)
-    if not _lags(model, s, start, force.slope, opens):
-        catching = first_root(wall, force, math.inf, False, min(opens, HORIZON), 0.0)
+    if not _lags(wall, force.slope, min(opens, limit)):
+        catching = first_root(wall, force, math.inf, False, min(opens, limit), 0.0)
         steps += catching.steps
         gave_up = gave_up or catching.side == GAVE_UP
         if catching.side == 1.0:
             catches = catching.point.tau + catching.step
-    tau = min(opens, catches, HORIZON)
-    dx, dv, _ = increments(model.free, start, tau)
-    gap = s.gap + s.gap_rate * tau + s.side * dx
-    rate = s.gap_rate + s.side * dv
-    caught = catches < opens
+    tau = min(opens, catches, limit)
+    x, v, gap, rate = unclipped(model, s, start, tau)
+    caught = catches < opens and catches <= limit
     if tau == opens:
         # What is left of either is roundoff.
         gap = 0.0
         rate = max(rate, 0.0)
     mode = CONTACT if caught else FLIGHT
-    x = s.x + (s.v * tau + dx)
-    new = segment_after(s, model.cycle, tau, x, s.v + dv, gap, rate, s.side, mode, NOTHING, 0.0)
+    new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, mode, NOTHING, 0.0)
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
         caught = True
@@ -453,13 +478,17 @@ def _spring_back(model, s, start):
 
 
 @compiled
-def _lags(model, s, start, slope, span):
+def _lags(wall, slope, span):
     """Whether the wall surely stays behind the free mass for a time, by bounds on its force.
 
     At the start the force is zero and grows by `slope`.
     """
-    bound2, bound3 = bounds_ahead(model.free, start, min(span, HORIZON))
-    second = model.contact.stiffness * bound2 + model.contact.damping * bound3
+    second = 0.0
+    for k in range(len(wall.flight.terms)):
+        term = wall.flight.terms[k]
+        bound2, bound3 = bounds_ahead(term.osc, term.start, span)
+        second += wall.stiffness * bound2 + wall.damping * bound3
+    second += wall.stiffness * abs(wall.flight.acceleration)
     return slope > 0.5 * span * second
 
 

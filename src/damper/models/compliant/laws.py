@@ -43,6 +43,11 @@ def _contact_force(model, segment, tau, at):
     # Terms of the rate: what the contact's own oscillation makes of the depth at its start.
     speed = abs(at.rate) + abs(s.gap_rate) + math.sqrt(k) * abs(s.gap)
     # What the rest of the masses' forces comes to at the wall.
-    other = 1.0 + abs(at.x) + abs(s.x) + 2.0 * model.free.damping * (abs(at.v) + abs(s.v))
+    other = (
+        model.contact.largest
+        + abs(at.x)
+        + abs(s.x)
+        + 2.0 * model.free.damping * (abs(at.v) + abs(s.v))
+    )
     size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.contact.reduced * other
     return -(k * at.gap + c * at.rate), size

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.forcing import bound_of
 from damper.engine.model import motion
 from damper.engine.peak import Moment, bounds_of, highest, moment_at, stays_below
 from damper.engine.quadrature import FEWEST, NODES, WEIGHTS
@@ -28,15 +29,19 @@ from damper.engine.segment import FLIGHT
 from damper.models.compliant import Compliant, pair_at
 from damper.models.compliant.flow import (
     advance,
+    advance_under,
     derivative,
+    dot,
     energy_size,
+    force_rates_in,
     leap,
+    row_length,
     shifted,
-    short_increment,
     unit_state,
     unshifted,
 )
-from damper.models.compliant.search import ContactMotion, EventFunction, dot, event_function
+from damper.models.compliant.pairs import MASSES, write_pairs
+from damper.models.compliant.search import ContactMotion, EventFunction, event_function
 from damper.models.response import (
     ResponseIntegrals,
     energy_in,
@@ -57,16 +62,17 @@ class Tables(NamedTuple):
     """What `integrate_segment` needs beside the model."""
 
     forms: np.ndarray
-    """(levels + 1, 4, 6, 6) integrals over the intervals of the propagators."""
+    """(levels + 1, 4, n, n) integrals over the intervals of the propagators."""
     displacement: EventFunction
     """The primary's displacement, as slow and fast part."""
 
 
 def prepare(model: Compliant) -> Tables:
     """Make what `integrate_segment` needs beside the model, once for a run."""
-    forms = np.zeros((model.contact.levels + 1, _FORMS, 6, 6))
+    n = row_length(model.contact)
+    forms = np.zeros((model.contact.levels + 1, _FORMS, n, n))
     _fill(model.contact, model.table, forms)
-    row = np.array([1.0, 0.0, model.contact.reduced, 0.0, 0.0, 0.0])
+    row = np.array([1.0, 0.0, model.contact.reduced, 0.0])
     return Tables(forms, event_function(model.contact, model.split, row))
 
 
@@ -104,67 +110,80 @@ def _integrate_segment(model, tables, segment, low, high, peak):
 @compiled
 def _fill(contact, table, forms):
     """Quadratic forms over the shortest interval by a Gauss sum, then by doubling."""
-    propagator = np.zeros((6, 6))
-    form = np.zeros((_FORMS, 6, 6))
-    # X less the first variable, over the gap.
+    n = row_length(contact)
+    propagator = np.zeros((n, n))
+    form = np.zeros((_FORMS, n, n))
+    # x less the first variable, over r.
     beta = contact.reduced - contact.shift
     for a, b in ((0, 0), (0, 2), (2, 0), (2, 2)):
         factor = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
         form[0, a, b] = factor
         form[1, a + 1, b + 1] = factor
-    form[2, 4, 1] = form[2, 1, 4] = 0.5
-    form[2, 4, 3] = form[2, 3, 4] = 0.5 * beta
+    # Half of each number, for both places of a product.
+    of_rate = 0.5 * contact.strength * (1.0 + contact.on_mass)
+    of_gap = beta * of_rate - 0.5 * contact.strength * contact.on_mass
+    for k in range(MASSES, n, 2):
+        form[2, k, 1] = form[2, 1, k] = of_rate
+        form[2, k, 3] = form[2, 3, k] = of_gap
     form[3, 3, 3] = contact.damping
     for node in range(_NODES):
         tau = contact.shortest * float(NODES[_NODES - FEWEST, node])
         weight = contact.shortest * float(WEIGHTS[_NODES - FEWEST, node])
-        for column in range(6):
-            unit = unit_state(column)
-            z = unshifted(contact, unit)
-            change = shifted(contact, short_increment(contact, z, tau))
-            for row in range(6):
-                propagator[row, column] = unit[row] + change[row]
+        _fill_propagator(contact, table, tau, propagator)
         for kind in range(_FORMS):
             _accumulate(form[kind], propagator, weight, forms[0, kind])
+    length = contact.shortest
     for level in range(contact.levels):
-        for column in range(6):
-            after = leap(table[level], unit_state(column))
-            for row in range(6):
-                propagator[row, column] = after[row]
+        _fill_propagator(contact, table, length, propagator)
+        length *= 2.0
         for kind in range(_FORMS):
             _accumulate(forms[level, kind], propagator, 1.0, forms[level + 1, kind])
             # By elements: numba takes seconds to compile the message of a failed slice assignment.
-            for i in range(6):
-                for j in range(6):
+            for i in range(n):
+                for j in range(n):
                     forms[level + 1, kind, i, j] += forms[level, kind, i, j]
+
+
+@compiled
+def _fill_propagator(contact, table, tau, propagator):
+    for column in range(len(propagator)):
+        unit, pair = unit_state(column)
+        after = advance_under(contact, table, pair, unit, tau)
+        for row in range(MASSES):
+            propagator[row, column] = after[row]
+        if column >= MASSES:
+            propagator[MASSES + 2 * pair, column] = after[MASSES]
+            propagator[MASSES + 2 * pair + 1, column] = after[MASSES + 1]
 
 
 @compiled
 def _accumulate(form, propagator, weight, result):
     """Add weight T' G T to the result."""
-    half = np.zeros((6, 6))
-    for i in range(6):
-        for j in range(6):
+    n = len(form)
+    half = np.zeros((n, n))
+    for i in range(n):
+        for j in range(n):
             total = 0.0
-            for k in range(6):
+            for k in range(n):
                 total += form[i, k] * propagator[k, j]
             half[i, j] = total
-    for i in range(6):
-        for j in range(6):
+    for i in range(n):
+        for j in range(n):
             total = 0.0
-            for k in range(6):
+            for k in range(n):
                 total += propagator[k, i] * half[k, j]
             result[i, j] += weight * total
 
 
 @compiled
 def _quadratic(form, z):
+    n = len(z)
     total = 0.0
-    for i in range(6):
+    for i in range(n):
         inner = 0.0
-        for j in range(6):
-            inner += float(form[i, j]) * z[j]
-        total += z[i] * inner
+        for j in range(n):
+            inner += float(form[i, j]) * float(z[j])
+        total += float(z[i]) * inner
     return total
 
 
@@ -172,7 +191,8 @@ def _quadratic(form, z):
 def _moment_at(moving, tau):
     contact = moving.contact
     z = advance(contact, moving.table, moving.start, tau) if tau > 0.0 else moving.start
-    first = derivative(contact, z)
+    force, _, _, _, _ = force_rates_in(contact, z)
+    first = derivative(contact, z, force)
     beta = contact.reduced
     return Moment(tau, z[0] + beta * z[2], z[1] + beta * z[3], first[1] + beta * first[3], z)
 
@@ -181,44 +201,49 @@ def _moment_at(moving, tau):
 def _bounds_of(moving, moment, span):
     # The displacement's second and third derivative are velocities of derived motions.
     contact = moving.contact
-    first = derivative(contact, moment.motion)
+    force, force1, _, _, _ = force_rates_in(contact, moment.motion)
+    first = derivative(contact, moment.motion, force)
+    push1 = contact.push * bound_of(contact.forcing, 1)
+    push2 = contact.push * bound_of(contact.forcing, 2)
     return (
-        energy_size(contact, first) + contact.omega * span,
-        energy_size(contact, derivative(contact, first)) + contact.omega * contact.omega * span,
+        energy_size(contact, first) + push1 * span,
+        energy_size(contact, derivative(contact, first, force1)) + push2 * span,
     )
 
 
 @integrands.of(ContactMotion)
 def _integrands(moving, moment):
+    contact = moving.contact
     z = moment.motion
-    loss = moving.contact.damping * z[3] * z[3]
-    return moment.x * moment.x, moment.v * moment.v, z[4] * moment.v, loss
+    force, _, _, _, _ = force_rates_in(contact, z)
+    power = force * (moment.v + contact.on_mass * (moment.v - z[3]))
+    return moment.x * moment.x, moment.v * moment.v, power, contact.damping * z[3] * z[3]
 
 
 @stays_below.of(ContactMotion)
 def _stays_below(moving, start, end, limit):
     """Slow and fast part together cannot exceed `limit`, or cannot turn, in a step."""
+    contact = moving.contact
     event = moving.event
     if event.separated == 0.0:
         return False
     z = start.motion
     span = end.tau - start.tau
-    y = dot(event.fast[0], z)
-    y1 = dot(event.fast[1], z)
+    y = dot(contact, event.fast[0], z)
+    y1 = dot(contact, event.fast[1], z)
     speed = math.sqrt(event.fast_stiffness * y * y + y1 * y1)
     level = speed / math.sqrt(event.fast_stiffness)
-    f1 = dot(event.slow[1], z)
-    f2 = dot(event.slow[2], z)
-    f3 = dot(event.slow[3], z)
-    g1 = dot(event.slow[1], end.motion)
+    f1 = dot(contact, event.slow[1], z)
+    f2 = dot(contact, event.slow[2], z)
+    f3 = dot(contact, event.slow[3], z)
+    g1 = dot(contact, event.slow[1], end.motion)
     stiffness = max(event.stiffness, 0.0)
     eighth = 0.125 * span * span
-    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.force * span
-    largest = max(abs(dot(event.slow[0], z)), abs(dot(event.slow[0], end.motion)))
+    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.driving * span
+    largest = max(abs(dot(contact, event.slow[0], z)), abs(dot(contact, event.slow[0], end.motion)))
     if largest + bound2 * eighth + level <= limit:
         return True
-    force1 = event.force * moving.contact.omega
-    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + force1 * span
+    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + event.driving1 * span
     one_way = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
     return one_way and min(abs(f1), abs(g1)) - bound3 * eighth > speed
 
@@ -227,23 +252,28 @@ def _stays_below(moving, start, end, limit):
 def _contact(model, tables, segment, low, high, peak):
     """What a contact adds on [low, high]."""
     contact = model.contact
-    moving = ContactMotion(contact, model.table, tables.displacement, pair_at(model, segment))
+    z = pair_at(model, segment)
+    moving = ContactMotion(contact, model.table, tables.displacement, 1.0, z)
     start = moment_at(moving, low)
     square = speed_square = work = loss = 0.0
     own = shifted(contact, start.motion)
+    row = np.empty(row_length(contact))
     duration = high - low
     length = contact.shortest * math.ldexp(1.0, contact.levels)
     for level in range(contact.levels, -1, -1):
         while duration >= length:
+            for k in range(MASSES):
+                row[k] = own[k]
+            write_pairs(contact.forcing, own[4], own[5], row)
             forms = tables.forms[level]
-            square += _quadratic(forms[0], own)
-            speed_square += _quadratic(forms[1], own)
-            work += _quadratic(forms[2], own)
-            loss += _quadratic(forms[3], own)
-            own = leap(model.table[level], own)
+            square += _quadratic(forms[0], row)
+            speed_square += _quadratic(forms[1], row)
+            work += _quadratic(forms[2], row)
+            loss += _quadratic(forms[3], row)
+            own = leap(contact, model.table[level], own)
             duration -= length
         length *= 0.5
-    rest = ContactMotion(contact, model.table, tables.displacement, unshifted(contact, own))
+    rest = ContactMotion(contact, model.table, tables.displacement, 1.0, unshifted(contact, own))
     sums = gauss_sums(rest, 0.0, duration, _NODES, math.inf)
     if peak < math.inf:  # nothing is above that
         peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))

@@ -4,14 +4,14 @@ The event function q is linear in the state of `damper.models.compliant.flow`: t
 the contact force. Its fourth derivative is bounded in one of two ways.
 
 **Energy.** Every derivative of the motion obeys the same equations with the derivative of the
-force, so the root of its energy grows by at most omega^n times the step: a bound on the scale of
-the contact's own oscillation, for every set of parameters.
+force, so the root of its energy grows by at most a bound on that times the step: a bound on the
+scale of the contact's own oscillation, for every set of parameters.
 
 **Slow and fast.** Where the contact is faster than everything else, the state splits into a slow
 part, which forcing and primary move, and a fast one, the decaying oscillation of the contact:
 q = f + y with
 
-    f'' + 2 B f' + K f = harmonic,    y'' + 2 b y' + w^2 y = 0,
+    f'' + 2 B f' + K f = a sum of the force's pairs,    y'' + 2 b y' + w^2 y = 0,
 
 exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays below its present
 bound R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation:
@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.forcing import bound_of, rate_of
 from damper.engine.search import (
     ROUNDOFF,
     EventPoint,
@@ -37,7 +38,17 @@ from damper.engine.search import (
     rates_of,
     stays_inside,
 )
-from damper.models.compliant.flow import ContactConstants, Pair, advance, derivative, energy_size
+from damper.models.compliant.flow import (
+    ContactConstants,
+    Pair,
+    advance,
+    derivative,
+    dot,
+    energy_size,
+    force_rates_in,
+    row_length,
+)
+from damper.models.compliant.pairs import MASSES, bound_of_sum, pair_count, pair_rates
 
 #: Iterations in which the split must converge; else the contact counts as not faster than the rest.
 _ITERATIONS = 60
@@ -49,21 +60,21 @@ _LEAP = 0.9
 
 
 class Split(NamedTuple):
-    """Slow and fast variables of the contact; `separated` is 0 where they are not apart."""
+    """Slow and fast variables of the contact; `separated` is 0 where they are not apart.
+
+    Slow are U, U' and the force's pairs: m of them, a row's length less 2. All is for a force of
+    strength 1, so that its size does not decide what has converged.
+    """
 
     separated: float
-    slow: np.ndarray
-    """(4, 6) slow variables from the state."""
     matrix: np.ndarray
-    """(4, 4) their rates of change."""
+    """(m, m) rates of change of the slow variables."""
     manifold: np.ndarray
-    """(2, 4) gap and rate to which the fast part decays, from the slow variables."""
-    fast: np.ndarray
-    """(2, 6) the fast part from the state."""
+    """(2, m) r and r' to which the fast part decays, from the slow variables."""
     fast_matrix: np.ndarray
-    """(2, 2) its rates of change."""
+    """(2, 2) rates of change of the fast part."""
     back: np.ndarray
-    """(4, 2) what the fast part adds to U, U', S, C."""
+    """(2, 2) what the fast part adds to U and U'."""
 
 
 class EventFunction(NamedTuple):
@@ -71,44 +82,47 @@ class EventFunction(NamedTuple):
 
     separated: float
     gap: float
-    """Coefficient of the gap."""
+    """Coefficient of r."""
     gap_rate: float
-    """Coefficient of the gap's rate."""
+    """Coefficient of r'."""
+    growth: float
+    """Growth of the bound on the fourth derivative by energy in a unit of time."""
     slow: np.ndarray
-    """(5, 6) slow part and its first four derivatives from the state."""
+    """(5, row length) slow part and its first four derivatives from the state."""
     fast: np.ndarray
-    """(2, 6) fast part and its first derivative from the state."""
+    """(2, row length) fast part and its first derivative from the state."""
     fast_stiffness: float
     fast_drag: float
     """w^2 and 2 b of the fast."""
     stiffness: float
     """K of the slow part."""
-    force: float
-    """Amplitude of what drives the slow part."""
     rate: float
     """Fastest rate of the slow part."""
+    driving: float
+    driving1: float
+    driving3: float
+    """Bounds on what drives the slow part, and on its first and third derivative."""
 
 
 def split_of(contact: ContactConstants) -> Split:
     """Split a contact into slow and fast variables."""
-    split = Split(
-        1.0,
-        np.zeros((4, 6)),
-        np.zeros((4, 4)),
-        np.zeros((2, 4)),
-        np.zeros((2, 6)),
-        np.zeros((2, 2)),
-        np.zeros((4, 2)),
-    )
+    m = row_length(contact) - 2
+    split = Split(1.0, np.zeros((m, m)), np.zeros((2, m)), np.zeros((2, 2)), np.zeros((2, 2)))
     return split._replace(separated=_separate(contact, split))
 
 
 def event_function(contact: ContactConstants, split: Split, row: np.ndarray) -> EventFunction:
-    """Prepare an event function; `row` has its coefficients on (U, U', g, g', S, C)."""
-    slow = np.zeros((5, 6))
-    fast = np.zeros((2, 6))
-    numbers = _fill_event_function(contact, split, row, slow, fast)
-    return EventFunction(split.separated, float(row[2]), float(row[3]), slow, fast, *numbers)
+    """Prepare an event function; `row` has its coefficients on U, U', r and r'."""
+    length = row_length(contact)
+    slow, fast, driving = np.zeros((5, length)), np.zeros((2, length)), np.zeros(length)
+    numbers = _fill_event_function(contact, split, row, slow, fast, driving)
+    for columns in slow, fast, driving:
+        columns[..., MASSES:] *= contact.strength
+    gap, rate = float(row[2]), float(row[3])
+    growth = contact.push / math.sqrt(contact.reduced)
+    growth *= abs(gap) * bound_of(contact.forcing, 3) + abs(rate) * bound_of(contact.forcing, 4)
+    bounds = (bound_of_sum(contact.forcing, driving, order) for order in (0, 1, 3))
+    return EventFunction(split.separated, gap, rate, growth, slow, fast, *numbers, *bounds)
 
 
 @compiled
@@ -117,29 +131,33 @@ def _separate(contact, split):
     beta = contact.reduced
     alpha = contact.share
     drag = contact.drag
-    omega = contact.omega
     stiff = contact.relative_stiffness + beta
     damp = contact.relative_damping + drag * beta
     manifold = split.manifold
     matrix = split.matrix
-    # p on the manifold, by the slow variables.
-    p = np.zeros(4)
-    target = (-1.0, -drag, 1.0, 0.0)
+    m = len(matrix)
+    # p by the slow variables alone, and what the force does to the gap.
+    target = np.zeros(m)
+    target[0], target[1] = -1.0, -drag
+    matrix[0, 1] = 1.0
+    for pair in range(pair_count(contact.forcing)):
+        k = 2 + 2 * pair
+        target[k] = contact.on_gap
+        matrix[k, k + 1], matrix[k + 1, k] = pair_rates(contact.forcing, pair)
+    following = np.zeros(m)
     converged = False
     for _ in range(_ITERATIONS):
-        for k in range(4):
-            p[k] = target[k] - beta * (manifold[0, k] + drag * manifold[1, k])
-        matrix[0, 1] = 1.0
-        for k in range(4):
-            matrix[1, k] = alpha * p[k]
-        matrix[2, 3] = omega
-        matrix[3, 2] = -omega
+        for k in range(m):
+            back_on_p = beta * (manifold[0, k] + drag * manifold[1, k])
+            pulled = target[k] if k < 2 else 0.0
+            matrix[1, k] = alpha * (pulled - back_on_p)
+            if k >= 2 and k % 2 == 0:
+                matrix[1, k] += contact.on_centre
         largest = 0.0
         change = 0.0
         _times(manifold[0], matrix, manifold[1])
-        following = np.zeros(4)
         _times(manifold[1], matrix, following)
-        for k in range(4):
+        for k in range(m):
             new = (target[k] - following[k] - damp * manifold[1, k]) / stiff
             change = max(change, abs(new - manifold[0, k]))
             largest = max(largest, abs(new))
@@ -151,20 +169,28 @@ def _separate(contact, split):
             break
     if not converged:
         return 0.0
-    # The fast part's own matrix, and its inverse.
+    return _close(contact, split, stiff, damp)
+
+
+@compiled
+def _close(contact, split, stiff, damp):
+    """Fill the fast part's own matrix, and what it gives back to the slow one."""
+    alpha_beta = contact.share * contact.reduced
+    drag = contact.drag
+    manifold = split.manifold
+    matrix = split.matrix
     m = split.fast_matrix
-    m[0, 0] = manifold[0, 1] * alpha * beta
-    m[0, 1] = 1.0 + manifold[0, 1] * alpha * beta * drag
-    m[1, 0] = -stiff + manifold[1, 1] * alpha * beta
-    m[1, 1] = -damp + manifold[1, 1] * alpha * beta * drag
+    m[0, 0] = manifold[0, 1] * alpha_beta
+    m[0, 1] = 1.0 + manifold[0, 1] * alpha_beta * drag
+    m[1, 0] = -stiff + manifold[1, 1] * alpha_beta
+    m[1, 1] = -damp + manifold[1, 1] * alpha_beta * drag
     determinant = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
     if not (determinant > 0.0 and m[0, 0] + m[1, 1] <= 0.0):
         return 0.0
     back = split.back
-    converged = False
     for _ in range(_ITERATIONS):
-        gap = matrix[1, 0] * back[0, 0] + matrix[1, 1] * back[1, 0] - alpha * beta
-        rate = matrix[1, 0] * back[0, 1] + matrix[1, 1] * back[1, 1] - alpha * beta * drag
+        gap = matrix[1, 0] * back[0, 0] + matrix[1, 1] * back[1, 0] - alpha_beta
+        rate = matrix[1, 0] * back[0, 1] + matrix[1, 1] * back[1, 1] - alpha_beta * drag
         new_gap = (gap * m[1, 1] - rate * m[1, 0]) / determinant
         new_rate = (rate * m[0, 0] - gap * m[0, 1]) / determinant
         change = max(abs(new_gap - back[1, 0]), abs(new_rate - back[1, 1]))
@@ -176,102 +202,99 @@ def _separate(contact, split):
         if not largest < _DIVERGED:
             return 0.0
         if change <= _CONVERGED * largest:
-            converged = True
-            break
-    if not converged:
-        return 0.0
-    places = (0, 1, 4, 5)
-    for row in range(2):
-        for k in range(4):
-            split.fast[row, places[k]] = -manifold[row, k]
-        split.fast[row, 2 + row] = 1.0
-    for row in range(4):
-        for k in range(6):
-            split.slow[row, k] = -(
-                back[row, 0] * split.fast[0, k] + back[row, 1] * split.fast[1, k]
-            )
-        split.slow[row, places[row]] += 1.0
-    return 1.0
+            return 1.0
+    return 0.0
 
 
 @compiled
 def _times(row, matrix, result):
-    for k in range(4):
+    m = len(matrix)
+    for k in range(m):
         total = 0.0
-        for i in range(4):
+        for i in range(m):
             total += float(row[i]) * float(matrix[i, k])
         result[k] = total
 
 
 @compiled
-def _fill_event_function(contact, split, row, slow, fast):
-    """Fill the rows of an event function; return its numbers."""
-    if split.separated == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    places = (0, 1, 4, 5)
-    coefficients = np.zeros(4)
-    for k in range(4):
-        coefficients[k] = (
-            row[places[k]] + row[2] * split.manifold[0, k] + row[3] * split.manifold[1, k]
-        )
-    weights = np.zeros(2)
-    for k in range(2):
-        weights[k] = row[2 + k]
-        for i in range(4):
-            weights[k] += coefficients[i] * split.back[i, k]
-    # What drives f: (D^2 + 2 B D + K) f is a sum of S and C.
-    stiffness = -float(split.matrix[1, 0])
-    drag = -float(split.matrix[1, 1])
-    omega = contact.omega
-    driving_sin = float(split.matrix[1, 2])
-    driving_cos = float(split.matrix[1, 3])
-    detuning = stiffness - omega * omega
-    sin = (
-        coefficients[0] * driving_sin
-        - coefficients[1] * omega * driving_cos
-        + coefficients[2] * detuning
-        - coefficients[3] * drag * omega
-    )
-    cos = (
-        coefficients[0] * driving_cos
-        + coefficients[1] * omega * driving_sin
-        + coefficients[3] * detuning
-        + coefficients[2] * drag * omega
-    )
-    force = math.sqrt(sin * sin + cos * cos)
-    following = np.zeros(4)
-    for order in range(5):
-        for k in range(6):
-            total = 0.0
-            for i in range(4):
-                total += coefficients[i] * split.slow[i, k]
-            slow[order, k] = total
-        _times(coefficients, split.matrix, following)
-        for i in range(4):
-            coefficients[i] = following[i]
-    m = split.fast_matrix
-    for k in range(6):
-        fast[0, k] = weights[0] * split.fast[0, k] + weights[1] * split.fast[1, k]
-        fast[1, k] = (weights[0] * m[0, 0] + weights[1] * m[1, 0]) * split.fast[0, k] + (
-            weights[0] * m[0, 1] + weights[1] * m[1, 1]
-        ) * split.fast[1, k]
-    fast_stiffness = float(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-    fast_drag = -float(m[0, 0] + m[1, 1])
-    rate = max(omega, max(drag, 0.0) + math.sqrt(max(stiffness, 0.0)))
-    return fast_stiffness, fast_drag, stiffness, force, rate
+def _place(variable):
+    """Column of a row that belongs to a slow variable."""
+    return variable if variable < 2 else variable + 2
 
 
 @compiled
-def dot(row: np.ndarray, z: Pair) -> float:
-    """Linear function of a state."""
-    return float(
-        row[0] * z[0]
-        + row[1] * z[1]
-        + row[2] * z[2]
-        + row[3] * z[3]
-        + row[4] * z[4]
-        + row[5] * z[5]
-    )
+def _fill_event_function(contact, split, row, slow, fast, driving):
+    """Fill the rows of an event function; return its numbers."""
+    if split.separated == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    manifold = split.manifold
+    matrix = split.matrix
+    variables = len(matrix)
+    coefficients = np.zeros(variables)
+    for k in range(variables):
+        coefficients[k] = row[2] * manifold[0, k] + row[3] * manifold[1, k]
+        if k < 2:
+            coefficients[k] += row[k]
+    weights = np.zeros(2)
+    for k in range(2):
+        weights[k] = row[2 + k]
+        for i in range(2):
+            weights[k] += coefficients[i] * split.back[i, k]
+    stiffness = -float(matrix[1, 0])
+    drag = -float(matrix[1, 1])
+    _fill_driving(contact, matrix, coefficients, driving)
+    # The fast variables r - manifold Y, and then the slow ones Y - back times these.
+    own = np.zeros((2, len(driving)))
+    for i in range(2):
+        for k in range(variables):
+            own[i, _place(k)] = -manifold[i, k]
+        own[i, 2 + i] = 1.0
+    following = np.zeros(variables)
+    for order in range(5):
+        for k in range(variables):
+            slow[order, _place(k)] = coefficients[k]
+        for i in range(2):
+            part = coefficients[0] * split.back[0, i] + coefficients[1] * split.back[1, i]
+            for k in range(len(driving)):
+                slow[order, k] -= part * own[i, k]
+        _times(coefficients, matrix, following)
+        for k in range(variables):
+            coefficients[k] = following[k]
+    m = split.fast_matrix
+    for k in range(len(driving)):
+        fast[0, k] = weights[0] * own[0, k] + weights[1] * own[1, k]
+        fast[1, k] = (weights[0] * m[0, 0] + weights[1] * m[1, 0]) * own[0, k] + (
+            weights[0] * m[0, 1] + weights[1] * m[1, 1]
+        ) * own[1, k]
+    fast_stiffness = float(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
+    fast_drag = -float(m[0, 0] + m[1, 1])
+    own_rate = max(drag, 0.0) + math.sqrt(max(stiffness, 0.0))
+    return fast_stiffness, fast_drag, stiffness, max(rate_of(contact.forcing), own_rate)
+
+
+@compiled
+def _fill_driving(contact, matrix, coefficients, driving):
+    """Fill what drives f, of these coefficients: (D^2 + 2 B D + K) f by the force's pairs."""
+    stiffness = -float(matrix[1, 0])
+    drag = -float(matrix[1, 1])
+    of_u, of_w = coefficients[0], coefficients[1]
+    for pair in range(pair_count(contact.forcing)):
+        k = 2 + 2 * pair
+        up, down = pair_rates(contact.forcing, pair)
+        first, second = coefficients[k], coefficients[k + 1]
+        detuning = stiffness + up * down
+        driving[k + 2] = (
+            of_u * matrix[1, k]
+            + of_w * down * matrix[1, k + 1]
+            + first * detuning
+            + second * drag * down
+        )
+        driving[k + 3] = (
+            of_u * matrix[1, k + 1]
+            + of_w * up * matrix[1, k]
+            + second * detuning
+            + first * drag * up
+        )
 
 
 class ContactMotion(NamedTuple):
@@ -281,6 +304,8 @@ class ContactMotion(NamedTuple):
     table: np.ndarray
     """Its propagators."""
     event: EventFunction
+    side: float
+    """By which the event function is multiplied."""
     start: Pair
 
 
@@ -311,35 +336,33 @@ def contact_point(moving: ContactMotion, tau: float, z: Pair) -> EventPoint:
     """Event function in a state of the contact."""
     contact = moving.contact
     event = moving.event
-    z1 = derivative(contact, z)
-    z2 = derivative(contact, z1)
-    z3 = derivative(contact, z2)
-    z4 = derivative(contact, z3)
-    z5 = derivative(contact, z4)
-    omega = contact.omega
-    omega3 = omega * omega * omega
+    f0, f1, f2, f3, f4 = force_rates_in(contact, z)
+    z1 = derivative(contact, z, f0)
+    z2 = derivative(contact, z1, f1)
+    z3 = derivative(contact, z2, f2)
+    z4 = derivative(contact, z3, f3)
+    z5 = derivative(contact, z4, f4)
+    gap = moving.side * event.gap
+    rate = moving.side * event.gap_rate
     if event.separated != 0.0:
-        slow, slow1, slow2, slow3, slow4, level, fast4 = _parts(event, z)
-        slow_bound = math.sqrt(max(event.stiffness, 0.0) * slow3 * slow3 + slow4 * slow4)
-        bound4 = slow_bound + fast4
-        growth = event.force * omega3
-        parts = Parts(z, slow, slow1, slow2, slow3, slow_bound, level)
+        parts, fast4 = _parts(moving, z)
+        bound4 = parts.bound4 + fast4
+        growth = event.driving3
     else:
         swing = 1.0 / math.sqrt(contact.reduced)
         bound4 = abs(event.gap) * swing * energy_size(contact, z3)
-        growth = abs(event.gap) * swing * omega3
         if event.gap_rate != 0.0:
             bound4 += abs(event.gap_rate) * swing * energy_size(contact, z4)
-            growth += abs(event.gap_rate) * swing * omega3 * omega
+        growth = event.growth
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return EventPoint(
         tau,
-        event.gap * z[2] + event.gap_rate * z[3],
-        event.gap * z1[2] + event.gap_rate * z1[3],
-        event.gap * z2[2] + event.gap_rate * z2[3],
-        event.gap * z3[2] + event.gap_rate * z3[3],
-        event.gap * z4[2] + event.gap_rate * z4[3],
-        event.gap * z5[2] + event.gap_rate * z5[3],
+        gap * z[2] + rate * z[3],
+        gap * z1[2] + rate * z1[3],
+        gap * z2[2] + rate * z2[3],
+        gap * z3[2] + rate * z3[3],
+        gap * z4[2] + rate * z4[3],
+        gap * z5[2] + rate * z5[3],
         bound4,
         growth,
         _roundoff(contact, event, z, tau),
@@ -360,8 +383,7 @@ def _proves_inside(moving, start, end, width):
     q = end.state
     if moving.event.separated == 0.0 or p.slow <= p.level:
         return False
-    omega = moving.contact.omega
-    growth = moving.event.force * omega * omega * omega
+    growth = moving.event.driving3
     return stays_inside(
         _slow_point(start, p, p.level, growth), _slow_point(end, q, p.level, growth), width
     )
@@ -395,36 +417,42 @@ def _longer_step(moving, point):
 
 
 @compiled
-def _parts(event, z):
-    """Slow part with four derivatives, the fast part's bound, and that of its fourth derivative."""
-    y = dot(event.fast[0], z)
-    y1 = dot(event.fast[1], z)
+def _parts(moving, z):
+    """Slow part with its bound and that on the fast part; a bound on the fast fourth derivative."""
+    contact = moving.contact
+    event = moving.event
+    side = moving.side
+    y = dot(contact, event.fast[0], z)
+    y1 = dot(contact, event.fast[1], z)
     w2 = event.fast_stiffness
     level = math.sqrt(y * y + y1 * y1 / w2)
     y2 = -event.fast_drag * y1 - w2 * y
     y3 = -event.fast_drag * y2 - w2 * y1
     y4 = -event.fast_drag * y3 - w2 * y2
-    return (
-        dot(event.slow[0], z),
-        dot(event.slow[1], z),
-        dot(event.slow[2], z),
-        dot(event.slow[3], z),
-        dot(event.slow[4], z),
+    slow3 = side * dot(contact, event.slow[3], z)
+    slow4 = dot(contact, event.slow[4], z)
+    parts = Parts(
+        z,
+        side * dot(contact, event.slow[0], z),
+        side * dot(contact, event.slow[1], z),
+        side * dot(contact, event.slow[2], z),
+        slow3,
+        math.sqrt(max(event.stiffness, 0.0) * slow3 * slow3 + slow4 * slow4),
         level,
-        math.sqrt(w2 * y3 * y3 + y4 * y4),
     )
+    return parts, math.sqrt(w2 * y3 * y3 + y4 * y4)
 
 
 @compiled
-def force_size(drag: float, x: float, v: float, sin: float, cos: float) -> float:
-    """Size of the forces on the primary, drag = 2 zeta; in units of F0."""
-    return abs(sin) + abs(cos) + abs(x) + drag * abs(v)
+def force_size(drag: float, x: float, v: float, force: float) -> float:
+    """Size of the forces on the primary, drag = 2 zeta and `force` that of the one from outside."""
+    return abs(force) + abs(x) + drag * abs(v)
 
 
 @compiled
 def _roundoff(contact, event, z, tau):
     """Roundoff of the event function: that of the forces, while it lasts."""
-    forces = force_size(contact.drag, z[0], z[1], z[4], z[5])
+    forces = force_size(contact.drag, z[0], z[1], contact.largest)
     reach = min(0.5 * tau * tau, 1.0 / max(contact.relative_stiffness, 1e-300))
     passing = min(math.sqrt(2.0 * reach), 1.0 / max(contact.relative_damping, 1e-300))
     weight = abs(event.gap)

@@ -63,10 +63,9 @@ def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarr
     """Take deviations over a time of contact, which is linear: they are a motion without force."""
     beta = model.contact.reduced
     for k in range(deviations.shape[1]):
-        x, v = s.side * deviations[0, k], s.side * deviations[1, k]
-        gap, rate = x - s.side * deviations[2, k], v - s.side * deviations[3, k]
-        z = x - beta * gap, v - beta * rate, gap, rate, 0.0, 0.0
+        gap, rate = deviations[0, k] - deviations[2, k], deviations[1, k] - deviations[3, k]
+        z = deviations[0, k] - beta * gap, deviations[1, k] - beta * rate, gap, rate, 0.0, 0.0
         z = advance(model.contact, model.table, z, tau)
         x, v = z[0] + beta * z[2], z[1] + beta * z[3]
-        deviations[0, k], deviations[1, k] = s.side * x, s.side * v
-        deviations[2, k], deviations[3, k] = s.side * (x - z[2]), s.side * (v - z[3])
+        deviations[0, k], deviations[1, k] = x, v
+        deviations[2, k], deviations[3, k] = x - z[2], v - z[3]
