@@ -2,8 +2,7 @@
 
 import math
 
-from damper.engine.forcing import phase_at
-from damper.engine.oscillator import motion_from
+from damper.engine.model import begin
 from damper.models.compliant import Compliant
 from damper.models.laws import (
     contact_force,
@@ -23,9 +22,7 @@ support_stiffness.share(Compliant, Rigid)
 
 @flight_start.of(Compliant)
 def _flight_start(model, segment):
-    # A compliant contact ends by a rule of its own: x'' need not vanish at a release.
-    s = segment
-    return motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time))
+    return begin(model, segment)
 
 
 @contact_speed.of(Compliant)
