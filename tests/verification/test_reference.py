@@ -88,7 +88,7 @@ class Regime:
         system = reference.system_of(**values)
         [mass], zeta, omega = system.masses, system.damping, system.force.rate
         c, k, self.d, self.mu = mass.damping, mass.stiffness, mass.clearance, mass_ratio(values, t)
-        self.zeta, self.omega, self.angle = zeta, omega, omega * t + system.force.phase
+        self.zeta, self.omega, self.angle = zeta, omega, omega * t + system.force.parts[0].phase
         primary, free = [-1, -2 * zeta, 0, 0, 1, 0, 0], [0, 0, -k, -2 * c, 0, 0, 0]
         force = [mpf(0)] * 7
         if mode == "contact":  # -k gap - c gap', and gap = d - side (y - x)

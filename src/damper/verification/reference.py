@@ -6,16 +6,20 @@ for every damping and every model. Events are roots of these polynomials, found 
 provably pass none. The gap to the wall that was touched last is a quantity of its own, so a bounce
 of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from its
 impacts: after n of them, time, place and common velocity differ from their limits by a power series
-in r^n, of which Richardson's scheme removes one term after the other.
+in r^n, of which Richardson's scheme removes one term after the other. Panels end at the samples of
+a record, where its force is not smooth.
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
+
+from damper.parameters import forcing as given
 
 GUARD_DIGITS = 15
 #: Length of a panel times the fastest rate, and the least distance of a pole in units of it.
@@ -63,19 +67,64 @@ class ExactRun(NamedTuple):
 
 
 class Sine(NamedTuple):
-    """sin(rate t + phase). Another force needs its fastest rate and its coefficients, too."""
+    """amplitude sin(rate t + phase)."""
 
     rate: mpf
     phase: mpf
+    amplitude: mpf = mpf(1)
 
     def coefficients(self, t: mpf, count: int) -> list[mpf]:
         """Taylor coefficients about a time."""
         cos, sin = mp.cos_sin(self.rate * t + self.phase)
-        cycle, scale, found = (sin, cos, -sin, -cos), mpf(1), []
+        cycle, scale, found = (sin, cos, -sin, -cos), self.amplitude, []
         for n in range(count):
             found.append(scale * cycle[n % 4])
             scale *= self.rate / (n + 1)
         return found
+
+
+class Sines(NamedTuple):
+    """A sum of sines. Another force needs the same: a rate, coefficients, how long it is smooth."""
+
+    parts: tuple[Sine, ...]
+
+    @property
+    def rate(self) -> mpf:
+        """The fastest one."""
+        return max((part.rate for part in self.parts), default=mpf(0))
+
+    def coefficients(self, t: mpf, count: int) -> list[mpf]:
+        """Taylor coefficients about a time."""
+        columns = zip(*(part.coefficients(t, count) for part in self.parts), strict=True)
+        return [mp.fsum(column) for column in columns] or [mpf(0)] * count
+
+    def end(self, t: mpf) -> mpf:
+        """Until when it is smooth, from a time on."""
+        return mp.inf
+
+
+class Pieces(NamedTuple):
+    """Lines from one sample to the next; zero before the first, a constant after the last."""
+
+    times: tuple[mpf, ...]
+    values: tuple[mpf, ...]
+    after: mpf
+    rate: mpf = mpf(0)
+
+    def coefficients(self, t: mpf, count: int) -> list[mpf]:
+        """Taylor coefficients just after a time."""
+        n = bisect_right(self.times, t)
+        value, slope = self.after if n else mpf(0), mpf(0)
+        if 0 < n < len(self.times):
+            (start, end), (a, b) = self.times[n - 1 : n + 1], self.values[n - 1 : n + 1]
+            slope = (b - a) / (end - start)
+            value = a + slope * (t - start)
+        return [value, slope, *[mpf(0)] * count][:count]
+
+    def end(self, t: mpf) -> mpf:
+        """Until when it is smooth, from a time on."""
+        n = bisect_right(self.times, t)
+        return self.times[n] if n < len(self.times) else mp.inf
 
 
 class Body(NamedTuple):
@@ -126,7 +175,9 @@ class System(NamedTuple):
     """A primary of mass and stiffness 1, what drives it, and its free masses."""
 
     damping: mpf
-    force: Sine
+    force: Sines | Pieces
+    inertial: bool
+    """Whether that is the inertia in a frame that moves: it accelerates every mass alike."""
     masses: tuple[Body, ...]
 
 
@@ -158,6 +209,8 @@ def system_of(
     modulation_depth: Any = 0,
     modulation_order: Any = 1,
     modulation_phase: Any = 0,
+    force_amplitude: Any = 1,
+    forcing: given.Forcing = given.HARMONIC,
 ) -> System:
     """Return the system that `damper.Parameters` of these values mean, exact as they are."""
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
@@ -175,7 +228,39 @@ def system_of(
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
     )
-    return System(zeta, Sine(omega, mpf(phase)), (mass,))
+    force, inertial = _force(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
+    return System(zeta, force, inertial, (mass,))
+
+
+def _force(
+    spec: given.Forcing, amplitude: mpf, omega: mpf, phase: mpf, zeta: mpf
+) -> tuple[Sines | Pieces, bool]:
+    """The force on a mass of 1, and whether it is an inertia."""
+    unit = Sine(omega, phase, amplitude)
+    match spec:
+        case given.NoForce():
+            return Sines(()), False
+        case given.Harmonic():
+            return Sines((unit,)), False
+        case given.Harmonics():
+            angles = spec.phases or [0] * len(spec.orders)
+            parts = zip(spec.orders, spec.amplitudes, angles, strict=True)
+            sines = (Sine(k * omega, k * phase + mpf(b), amplitude * mpf(a)) for k, a, b in parts)
+            return Sines(tuple(sines)), False
+        case given.Unbalance():
+            return Sines((unit._replace(amplitude=amplitude * omega**2),)), False
+        case given.Base(frame="ground"):  # z + 2 zeta z'
+            rate = Sine(omega, phase + mp.pi / 2, 2 * zeta * omega * amplitude)
+            return Sines((unit, rate)), False
+        case given.Base(frame="base"):  # -z''
+            return Sines((unit._replace(amplitude=amplitude * omega**2),)), True
+        case given.Record():
+            inertial = spec.of == "base_acceleration"
+            scale = -amplitude if inertial else amplitude
+            values = tuple(scale * mpf(value) for value in spec.value)
+            after = values[-1] if spec.after == "hold" else mpf(0)
+            return Pieces(tuple(map(mpf, spec.time)), values, after), inertial
+    raise TypeError(f"forcing = {spec!r}: the reference does not know it")
 
 
 def contact_damping(restitution: mpf, tension: bool) -> mpf:
@@ -243,7 +328,7 @@ class _Motion:
         """Go to the next event: the number of a free mass, what happens to it, at which wall."""
         fastest, pole = self._rates()
         while self.t < self.until:
-            step = min(PANEL / fastest, pole / POLE, self.until - self.t)
+            step = min(PANEL / fastest, pole / POLE, self._end() - self.t)
             if any(place.gap == 0 < place.rate for place in self.places):
                 for number, gap in enumerate(self._series(4)[1]):
                     place = self.places[number]
@@ -283,6 +368,8 @@ class _Motion:
                 self.v += mu / (1 + mu) * side * (speed + place.rate)
         elif kind == "release":  # where the gap's second derivative vanishes
             place = Place(FLIGHT, side, mpf(0), mpf(0), zeros=3)
+        elif kind == "jump":
+            kind, place = "release", Place(FLIGHT, side, mpf(0), mpf(0))
         elif kind == "contact":
             place = Place(CONTACT, side, gap, rate)
         else:
@@ -304,7 +391,7 @@ class _Motion:
     def _completes(self, number: int, gap: Sequence[mpf], fastest: mpf) -> bool:
         """Whether a chatter sequence is at its end; goes there if so. `gap` is that ahead.
 
-        Right at `until` it is not, as long as there is anything left of it.
+        Right at `until` or a sample it is not, as long as there is anything left of it.
         """
         mass, (_, side, _, w, _) = self.system.masses[number], self.places[number]
         r, mu = mass.restitution(mpf(0)), mass.ratio(self.t)[0]
@@ -325,13 +412,17 @@ class _Motion:
                 break
         else:
             return False
-        if fine[0] > self.until and w > mpf(10) ** -self.digits:
+        if fine[0] > self._end() and w > mpf(10) ** -self.digits:
             return False
-        self.t, self.x, self.v = min(fine[0], self.until), *fine[1:]
+        self.t, self.x, self.v = min(fine[0], self._end()), *fine[1:]
         self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
         return True
 
     # --- between events
+
+    def _end(self) -> mpf:
+        """Until when the force is smooth, no later than the end of the run."""
+        return min(self.until, self.system.force.end(self.t))
 
     def _rates(self) -> tuple[mpf, mpf]:
         """Fastest rate of the motion, and a distance within which it has no pole."""
@@ -368,7 +459,11 @@ class _Motion:
             if place.mode == STICKING:
                 ratio = mass.ratio(self.t, count)
                 inertia = [a + b for a, b in zip_longest(inertia, ratio, fillvalue=0)]
-        for n, push in enumerate(force.coefficients(self.t, count - 2)):
+        forces = force.coefficients(self.t, count - 2)
+        for n, one in enumerate(forces):
+            push, carried = one, mpf(0)
+            if self.system.inertial:
+                push, carried = mp.fdot(inertia[: n + 1], forces[n::-1]), one
             push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
             pulls = []
             for mass, place, gap in masses:
@@ -386,7 +481,8 @@ class _Motion:
             second.append(push / inertia[0])
             x.append(second[n] / ((n + 1) * (n + 2)))
             for (mass, place, gap), pull in zip(masses, pulls, strict=True):
-                opens = place.side * (second[n] - pull / mass.mean if pull else second[n])
+                own = carried + pull / mass.mean if pull else carried
+                opens = place.side * (second[n] - own)
                 gap.append(-opens if place.mode == STICKING else opens / ((n + 1) * (n + 2)))
         for place, gap in zip(self.places, gaps, strict=True):
             gap[: place.zeros] = [mpf(0)] * place.zeros
@@ -397,7 +493,9 @@ class _Motion:
         mass, place = self.system.masses[number], self.places[number]
         side, minus = place.side, [-c for c in gap]
         if place.mode == STICKING:
-            if mass.clearance:
+            if mass.clearance and gap[0] < -mp.sqrt(mp.eps):  # no roundoff: the force has jumped
+                yield "jump", side, [gap[0]]
+            elif mass.clearance and any(gap):
                 yield "release", side, gap
         elif place.mode == CONTACT:
             yield "separation", side, minus if mass.tension else mass.push(gap)
@@ -412,7 +510,12 @@ class _Motion:
         """Go on by a time, with the Taylor coefficients of a panel."""
         if span == 0:
             return
-        self.t = self.until if span == self.until - self.t else self.t + span
+        end = self._end()
+        if span == end - self.t:
+            self.t = end
+            self.rows.clear()  # what follows is no part of the same power series
+        else:
+            self.t += span
         self.x, self.v = horner(x, span)
         for number, place in enumerate(self.places):
             if place.mode != STICKING:
