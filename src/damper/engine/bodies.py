@@ -139,16 +139,24 @@ def _oscillator_rates(body, motion):
     return motion.a, motion.j, snap
 
 
+class Alone(NamedTuple):
+    """The end of the terms of a sum."""
+
+    value: float
+
+
 class Term(NamedTuple):
-    """One oscillator of a sum."""
+    """One oscillator of a sum, and the terms after it."""
 
     weight: float
     osc: Oscillator
     start: Motion
+    rest: Any
+    """A `Term`, or `Alone`. Compiled code takes them one by one; a loop over a tuple is slower."""
 
 
 class WeightedSum(NamedTuple):
-    """A distance, as the search sees it. The first term is the primary."""
+    """A distance, as the search sees it."""
 
     value: float
     slope: float
@@ -157,8 +165,8 @@ class WeightedSum(NamedTuple):
     """The constant one."""
     longest: float
     """Time up to which it is formed by increments, infinite where there is none."""
-    terms: tuple[Term, ...]
-    """All oscillators have the same force."""
+    terms: Term
+    """The first one is the primary. All oscillators have the same force."""
 
 
 class Primary(NamedTuple):
@@ -179,82 +187,174 @@ def longest_increments(osc: Oscillator) -> float:
     return _LONG / osc.rate if osc.rate > 0.0 else math.inf
 
 
+class Sums(NamedTuple):
+    """The terms of a sum, added up at a time."""
+
+    value: float
+    slope: float
+    second: float
+    third: float
+    fourth: float
+    fifth: float
+    bound4: float
+    growth: float
+    size: float
+
+
+class Instant(NamedTuple):
+    """A time of a search, and the force then."""
+
+    tau: float
+    turn: Any
+    phase: Any
+    as_such: bool
+    """Whether ways are formed as such, not as increments."""
+
+
+@by_class
+def add_terms(terms: Any, sums: Sums, at: Instant) -> Sums:
+    """Add further oscillators at a time > 0."""
+
+
+@by_class
+def add_starts(terms: Any, sums: Sums) -> Sums:
+    """Add further oscillators at the start."""
+
+
+@by_class
+def add_ways(terms: Any, way: float, rate: float, at: Instant) -> tuple[float, float]:
+    """Add the ways and velocities of further oscillators, or their increments."""
+
+
+@by_class
+def fastest(terms: Any) -> tuple[float, float]:
+    """Largest rate and coupling of the oscillators."""
+
+
+@add_terms.of(Alone)
+def _add_none(terms, sums, at):
+    return sums
+
+
+@add_starts.of(Alone)
+def _add_no_starts(terms, sums):
+    return sums
+
+
+@add_ways.of(Alone)
+def _add_no_ways(terms, way, rate, at):
+    return way, rate
+
+
+@fastest.of(Alone)
+def _fastest_of_none(terms):
+    return 0.0, 0.0
+
+
+@add_terms.of(Term)
+def _add_term(term, sums, at):
+    osc, start = term.osc, term.start
+    if at.as_such:
+        way, v, size = displaced(osc, start, at.turn, at.tau)
+        value, slope = way, v
+    else:
+        value, slope = moved(osc, start, at.turn, at.tau)
+        way = value + start.v * at.tau
+        v = start.v + slope
+        size = abs(value)
+    sums = _added(term, sums, motion_from(osc, start.x + way, v, at.phase), value, slope, size)
+    return add_terms(term.rest, sums, at)
+
+
+@add_starts.of(Term)
+def _add_start(term, sums):
+    return add_starts(term.rest, _added(term, sums, term.start, 0.0, 0.0, 0.0))
+
+
+@compiled
+def _added(term, sums, motion, value, slope, size):
+    osc, weight = term.osc, term.weight
+    snap, crackle, _ = higher_derivatives(osc, motion)
+    return Sums(
+        sums.value + weight * value,
+        sums.slope + weight * slope,
+        sums.second + weight * motion.a,
+        sums.third + weight * motion.j,
+        sums.fourth + weight * snap,
+        sums.fifth + weight * crackle,
+        sums.bound4 + abs(weight) * energy_norm(osc, motion.j, snap),
+        sums.growth + abs(weight) * osc.strength * bound_of(osc.forcing, 3),
+        sums.size + abs(weight) * size,
+    )
+
+
+@add_ways.of(Term)
+def _add_way(term, way, rate, at):
+    if at.as_such:
+        own, change, _ = displaced(term.osc, term.start, at.turn, at.tau)
+    else:
+        own, change = moved(term.osc, term.start, at.turn, at.tau)
+    return add_ways(term.rest, way + term.weight * own, rate + term.weight * change, at)
+
+
+@fastest.of(Term)
+def _fastest_of(term):
+    rate, coupling = fastest(term.rest)
+    return max(rate, term.osc.rate), max(coupling, term.osc.coupling)
+
+
 @compiled
 def start_point(moving: WeightedSum) -> EventPoint:
     """Where a distance is at the start."""
-    return _point(moving, 0.0, True)
+    sums = Sums(moving.value, moving.slope, moving.acceleration, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return _event_point(0.0, add_starts(moving.terms, sums), moving.terms, 0.0, moving.terms.start)
 
 
 @point_at.of(WeightedSum)
 def _point_at(moving, tau):
-    return _point(moving, tau, False)
+    primary = moving.terms
+    osc, start = primary.osc, primary.start
+    turn = turn_over(osc.forcing, tau)
+    at = Instant(tau, turn, turned(osc.forcing, start.phase, turn), tau > moving.longest)
+    dx, dv = moved(osc, start, turn, tau)
+    way = dx + start.v * tau
+    motion = motion_from(osc, start.x + way, start.v + dv, at.phase)
+    a, slope = moving.acceleration, moving.slope
+    if at.as_such:
+        own, rate, size = way, motion.v, 0.0
+        begun = Sums(moving.value, 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, abs(moving.value))
+    else:
+        own, rate = dx, dv
+        value = moving.value + slope * tau + 0.5 * a * tau * tau
+        size = abs(moving.value) + abs(slope) * tau
+        begun = Sums(value, slope + a * tau, a, 0.0, 0.0, 0.0, 0.0, 0.0, size)
+    sums = add_terms(primary.rest, _added(primary, begun, motion, own, rate, abs(own)), at)
+    return _event_point(tau, sums, primary, way, motion)
 
 
 @compiled
-def _point(moving, tau, at_start):
-    forcing = moving.terms[0].osc.forcing
-    phase = moving.terms[0].start.phase
-    turn = turn_over(forcing, tau)
-    if not at_start:
-        phase = turned(forcing, phase, turn)
-    value = moving.value
-    slope = moving.slope
-    size = abs(moving.value)
-    as_such = tau > moving.longest
-    if not (at_start or as_such):
-        value += moving.slope * tau + 0.5 * moving.acceleration * tau * tau
-        size += abs(moving.slope) * tau
-        slope += moving.acceleration * tau
-    elif as_such:
-        slope = 0.0
-    second = moving.acceleration
-    third = fourth = fifth = 0.0
-    bound4 = growth = 0.0
-    primary = Primary(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for k in range(len(moving.terms)):
-        term = moving.terms[k]
-        osc, start, weight = term.osc, term.start, term.weight
-        motion = start
-        way = 0.0
-        if not at_start:
-            if as_such and k > 0:
-                way, v, sizes = displaced(osc, start, turn, tau)
-                value += weight * way
-                slope += weight * v
-                size += abs(weight) * sizes
-            else:
-                dx, dv = moved(osc, start, turn, tau)
-                way = dx + start.v * tau
-                v = start.v + dv
-                value += weight * (way if as_such else dx)
-                slope += weight * (v if as_such else dv)
-                size += abs(weight) * abs(way if as_such else dx)
-            motion = motion_from(osc, start.x + way, v, phase)
-        snap, crackle, _ = higher_derivatives(osc, motion)
-        second += weight * motion.a
-        third += weight * motion.j
-        fourth += weight * snap
-        fifth += weight * crackle
-        bound4 += abs(weight) * energy_norm(osc, motion.j, snap)
-        growth += abs(weight) * osc.strength * bound_of(forcing, 3)
-        if k == 0:
-            primary = Primary(way, motion.v, motion.a, motion.j, snap, crackle)
-    roundoff = 0.0 if at_start else ROUNDOFF * size
+def _event_point(tau, sums, primary, way, motion):
+    snap, crackle, _ = higher_derivatives(primary.osc, motion)
     return EventPoint(
-        tau, value, slope, second, third, fourth, fifth, bound4, growth, roundoff, primary
+        tau,
+        sums.value,
+        sums.slope,
+        sums.second,
+        sums.third,
+        sums.fourth,
+        sums.fifth,
+        sums.bound4,
+        sums.growth,
+        ROUNDOFF * sums.size,
+        Primary(way, motion.v, motion.a, motion.j, snap, crackle),
     )
 
 
 @rates_of.of(WeightedSum)
 def _rates_of(moving):
-    forcing_rate = rate_of(moving.terms[0].osc.forcing)
-    fastest = forcing_rate
-    coupling = 0.0
-    for k in range(len(moving.terms)):
-        osc = moving.terms[k].osc
-        fastest = max(fastest, osc.rate)
-        coupling = max(coupling, osc.coupling)
-    return forcing_rate, fastest, coupling
+    forcing_rate = rate_of(moving.terms.osc.forcing)
+    rate, coupling = fastest(moving.terms)
+    return forcing_rate, max(forcing_rate, rate), coupling
 
 
 @compiled
@@ -263,26 +363,19 @@ def sum_after(moving: WeightedSum, tau: float) -> tuple[float, float, float, flo
 
     Formed as such: how the errors of many such times add up is all that matters.
     """
-    first = moving.terms[0]
-    x, v = arrive(first.osc, first.start, tau)
-    way = x - first.start.x
-    as_such = tau > moving.longest
-    distance = way if as_such else way - first.start.v * tau
-    rate = v if as_such else v - first.start.v
-    passed = 0.0 if as_such else moving.slope * tau + 0.5 * moving.acceleration * tau * tau
-    begun = 0.0 if as_such else moving.slope + moving.acceleration * tau
-    passed += first.weight * distance
-    begun += first.weight * rate
-    turn = turn_over(first.osc.forcing, tau)
-    for k in range(1, len(moving.terms)):
-        term = moving.terms[k]
-        if as_such:
-            way, change, _ = displaced(term.osc, term.start, turn, tau)
-        else:
-            way, change = moved(term.osc, term.start, turn, tau)
-        passed += term.weight * way
-        begun += term.weight * change
-    return x, v, moving.value + passed, begun
+    primary = moving.terms
+    start = primary.start
+    x, v = arrive(primary.osc, start, tau)
+    at = Instant(tau, turn_over(primary.osc.forcing, tau), start.phase, tau > moving.longest)
+    if at.as_such:
+        way = primary.weight * (x - start.x)
+        way, rate = add_ways(primary.rest, way, primary.weight * v, at)
+        return x, v, moving.value + way, rate
+    way = moving.slope * tau + primary.weight * ((x - start.x) - start.v * tau)
+    way += 0.5 * moving.acceleration * tau * tau
+    rate = moving.slope + primary.weight * (v - start.v) + moving.acceleration * tau
+    way, rate = add_ways(primary.rest, way, rate, at)
+    return x, v, moving.value + way, rate
 
 
 @compiled

@@ -7,6 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine.bodies import (
+    Alone,
     Ballistic,
     Primary,
     Term,
@@ -67,8 +68,8 @@ def begin_flight(mass: Any, model: Any, segment: Segment) -> Any:
 
 
 @by_class
-def gap_of(start: Any, model: Any, segment: Segment, side: float) -> WeightedSum:
-    """The gap at the segment's wall; less itself where `side` is the other one."""
+def gap_of(start: Any, model: Any, segment: Segment, sign: float) -> WeightedSum:
+    """The gap at the segment's wall, times a sign."""
 
 
 @by_class
@@ -123,26 +124,27 @@ def _is_smooth(osc, start, a):
 
 
 @gap_of.of(Motion)
-def _gap_of_one(start, model, segment, side):
-    weight = side * segment.side
+def _gap_of_one(start, model, segment, sign):
+    weight = sign * segment.side
     return WeightedSum(
-        weight * segment.gap,
-        weight * segment.gap_rate,
-        -side * model.mass.acceleration,
+        sign * segment.gap,
+        sign * segment.gap_rate,
+        -weight * model.mass.acceleration,
         math.inf,
-        (Term(side, model.free, start),),
+        Term(weight, model.free, start, Alone(0.0)),
     )
 
 
 @gap_of.of(Both)
-def _gap_of_both(start, model, segment, side):
-    weight = side * segment.side
+def _gap_of_both(start, model, segment, sign):
+    weight = sign * segment.side
+    mass = Term(-weight, model.mass, start.mass, Alone(0.0))
     return WeightedSum(
-        weight * segment.gap,
-        weight * segment.gap_rate,
+        sign * segment.gap,
+        sign * segment.gap_rate,
         0.0,
         longest_increments(model.mass),
-        (Term(side, model.free, start.primary), Term(-side, model.mass, start.mass)),
+        Term(weight, model.free, start.primary, mass),
     )
 
 
@@ -201,7 +203,7 @@ def begin(model: Any, segment: Segment) -> Any:
 def fly(model: Any, segment: Segment, start: Any) -> End:
     """The next impact of a flight; gap and rate at the segment's wall."""
     s = segment
-    moving = gap_of(start, model, s, s.side)
+    moving = gap_of(start, model, s, 1.0)
     point = start_point(moving)
     limit = min(HORIZON, horizon(model.free.forcing, primary_of(start).phase))
     lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
@@ -271,6 +273,6 @@ def unclipped(
 ) -> tuple[float, float, float, float]:
     """As `flight`, with the gap as it rounds, from what the flight follows from."""
     s = segment
-    p: EventPoint = point_at(gap_of(start, model, s, s.side), tau)
+    p: EventPoint = point_at(gap_of(start, model, s, 1.0), tau)
     primary: Primary = p.state
     return s.x + primary.dx, primary.v, p.value, p.slope

@@ -446,7 +446,7 @@ def _wall_point(moving, p):
 @compiled
 def _spring_back(model, s, start):
     """A flight that began below the wall's surface: the gap reopens, or the wall catches up."""
-    below = gap_of(start, model, s, -s.side)
+    below = gap_of(start, model, s, -1.0)
     point = start_point(below)
     limit = span_of(model, s)
     opening = first_root(below, point, math.inf, False, limit, 0.0)
