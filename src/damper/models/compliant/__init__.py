@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.bodies import WeightedSum, start_point
+from damper.engine.bodies import WeightedSum, bounds_of_terms, start_point
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.forcing import horizon, phase_at
@@ -483,12 +483,8 @@ def _lags(wall, slope, span):
 
     At the start the force is zero and grows by `slope`.
     """
-    second = 0.0
-    for k in range(len(wall.flight.terms)):
-        term = wall.flight.terms[k]
-        bound2, bound3 = bounds_ahead(term.osc, term.start, span)
-        second += wall.stiffness * bound2 + wall.damping * bound3
-    second += wall.stiffness * abs(wall.flight.acceleration)
+    bound2, bound3 = bounds_of_terms(wall.flight.terms, span)
+    second = wall.stiffness * (bound2 + abs(wall.flight.acceleration)) + wall.damping * bound3
     return slope > 0.5 * span * second
 
 
