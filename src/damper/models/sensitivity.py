@@ -10,7 +10,6 @@ parameter. Derivation: docs/orbits.md.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +28,7 @@ from damper.models.tangent import (
     velocities_after,
 )
 from damper.parameters import Parameters
+from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
 #: another model begins.
@@ -53,9 +53,15 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
     Raises
     ------
     ValueError
-        Where there are none on either side.
+        Where there are none on either side; for the frequency of the clock under a force that does
+        not repeat with it.
     """
-    own = {name: getattr(parameters, name) for name in rates}
+    if "frequency_ratio" in rates and not parameters.forcing.repeats:
+        raise ValueError(
+            f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
+            "not repeat, so there is no same phase of it"
+        )
+    own = {name: value_of(parameters, name) for name in rates}
     step = min(
         (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),
         default=1.0,
@@ -63,12 +69,13 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
     for steps in _STENCILS:
         try:
             models = [
-                model_of(replace(parameters, **{n: own[n] + k * step * rates[n] for n in rates}))
+                model_of(with_values(parameters, {n: own[n] + k * step * rates[n] for n in rates}))
                 for k in steps
             ]
         except ValueError:
             continue
-        if len({(type(model), type(model.law)) for model in models}) == 1:
+        kinds = {(type(m), type(m.law), type(m.free.forcing)) for m in models}
+        if len(kinds) == 1:
             # Exact for polynomials of the third degree.
             powers = np.vander(steps, increasing=True).T
             weights = np.linalg.solve(powers, [0.0, 1.0 / step, 0.0, 0.0]).tolist()

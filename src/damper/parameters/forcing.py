@@ -1,8 +1,10 @@
 """The forces that a damper may be under, as users give them: `damper.Parameters(forcing=...)`."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
+
+from damper.parameters.quantity import Quantity
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,20 @@ class Forcing:
     def is_odd(self) -> bool:
         """Whether it is its own opposite half a cycle later."""
         return self.repeats
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What its own numbers are that may vary; `damper.parameters.named` finds them."""
+        return ()
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Their values."""
+        return {}
+
+    def having(self, numbers: Mapping[str, float]) -> "Forcing":
+        """The same force with other values of some of them."""
+        return self
 
 
 @dataclass(frozen=True)
@@ -47,6 +63,29 @@ class Harmonics(Forcing):
     def is_odd(self) -> bool:
         """Whether no harmonic of even order acts."""
         return all(k % 2 for k, a in zip(self.orders, self.amplitudes, strict=True) if a)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Amplitude and phase of each harmonic."""
+        found = []
+        for k in self.orders:
+            of = f"the harmonic of order {k}"
+            found.append(Quantity(f"harmonic_{k}", f"$a_{{{k}}}$", f"amplitude of {of}"))
+            symbol = rf"$\varphi_{{{k}}}$"
+            found.append(Quantity(f"harmonic_{k}_phase", symbol, f"phase of {of}", "rad"))
+        return tuple(found)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Their values."""
+        phases = self.phases or (0.0,) * len(self.orders)
+        values = (v for pair in zip(self.amplitudes, phases, strict=True) for v in pair)
+        return {q.name: value for q, value in zip(self.quantities, values, strict=True)}
+
+    def having(self, numbers: Mapping[str, float]) -> "Harmonics":
+        """The same force with other values of some of them."""
+        values = tuple((self.numbers | dict(numbers)).values())
+        return replace(self, amplitudes=values[::2], phases=values[1::2])
 
 
 @dataclass(frozen=True)

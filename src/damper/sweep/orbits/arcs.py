@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.forcing import rate_of
 from damper.engine.loop import FINISHED
 from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, SIDE, V, X
 from damper.engine.trajectory import Trajectory
@@ -68,11 +69,12 @@ class Arc:
     def smallest_gaps(self) -> list[float]:
         """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
         p, found = self.parameters, []
+        fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
         # A flight may begin below the surface of a compliant wall.
         flights = (self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)
         for row in self.rows[flights & (self.rows[:, DURATION] > 0.0)]:
             duration = float(row[DURATION])
-            count = 8 + int(32.0 * duration / min(p.cycle, 2.0 * np.pi))
+            count = 8 + int(32.0 * duration / (2.0 * np.pi / fastest))
             # After a slow impact the gap turns soon: not before this part of the flight.
             soon = 0.1 * row[GAP_RATE] / (1.0 + abs(row[X]) + abs(row[V])) / duration
             soon = min(max(soon, 1e-9), 1.0)

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.named import named_quantity, value_of, with_values
 from damper.parameters.quantity import real, whole
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
-from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_parameter
+from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force
 from damper.sweep.orbits.walk import Walk
 
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ def continue_orbit(
     orbit : PeriodicOrbit
         Its own value of the parameter lies between `start` and `stop`.
     parameter : str
-        Name of a parameter of the orbit, such as "restitution", or "gap" of `SIParameters`.
+        Name of a parameter of the orbit, such as "restitution", or "gap" of `SIParameters`, or of a
+        number of its force: "harmonic_2" is the amplitude of the second harmonic of
+        `damper.Harmonics`, "harmonic_2_phase" its phase.
     start, stop : float
         Range of the parameter to stay in.
     step : float, default 0.02
@@ -104,7 +107,7 @@ class Branch:
     @property
     def values(self) -> np.ndarray:
         """Values of the parameter, one for each orbit."""
-        return np.array([getattr(orbit.parameters, self.parameter) for orbit in self.orbits])
+        return np.array([value_of(orbit.parameters, self.parameter) for orbit in self.orbits])
 
     def switch(self, point: SpecialPoint) -> PeriodicOrbit:
         """Find a motion on the branch that crosses this one at a special point.
@@ -143,7 +146,7 @@ class Branch:
 
         orbits, points = self.orbits, self.special_points
         kind = type(orbits[0].parameters)
-        quantity = next(q for q in kind.quantities if q.name == self.parameter)
+        quantity = named_quantity(orbits[0].parameters, self.parameter)
         about = {"long_name": quantity.long_name, **attributes_of(quantity.units)}
         named = SI_UNITS if kind is SIParameters else {}
         length, speed = (attributes_of(named.get(unit, unit)) for unit in (LENGTH, SPEED))
@@ -184,7 +187,7 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     p, state = orbit.parameters, orbit.scaled.start
     check(p, orbit.period)
     low, high = need_range(p, name, start, stop)
-    own = getattr(p, name)
+    own = value_of(p, name)
     equation = OrbitEquation(
         p, (name,), np.array([low]), np.array([high - low]), orbit.period, state, np.zeros(1)
     )
@@ -221,12 +224,13 @@ def need_range(
     ValueError
         For a range without its own value, or out of the range of what the parameter may be.
     """
-    need_parameter(name, p)
-    quantity = next(q for q in p.quantities if q.name == name)
+    quantity = named_quantity(p, name)
     low, high = sorted((quantity.check(start), quantity.check(stop)))
-    own = getattr(p, name)
+    own = value_of(p, name)
     if not low <= own <= high or low == high:
         raise ValueError(
             f"{name} from {start!r} to {stop!r}: must be a range with the orbit's own {own!r}"
         )
+    for end in (low, high):
+        need_force(with_values(p, {name: end}), f"{name} from {start!r} to {stop!r}")
     return low, high

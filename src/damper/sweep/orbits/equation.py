@@ -16,6 +16,7 @@ from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING
 from damper.models import model_of
 from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.named import rates_of, value_of, with_values
 from damper.parameters.units import SI_UNITS
 from damper.sweep.orbits.arcs import Arc, moving, run_arc
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
@@ -68,7 +69,7 @@ class OrbitEquation:
         moments = [*self.moments, self.moments[0] + self.period]
         try:
             values: list[Any] = (self.low + self.span * at[-1]).tolist()
-            p = replace(self.base, **dict(zip(self.names, values, strict=True)))
+            p = with_values(self.base, dict(zip(self.names, values, strict=True)))
             model = model_of(p.dimensionless)
             arcs = [
                 run_arc(p.dimensionless, start, moments[k], moments[k + 1], model)
@@ -142,7 +143,7 @@ class PeriodMap:
         equation = self.equation
         rates: dict[str, float] = {}
         for along, span in zip(equation.names, equation.span.tolist(), strict=True):
-            for name, rate in self.parameters.rates(along).items():
+            for name, rate in rates_of(self.parameters, along).items():
                 rates[name] = rates.get(name, 0.0) + span * rate
         scaled = {name: rate for name, rate in rates.items() if name not in SI_UNITS}
         stencil = neighbours(self.parameters.dimensionless, scaled)
@@ -236,7 +237,7 @@ class OrbitPoint:
 
     @property
     def value(self) -> float:
-        return float(getattr(self.parameters, self.name))
+        return value_of(self.parameters, self.name)
 
     def turned(self, way: float) -> "OrbitPoint":
         """The point with the branch's direction the other way where `way` is negative."""
@@ -277,8 +278,10 @@ class OrbitPoint:
         """Whether that is a motion of the same damper."""
         p, period = self.parameters.dimensionless, self.equation.period
         if period % 2:
-            # Beside a fixed stop, or of a free mass of its own period, the mirror image is not.
-            return p.model != "time_varying" and len(self.equation.moving) == 4
+            # Beside a fixed stop, of a free mass of its own period, or under a force that is not
+            # its own opposite half a cycle later, the mirror image is not.
+            odd = p.forcing.is_odd and p.model != "time_varying"
+            return odd and len(self.equation.moving) == 4
         return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
 
     @property

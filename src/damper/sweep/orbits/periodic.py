@@ -10,7 +10,8 @@ from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
 from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.quantities import unknown_name
+from damper.parameters.forcing import FORCINGS
+from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
 from damper.parameters.state import need_state
 from damper.parameters.units import LENGTH, SPEED, Units
@@ -30,7 +31,7 @@ _SINGULAR = 1e12
 
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
-    """Parameters along which a motion can be followed."""
+    """Quantities along which a motion can be followed."""
     return tuple(q.name for q in kind.quantities if not q.whole)
 
 
@@ -70,8 +71,8 @@ def periodic_orbit(
     Raises
     ------
     ValueError
-        When none is found, with where the search stopped; when the period
-        is no multiple of that of a time-varying free mass.
+        When none is found, with where the search stopped; when the period is no multiple of that
+        of a time-varying free mass; under a force that does not repeat, and in free motion.
 
     Examples
     --------
@@ -173,7 +174,8 @@ class PeriodicOrbit:
         Parameters
         ----------
         parameter : str
-            Name of one of its parameters, such as "clearance".
+            Name of one of its parameters, such as "clearance", or of a number of its force, as for
+            `continue_orbit`.
 
         Returns
         -------
@@ -197,7 +199,8 @@ class PeriodicOrbit:
         >>> damper.periodic_orbit(p).sensitivity("clearance").round(3).tolist()
         [0.314, 0.206, 0.443, -0.269]
         """
-        rates = self.parameters.rates(need_parameter(parameter, self.parameters))
+        named_quantity(self.parameters, parameter)
+        rates = rates_of(self.parameters, parameter)
         grows = np.array([rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)] * 2)
         scaled = self.scaled
         p = scaled.parameters.dimensionless
@@ -272,17 +275,25 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
     """Refuse what is not followed."""
     if not isinstance(parameters, Parameters | SIParameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
+    need_force(parameters, "an orbit")
     p = parameters.dimensionless
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
 
 
-def need_parameter(name: str, parameters: Parameters | SIParameters) -> str:
-    """Raise TypeError unless motions can be followed along a parameter of this name."""
-    if name not in (names := followed(type(parameters))):
-        raise unknown_name("parameter", name, names)
-    return name
+def need_force(parameters: Parameters | SIParameters, what: str) -> None:
+    """Raise ValueError unless a force acts that repeats with the clock."""
+    p = parameters.dimensionless
+    if p.force_amplitude == 0.0 or p.forcing.kind == "none":
+        cause = "forcing = none" if p.force_amplitude else "force_amplitude = 0"
+        raise ValueError(f"{what} in free motion ({cause}): nothing repeats that no force drives")
+    if not p.forcing.repeats:
+        repeating = ", ".join(k for k, c in FORCINGS.items() if c.repeats and k != "none")
+        raise ValueError(
+            f"{what} under a {p.forcing.kind}: the force does not repeat; forcing must be one of "
+            f"{repeating}"
+        )
 
 
 def sizes_of(units: Units) -> np.ndarray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.named import value_of
 from damper.parameters.quantity import whole
 from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
@@ -106,7 +107,7 @@ class PointCurve:
 
     def values(self, parameter: str) -> np.ndarray:
         """Values of a parameter, one for each orbit."""
-        return np.array([getattr(orbit.parameters, parameter) for orbit in self.orbits])
+        return np.array([value_of(orbit.parameters, parameter) for orbit in self.orbits])
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class _Plane:
     high: np.ndarray
 
     def place(self, parameters: Parameters | SIParameters) -> np.ndarray:
-        values = np.array([getattr(parameters, name) for name in self.names])
+        values = np.array([value_of(parameters, name) for name in self.names])
         return (values - self.low) / (self.high - self.low)
 
     def line(self, equation: OrbitEquation, place: np.ndarray, across: np.ndarray) -> OrbitEquation:
@@ -166,7 +167,7 @@ class _CurveWalk:
 
     def _where(self) -> str:
         p = self.points[-1].parameters
-        return ", ".join(f"{name} = {getattr(p, name)!r}" for name in self.plane.names)
+        return ", ".join(f"{name} = {value_of(p, name)!r}" for name in self.plane.names)
 
     def _ends(self, here: np.ndarray, along: np.ndarray, most: int, size: float) -> bool:
         edge = np.where(along < 0.0, here, 1.0 - here)[along != 0.0]

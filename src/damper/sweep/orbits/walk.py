@@ -91,7 +91,7 @@ class Walk:
     def _stopped(self) -> str:
         """Why no step is found from the last point."""
         last, slowest = self.points[-1], self.points[-1].found.slowest
-        if abs(last.defect).max() < _NEARLY < abs(self.points[0].defect).max():
+        if last.repeats and abs(last.defect).max() < _NEARLY < abs(self.points[0].defect).max():
             return f"{_meets(last)}, where an impact grazes"
         grazes = f", where the slowest impact has {slowest:.3g}" if slowest < np.inf else ""
         return f"no orbit found beyond {last.name} = {last.value!r}{grazes}"
@@ -188,7 +188,7 @@ class Walk:
                     return None
         points = [(kind, point) for kind, point in points if kind != "torus" or point.turns]
         points.sort(key=lambda each: float(a.tangent @ (each[1].at - a.at)))
-        symmetric = np.linalg.norm(a.defect) < _SYMMETRIC
+        symmetric = a.repeats and b.repeats and np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
         return [(named.get(kind, kind), point) for kind, point in points]
 
