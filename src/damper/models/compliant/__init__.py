@@ -20,7 +20,6 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine.bodies import WeightedSum, bounds_of_terms, start_point
-from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.forcing import horizon, phase_at
 from damper.engine.model import Step
