@@ -58,7 +58,7 @@ OSCILLATORS = [
 
 def parts(name: str) -> list[tuple[mpf, mpf, mpf, mpf]]:
     """Pairs (p, q) with p' = up q and q' = down p, whose first ones add up to the force."""
-    force, time = FORCES[name], mpf(TIMES.get(name, 3.0))
+    force, time = FORCES[name], mpf(TIMES.get(name, 3.1))
     if name == "none":
         return []
     if name == "harmonic":
@@ -76,18 +76,16 @@ def parts(name: str) -> list[tuple[mpf, mpf, mpf, mpf]]:
     return [(value, mpf(0.25 if name == "record" else 0.0), mpf(1), mpf(0))]
 
 
-def exact(
-    name: str, damping: float, stiffness: float, strength: float, x: float, v: float, tau: float
-) -> tuple[mpf, mpf]:
+def exact(name: str, osc: Any, x: float, v: float, tau: float) -> tuple[mpf, mpf]:
     """Displacement and velocity after a time, by one matrix exponential."""
     pairs = parts(name)
     size = 2 + 2 * len(pairs)
     a, z = mp.zeros(size), mp.zeros(size, 1)
-    a[0, 1], a[1, 0], a[1, 1] = 1, -mpf(stiffness), -2 * mpf(damping)
+    a[0, 1], a[1, 0], a[1, 1] = 1, -mpf(osc.stiffness), -2 * mpf(osc.damping)
     z[0], z[1] = x, v
     for k, (p, q, up, down) in enumerate(pairs):
         at = 2 + 2 * k
-        a[1, at], a[at, at + 1], a[at + 1, at] = mpf(strength), up, down
+        a[1, at], a[at, at + 1], a[at + 1, at] = mpf(osc.strength), up, down
         z[at], z[at + 1] = p, q
     found = mp.expm(a * mpf(tau)) * z
     return found[0], found[1]
@@ -97,7 +95,7 @@ def exact(
 @pytest.mark.parametrize(("damping", "stiffness"), OSCILLATORS)
 @plain
 def test_flow(name: str, damping: float, stiffness: float) -> None:
-    force, time = FORCES[name], TIMES.get(name, 3.0)
+    force, time = FORCES[name], TIMES.get(name, 3.1)
     cycles, rest = divmod(time, CYCLE)
     x, v, strength = 0.7, -0.4, 1.3
     osc = oscillator(damping, stiffness, strength, force)
@@ -105,7 +103,7 @@ def test_flow(name: str, damping: float, stiffness: float) -> None:
     for tau in (1e-7, 1e-3, 0.1, 0.4, 2.0, 11.0):
         assert tau < horizon(force, start.phase) or name == "before"
         with mp.workdps(50):
-            at, moving = exact(name, damping, stiffness, strength, x, v, tau)
+            at, moving = exact(name, osc, x, v, tau)
             way, change = at - mpf(x) - mpf(v) * mpf(tau), moving - mpf(v)
         # Terms of the increments; all of them are there twice, as doubles.
         push = strength * (bound_of(force, 0) + abs(x) * stiffness)
@@ -114,17 +112,17 @@ def test_flow(name: str, damping: float, stiffness: float) -> None:
         dx, dv, _ = increments(osc, start, tau)
         assert abs(dx - way) <= 1e-14 * sizes * tau, tau
         assert abs(dv - change) <= 1e-14 * sizes, tau
-        for found in (
-            arrive(osc, start, tau),
-            (x + displaced(osc, start, turn_over(force, tau), tau)[0],),
-        ):
-            assert abs(found[0] - at) <= 1e-14 * (1.0 + abs(x) + sizes * tau), tau
+        ends = [arrive(osc, start, tau)[0]]
+        if osc.rate * tau > 0.5:  # or it would be formed by increments
+            ends.append(x + displaced(osc, start, turn_over(force, tau), tau)[0])
+        for end in ends:
+            assert abs(end - at) <= 1e-14 * (1.0 + abs(x) + sizes * tau), tau
 
 
 @pytest.mark.parametrize("name", FORCES)
 @plain
 def test_value_derivatives_and_bounds(name: str) -> None:
-    force, time = FORCES[name], TIMES.get(name, 3.0)
+    force, time = FORCES[name], TIMES.get(name, 3.1)
     phase = phase_at(force, *divmod(time, CYCLE))
     phase = turned(force, phase, turn_over(force, 0.15))
     with mp.workdps(50):
