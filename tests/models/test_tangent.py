@@ -1,7 +1,7 @@
 """Deviations along the log against differences of the engine's own runs."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +12,15 @@ from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
+from damper.parameters.forcing import Harmonics
+from damper.parameters.named import value_of, with_values
 
 SCENES = 8
 KINDS = ("rigid", "yielding", "grounded", "time_varying", "compliant", "pulling")
-YIELDING_WALLS = ("compliant", "pulling")
+#: Models under two harmonics, of which the even one breaks the mirror.
+FORCED = tuple(f"{kind} under harmonics" for kind in ("rigid", "grounded", "compliant"))
+KINDS += FORCED
+YIELDING_WALLS = ("compliant", "pulling", "compliant under harmonics")
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [
     pytest.param(kind, block, marks=pytest.mark.exhaustive)
@@ -26,7 +31,7 @@ CASES += [
 
 def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, float]:
     """Parameters, a state in flight, and for how many forcing periods it runs."""
-    given = {
+    given: dict[str, Any] = {
         "mass_ratio": 10 ** rng.uniform(-2, 0),
         "damping_ratio": 10 ** rng.uniform(-3, -0.5),
         "frequency_ratio": rng.uniform(0.2, 3.0),
@@ -36,7 +41,7 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
     }
     if kind == "yielding":
         given["yield_speed"] = 10 ** rng.uniform(-2, 0)
-    if kind == "grounded":
+    if kind.startswith("grounded"):
         given["support_stiffness_ratio"] = 10 ** rng.uniform(-3, -1)
         given["support_damping_ratio"] = 10 ** rng.uniform(-4, -2)
     if kind == "time_varying":
@@ -46,6 +51,10 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
     if kind in YIELDING_WALLS:
         given["contact_stiffness_ratio"] = 10 ** rng.uniform(1, 4)
         given["contact_tension"] = int(kind == "pulling")
+    if kind in FORCED:
+        phases = rng.uniform(0.0, 6.0), rng.uniform(0.0, 6.0)
+        given["forcing"] = Harmonics((1, 2), (1.0, rng.uniform(0.2, 0.8)), phases)
+        given["force_amplitude"] = rng.uniform(0.5, 2.0)
     x, v = rng.normal(size=2)
     y = x + given["clearance"] * rng.uniform(-0.99, 0.99)
     p = Parameters(**given)
@@ -138,6 +147,7 @@ BESIDES = {
     "time_varying": ("modulation_depth", "modulation_phase"),
     "compliant": ("contact_stiffness_ratio",),
     "pulling": ("contact_stiffness_ratio",),
+    **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),
 }
 
 
@@ -149,10 +159,10 @@ def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) ->
         compared = 0
         while compared < (2 if block == 0 else SCENES):
             p, start, periods = draw(kind, rng)
-            value = getattr(p, name)
+            value = value_of(p, name)
 
             def end(step: float) -> tuple[np.ndarray, np.ndarray]:
-                return run(replace(p, **{name: value + step}), start, periods)  # noqa: B023
+                return run(with_values(p, {name: value + step}), start, periods)  # noqa: B023
 
             found = difference(end, 1e-5 * value)
             # Beside a grazing impact, or by roundoff, they are no derivative.

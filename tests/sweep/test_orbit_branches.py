@@ -12,7 +12,10 @@ from scipy.optimize import brentq
 import damper
 from damper.analysis.closed_forms import reduced_gap
 from damper.engine.compiled import plain
+from damper.models import start_run
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.forcing import Harmonics
+from damper.parameters.named import value_of
 from damper.sweep.orbits.branch import Branch, SpecialPoint
 from damper.sweep.orbits.point_curve import PointCurve
 from damper.theory.small_mass import critical_restitution
@@ -150,6 +153,42 @@ def test_switch_to_the_asymmetric_branch(two_impacts: Branch) -> None:
     branch = continue_orbit(orbit, "clearance", 4.6, 4.7)
     assert any("meets symmetric motions near clearance = 4.6161" in end for end in branch.ends)
     assert branch.orbits[0].stable
+
+
+def test_through_a_second_harmonic_of_no_amplitude() -> None:
+    """There alone the motion is its own mirror image; beyond it is that of the one before."""
+    p = replace(TWO_IMPACTS, forcing=Harmonics((1, 2), (1.0, 0.0)))
+    orbit = periodic_orbit(p)
+    known = orbits(TWO_IMPACTS)[0].stroboscopic()
+    np.testing.assert_allclose([orbit.state.x, orbit.state.v], known, rtol=1e-10)
+    branch = continue_orbit(orbit, "harmonic_2", -0.3, 0.3, step=0.2)
+    assert branch.ends == tuple(f"harmonic_2 = {e} is the end of the range" for e in (-0.3, 0.3))
+    assert branch.special_points == ()
+    assert branch.to_dataset().harmonic_2.long_name == "amplitude of the harmonic of order 2"
+    first, last = (branch.orbits[k] for k in (0, -1))
+    run = start_run(first.parameters, first.state)
+    run.skip(0.0, 0.5 * p.cycle)
+    half = run.state_at(0.0, 0.5 * p.cycle)
+    for name in ("x", "v", "y", "u"):
+        assert -getattr(half, name) == pytest.approx(getattr(last.state, name), abs=1e-9)
+    with pytest.raises(ValueError, match="force_amplitude from 0 to 2 in free motion"):
+        continue_orbit(orbit, "force_amplitude", 0, 2)
+
+
+def test_symmetry_breaks_under_odd_harmonics_alone(two_impacts: Branch) -> None:
+    (known,) = points(two_impacts, "symmetry breaking")
+    found = {}
+    for order in (2, 3):
+        p = replace(TWO_IMPACTS, clearance=4.7, forcing=Harmonics((1, order), (1.0, 0.002)))
+        branch = continue_orbit(periodic_orbit(p), "clearance", 4.5, 4.75, step=0.1)
+        found[order] = points(branch, "symmetry breaking")
+    assert found[2] == []
+    (breaking,) = found[3]
+    assert 0.0 < abs(breaking.value - known.value) < 1e-3
+    ranges = {"clearance": (4.5, 4.75), "harmonic_3": (0.0, 0.1)}
+    curve = continue_point(breaking, ranges, step=0.2)
+    without = min(curve.orbits, key=lambda orbit: value_of(orbit.parameters, "harmonic_3"))
+    assert without.parameters.clearance == pytest.approx(known.value, abs=1e-9)
 
 
 def test_a_symmetric_motion_wherever_its_moments_are(two_impacts: Branch) -> None:

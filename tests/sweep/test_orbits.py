@@ -10,6 +10,8 @@ import damper
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.forcing import Forcing, Harmonics, NoForce, Record
+from damper.parameters.named import value_of, with_values
 from damper.theory.two_impacts import orbits
 
 TWO_IMPACTS = Parameters(
@@ -70,6 +72,61 @@ def test_an_orbit_in_si_units() -> None:
         orbit.sensitivity("clearance")
     with pytest.raises(ValueError, match=r"outside the box: must be at most gap / 2 = 0.275"):
         periodic_orbit(si, guess=State(0.0, 0.0, 1.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def uneven() -> damper.PeriodicOrbit:
+    """A motion under two harmonics, of which the second breaks the mirror."""
+    forcing = Harmonics((1, 2), (1.0, 0.3), (0.0, 0.7))
+    orbit = periodic_orbit(replace(TWO_IMPACTS, clearance=5.0, forcing=forcing))
+    assert abs(abs(orbit.events["x"]) - abs(orbit.events["x"][::-1])).max() > 0.1
+    return orbit
+
+
+@pytest.mark.parametrize(
+    "name", ["harmonic_2", "harmonic_2_phase", "force_amplitude", "frequency_ratio", "clearance"]
+)
+def test_sensitivity_under_two_harmonics(uneven: damper.PeriodicOrbit, name: str) -> None:
+    p, value = uneven.parameters, value_of(uneven.parameters, name)
+
+    def beside(way: float) -> np.ndarray:
+        return periodic_orbit(with_values(p, {name: value + way}), guess=uneven.state).start
+
+    found = plain(uneven.sensitivity)(name)
+    np.testing.assert_allclose(found, five_points(beside, 3e-4 * value), rtol=1e-7)
+
+
+def test_multipliers_under_two_harmonics(uneven: damper.PeriodicOrbit) -> None:
+    def after(start: np.ndarray) -> np.ndarray:
+        run = start_run(uneven.parameters, State(*start))
+        run.skip(1.0)
+        end = run.state_at(1.0)
+        return np.array([end.x, end.v, end.y, end.u])
+
+    columns = [
+        five_points(lambda step, w=w: after(uneven.start + step * w), 1e-4) for w in np.eye(4)
+    ]  # type: ignore[misc]
+    known = np.linalg.eigvals(np.stack(columns, axis=1))
+    known = known[np.lexsort((-known.imag, -abs(known)))]
+    np.testing.assert_allclose(uneven.multipliers, known, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            {"forcing": Record([0.0, 1.0], [0.0, 1.0])},
+            "an orbit under a record: the force does not",
+        ),
+        ({"forcing": NoForce()}, r"an orbit in free motion \(forcing = none\)"),
+        ({"force_amplitude": 0.0}, r"an orbit in free motion \(force_amplitude = 0\)"),
+    ],
+)
+def test_an_orbit_needs_a_force_that_repeats(
+    more: dict[str, Forcing | float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        damper.periodic_orbit(replace(TWO_IMPACTS, **more))
 
 
 @pytest.mark.parametrize("phase", [0.0, 2.2])
