@@ -2,7 +2,7 @@
 
 Rooms, each importing only those above it:
 
-- `parameters`: `Parameters`, `State`, SI units; names, ranges, meanings.
+- `parameters`: `Parameters`, `State`, forces, SI units; names, ranges, meanings.
 - `engine`: one run, whatever the model: exact flow, certified search, event loop, segment log.
 - `models`: one file or folder for each damper. `theory`: closed forms to compare with.
 - `observers`: one file each, a pass over the segment log.
@@ -23,9 +23,16 @@ __version__ = "0.1.0"
 
 #: Name -> the module that holds it.
 HOME = {
+    "Base": "damper.parameters.forcing",
+    "Harmonic": "damper.parameters.forcing",
+    "Harmonics": "damper.parameters.forcing",
+    "NoForce": "damper.parameters.forcing",
+    "Noise": "damper.parameters.forcing",
     "Parameters": "damper.parameters",
+    "Record": "damper.parameters.forcing",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
+    "Unbalance": "damper.parameters.forcing",
     "PeriodicOrbit": "damper.sweep.orbits.periodic",
     "continue_orbit": "damper.sweep.orbits.branch",
     "continue_point": "damper.sweep.orbits.point_curve",
@@ -37,10 +44,17 @@ HOME = {
 }
 
 __all__ = [
+    "Base",
+    "Harmonic",
+    "Harmonics",
+    "NoForce",
+    "Noise",
     "Parameters",
     "PeriodicOrbit",
+    "Record",
     "SIParameters",
     "State",
+    "Unbalance",
     "__version__",
     "continue_orbit",
     "continue_point",

@@ -10,6 +10,7 @@ import numpy as np
 from damper.parameters import Parameters, Units
 from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
 from damper.sweep.points import read_point
+from damper.sweep.record import force_of
 from damper.theory import need_basic
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import Orbit, orbits
@@ -83,7 +84,8 @@ def dense(values: np.ndarray, between: int, most: int) -> np.ndarray:
     return np.concatenate([inner.ravel(), values[-1:]])
 
 
-def _scalars(place: xr.Dataset) -> dict[str, float]:
-    """Parameters that are scalar coordinates."""
+def _scalars(place: xr.Dataset) -> dict[str, Any]:
+    """Parameters that are scalar coordinates, and the force."""
     names = dict.fromkeys((*PARAMETER_NAMES, *SI_NAMES))
-    return {n: float(place[n]) for n in names if n in place.coords and place[n].ndim == 0}
+    values = {n: float(place[n]) for n in names if n in place.coords and place[n].ndim == 0}
+    return values | force_of(place)

@@ -45,6 +45,8 @@ def drive_of(parameters: Parameters) -> Drive:
         return Drive(harmonic(omega, phase), amplitude * math.hypot(1.0, drag), 0.0)
     if isinstance(spec, given.Harmonics):
         return Drive(_sum_of_harmonics(spec, omega, p.phase), amplitude, 0.0)
+    if isinstance(spec, given.Noise):
+        spec = spec.record
     if isinstance(spec, given.Record):
         of_base = spec.of == "base_acceleration"
         return Drive(_pieces(spec, p.cycle, -1.0 if of_base else 1.0), amplitude, float(of_base))

@@ -15,7 +15,7 @@ from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import followed, observers_of, settings_of
+from damper.sweep.record import followed, force_of, observers_of, settings_of
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class CubeAccessor:
         if not about["primary_starts"]:
             raise ValueError("the runs of this cube start from a state of their own: damper.run")
         place = self._cube.sel(self._place(point))
-        values = fixed_values(place)
+        values: dict[str, Any] = fixed_values(place) | force_of(place)
         chain = [values]
         for name, along in followed(place).items():
             need_coordinates(place, "direction")

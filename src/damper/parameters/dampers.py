@@ -9,8 +9,9 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
+from typing import Any
 
-from damper.parameters.forcing import HARMONIC, Forcing
+from damper.parameters.forcing import HARMONIC, check_force, read_forcing
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -34,6 +35,9 @@ class Parameters(Declared):
     Other Parameters
     ----------------
     {options}
+    forcing : Forcing or str, default Harmonic()
+        What drives the damper: `damper.Harmonic`, `NoForce`, `Harmonics`, `Base`, `Unbalance`,
+        `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
 
     Raises
     ------
@@ -199,10 +203,15 @@ class Parameters(Declared):
         chooses=False,
     )
 
-    forcing: Forcing = HARMONIC
+    # A force, or the name of one without settings until it is read.
+    forcing: Any = HARMONIC
 
     def __post_init__(self) -> None:
-        if self.check_each():
+        options = self.check_each()
+        if self.forcing is not HARMONIC:
+            self.__dict__["forcing"] = read_forcing(self.forcing)
+            check_force(self.forcing, self.phase, self.force_amplitude, (0.0, 1.0))
+        if options:
             check_together(self.__dict__)
         else:
             # Known without a look at each option: a run asks for both.
@@ -222,10 +231,11 @@ class Parameters(Declared):
         return next((q.law for q in _laws(self.__dict__)), "constant")
 
     @property
-    def acting(self) -> dict[str, float]:
+    def acting(self) -> dict[str, Any]:
         """The values that are `given`, but for those of a model or law that is not asked for."""
         own = {"", self.model, self.law}
-        return {
+        forcing = {} if self.forcing == HARMONIC else {"forcing": self.forcing}
+        return forcing | {
             q.name: value
             for q in self.quantities
             if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
@@ -269,6 +279,10 @@ class SIParameters(Declared, shares=Parameters):
     Other Parameters
     ----------------
     {options}
+    forcing : Forcing or str, default Harmonic()
+        As for `Parameters`, with times in s and frequencies in rad/s. Of what drives the damper
+        `force_amplitude` is the amplitude B, and so the unit of length: F0/K of a force, B of the
+        motion of a base, B/M of an unbalance, B M/K of the acceleration of a base.
 
     Raises
     ------
@@ -293,7 +307,8 @@ class SIParameters(Declared, shares=Parameters):
         "$F_0$",
         "amplitude of the force",
         "N",
-        definition="0 is free motion",
+        definition="0 is free motion; that of a base's motion is in m, of its acceleration in "
+        "m/s2, of an unbalance in kg m",
         minimum=0.0,
     )
     forcing_frequency: float = quantity(
@@ -339,8 +354,13 @@ class SIParameters(Declared, shares=Parameters):
     modulation_order: float = shared(default=1.0)
     modulation_phase: float = shared(default=0.0)
 
+    # A force, or the name of one without settings until it is read.
+    forcing: Any = HARMONIC
+
     def __post_init__(self) -> None:
         self.check_each()
+        self.__dict__["forcing"] = read_forcing(self.forcing)
+        check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
     @classmethod
@@ -354,13 +374,16 @@ class SIParameters(Declared, shares=Parameters):
         >>> SIParameters.of(Parameters(0.1, 0.1, 1.1, 1.0, 0.6), 2.0, 200.0, 10.0).gap
         0.1
         """
-        primary = {
+        primary: dict[str, Any] = {
             "primary_mass": primary_mass,
             "stiffness": stiffness,
             "force_amplitude": force_amplitude,
+            "forcing": parameters.forcing,
         }
-        units, given = _units(primary), dict(primary)
+        given, primary = primary, _referred(primary)
+        units = _units(primary)
         given["force_amplitude"] *= parameters.force_amplitude
+        given["forcing"] = parameters.forcing.over(1.0 / units.time)
         for q, (own, *_) in _SCALED:
             value = getattr(parameters, q.name)
             if value != q.default:
@@ -388,7 +411,7 @@ class SIParameters(Declared, shares=Parameters):
                 )
             scaled[q.name] = ratio
         check_together(_DEFAULTS | scaled, SI_NAME)
-        return Parameters(**scaled)
+        return Parameters(**scaled, forcing=self.forcing.over(units.time))
 
     @cached_property
     def units(self) -> Units:
@@ -422,7 +445,8 @@ class SIParameters(Declared, shares=Parameters):
         """
         own, found = self.__dict__[name], {}
         if name == "force_amplitude" and not own:  # lengths stay in half of the gap
-            return {name: 1.0 / _referred(self.__dict__)[name]}
+            one = _referred(self.__dict__ | {name: 1.0})[name]
+            return {name: one / _referred(self.__dict__)[name]}
         here = _all_scaled(self.__dict__)
         for key, value in _all_scaled(self.__dict__ | {name: 2.0 * own or 1.0}).items():
             if value != here[key]:
@@ -454,7 +478,7 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
-def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) -> None:
+def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 
     `called` is what the message calls a parameter, where that is not its name.
@@ -481,7 +505,7 @@ def check_together(values: Mapping[str, float], called: Mapping[str, str] = {}) 
         _check_support(values, named)
 
 
-def _check_compliant(values: Mapping[str, float], named: Callable[[str], str]) -> None:
+def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
     for q in _laws(values):
         raise ValueError(
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
@@ -495,7 +519,7 @@ def _check_compliant(values: Mapping[str, float], named: Callable[[str], str]) -
         )
 
 
-def _check_support(values: Mapping[str, float], named: Callable[[str], str]) -> None:
+def _check_support(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
     stiffness, damping = "support_stiffness_ratio", "support_damping_ratio"
     if values["support_damping_factor"] and values[damping]:
         raise ValueError(
@@ -514,7 +538,7 @@ def _check_support(values: Mapping[str, float], named: Callable[[str], str]) -> 
 _STIFFNESS = "contact_stiffness_ratio"
 
 
-def _asked(values: Mapping[str, float]) -> dict[str, list[str]]:
+def _asked(values: Mapping[str, Any]) -> dict[str, list[str]]:
     """Models that are asked for, each with the names that ask."""
     asked: dict[str, list[str]] = {}
     for q in _CHOOSING:
@@ -523,40 +547,43 @@ def _asked(values: Mapping[str, float]) -> dict[str, list[str]]:
     return asked
 
 
-def _laws(values: Mapping[str, float]) -> list[Quantity]:
+def _laws(values: Mapping[str, Any]) -> list[Quantity]:
     """Quantities that ask for another contact law than constant restitution."""
     return [q for q in _OF_LAWS if values[q.name] != q.default]
 
 
-def _support_damping(values: Mapping[str, float]) -> float:
+def _support_damping(values: Mapping[str, Any]) -> float:
     return (
         values["support_damping_ratio"] + values["damping_ratio"] * values["support_damping_factor"]
     )
 
 
-def _referred(values: Mapping[str, float]) -> dict[str, float]:
+def _referred(values: Mapping[str, Any]) -> dict[str, float]:
     """A damper in SI units with the force F0 of which F0/K is the unit of length.
 
     In free motion that is half of the gap.
     """
-    force = values["force_amplitude"] or 0.5 * values["gap"] * values["stiffness"]
-    return {**values, "force_amplitude": force}
+    amplitude, mass, stiffness = (
+        values[name] for name in ("force_amplitude", "primary_mass", "stiffness")
+    )
+    force = values["forcing"].force(amplitude, mass, stiffness)
+    return {**values, "force_amplitude": force if amplitude else 0.5 * values["gap"] * stiffness}
 
 
-def _units(values: Mapping[str, float]) -> Units:
+def _units(values: Mapping[str, Any]) -> Units:
     """Sizes of the dimensionless units of a damper in SI units, `_referred`."""
     length = values["force_amplitude"] / values["stiffness"]
     time = math.sqrt(values["primary_mass"] / values["stiffness"])
     return Units(length, time, values["force_amplitude"] * length)
 
 
-def _scaled(q: Quantity, values: Mapping[str, float], units: Units) -> float:
+def _scaled(q: Quantity, values: Mapping[str, Any], units: Units) -> float:
     """A dimensionless parameter of a damper in SI units, `_referred`."""
     given = [values[name] for name in q.si_names]
     return _ratio(q.from_si, given) if q.from_si else given[0] / units.size(q.units)
 
 
-def _all_scaled(values: Mapping[str, float]) -> dict[str, float]:
+def _all_scaled(values: Mapping[str, Any]) -> dict[str, float]:
     """The dimensionless parameters of a damper in SI units, and the sizes of its units."""
     values = _referred(values)
     units = _units(values)

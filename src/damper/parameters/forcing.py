@@ -1,10 +1,25 @@
-"""The forces that a damper may be under, as users give them: `damper.Parameters(forcing=...)`."""
+"""The forces that a damper may be under, as users give them: `damper.Parameters(forcing=...)`.
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+Each is a shape, which `force_amplitude` multiplies. NumPy is loaded where arrays are given.
+"""
+
+import csv
+import math
+import os
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
-from damper.parameters.quantity import Quantity
+from damper.parameters.quantity import Quantity, in_range, real, whole
+
+#: Highest order of a harmonic: the engine has a place for each one below it.
+MOST_ORDER = 1000
+#: Where a record or a noise acts, and what follows its last sample.
+OF = ("force", "base_acceleration")
+AFTER = ("zero", "hold")
 
 
 @dataclass(frozen=True)
@@ -14,6 +29,8 @@ class Forcing:
     kind: ClassVar[str]
     repeats: ClassVar[bool] = True
     """Whether it is the same again after a cycle of the clock."""
+    has_phase: ClassVar[bool] = True
+    """Whether `Parameters.phase` turns it."""
 
     @property
     def is_odd(self) -> bool:
@@ -34,30 +51,115 @@ class Forcing:
         """The same force with other values of some of them."""
         return self
 
+    @property
+    def si_unit(self) -> str:
+        """Unit of `SIParameters.force_amplitude` under it."""
+        return "N"
+
+    def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
+        """F0 in N, of which F0/K is the unit of length of a damper in SI units."""
+        return amplitude
+
+    def over(self, time: float) -> "Forcing":
+        """Return it with its times in units of so many of those that it is given in."""
+        return self
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its kind and what it is made of, in plain values; `forcing_of` is the inverse."""
+        return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self)}
+
 
 @dataclass(frozen=True)
 class Harmonic(Forcing):
-    """The force sin(omega t + phase)."""
+    """The force sin(omega t + phase) on the primary; the default.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6)
+    >>> p.forcing
+    Harmonic()
+    """
 
     kind = "harmonic"
 
 
 @dataclass(frozen=True)
 class NoForce(Forcing):
-    """No force: free motion."""
+    """No force: free motion, as with ``force_amplitude=0``.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6, forcing="none")
+    >>> len(damper.events(p, damper.State(2.0, 0.0, 2.0, 0.0), until=10.0))
+    4
+    """
 
     kind = "none"
+    has_phase = False
 
 
 @dataclass(frozen=True)
 class Harmonics(Forcing):
-    """Sum of amplitudes[i] sin(orders[i] (omega t + phase) + phases[i])."""
+    """Sum of amplitudes[i] sin(orders[i] (omega t + phase) + phases[i]), a force on the primary.
+
+    Parameters
+    ----------
+    orders : sequence of int
+        Multiples of the frequency, 1 to 1000, each once.
+    amplitudes : sequence of float
+        Of each, in units of `force_amplitude`; not all of them zero.
+    phases : sequence of float, optional
+        Of each, in rad; zero when left out.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name and what is allowed.
+
+    Examples
+    --------
+    >>> Harmonics((1, 2), (1.0, 0.3)).is_odd  # an even one breaks the mirror
+    False
+    >>> Harmonics((0,), (1.0,))
+    Traceback (most recent call last):
+    ...
+    ValueError: Harmonics.orders[0] = 0: must be a whole number >= 1 and <= 1000
+    """
 
     kind = "harmonics"
 
     orders: Sequence[int]
     amplitudes: Sequence[float]
     phases: Sequence[float] = ()
+
+    def __post_init__(self) -> None:
+        orders = tuple(
+            whole(f"Harmonics.orders[{k}]", value, 1, most=MOST_ORDER)
+            for k, value in enumerate(_sequence("Harmonics.orders", self.orders))
+        )
+        given = {
+            name: tuple(
+                _finite(f"Harmonics.{name}[{k}]", value)
+                for k, value in enumerate(_sequence(f"Harmonics.{name}", getattr(self, name)))
+            )
+            for name in ("amplitudes", "phases")
+        }
+        given["phases"] = given["phases"] or (0.0,) * len(orders)
+        for name, values in given.items():
+            if len(values) != len(orders):
+                raise ValueError(
+                    f"Harmonics.{name} has {len(values)} values: must be as many as "
+                    f"Harmonics.orders, which has {len(orders)}"
+                )
+        for order, times in Counter(orders).most_common(1):
+            if times > 1:
+                raise ValueError(f"Harmonics.orders: {order} is given {times} times: give it once")
+        if not any(given["amplitudes"]):
+            raise ValueError("Harmonics.amplitudes are all zero: give damper.NoForce()")
+        self.__dict__.update(orders=orders, **given)
 
     @property
     def is_odd(self) -> bool:
@@ -78,8 +180,7 @@ class Harmonics(Forcing):
     @property
     def numbers(self) -> dict[str, float]:
         """Their values."""
-        phases = self.phases or (0.0,) * len(self.orders)
-        values = (v for pair in zip(self.amplitudes, phases, strict=True) for v in pair)
+        values = (v for pair in zip(self.amplitudes, self.phases, strict=True) for v in pair)
         return {q.name: value for q, value in zip(self.quantities, values, strict=True)}
 
     def having(self, numbers: Mapping[str, float]) -> "Harmonics":
@@ -90,26 +191,119 @@ class Harmonics(Forcing):
 
 @dataclass(frozen=True)
 class Base(Forcing):
-    """Motion z = sin(omega t + phase) of the base, in the frame of the ground or of the base."""
+    """Motion z = sin(omega t + phase) of the base that the primary stands on.
+
+    `force_amplitude` is its amplitude B: of 1 in `Parameters`, whose lengths are in units of B
+    then, and in m in `SIParameters`.
+
+    Parameters
+    ----------
+    frame : {"ground", "base"}
+        Whether x and y are those of the ground, or relative to the base: the motion is the same.
+
+    Examples
+    --------
+    >>> Base(frame="wall")
+    Traceback (most recent call last):
+    ...
+    ValueError: unknown Base.frame 'wall': must be one of ground, base
+    """
 
     kind = "base"
 
     frame: str = "ground"
 
+    def __post_init__(self) -> None:
+        _one_of("Base.frame", self.frame, ("ground", "base"))
+
+    @property
+    def si_unit(self) -> str:
+        return "m"
+
+    def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
+        """That by which the base moves the primary through a spring at rest."""
+        return stiffness * amplitude
+
 
 @dataclass(frozen=True)
 class Unbalance(Forcing):
-    """A rotating unbalance: omega^2 sin(omega t + phase)."""
+    """A rotating unbalance: the force omega^2 sin(omega t + phase) on the primary.
+
+    `force_amplitude` is mass times eccentricity: of 1 in `Parameters`, whose lengths are in units
+    of that over M, and in kg m in `SIParameters`.
+    """
 
     kind = "unbalance"
 
+    @property
+    def si_unit(self) -> str:
+        return "kg m"
 
-@dataclass(frozen=True, eq=False)
-class Record(Forcing):
-    """A force, or the base's acceleration, that is linear between its samples."""
+    def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
+        """That by which the spring holds the primary where the unbalance turns fast."""
+        return stiffness * amplitude / primary_mass
+
+
+class _Sampled(Forcing):
+    """What acts on the primary, or moves its base, by samples."""
+
+    repeats = False
+    has_phase = False
+
+    of: str
+    after: str
+
+    @property
+    def si_unit(self) -> str:
+        return "N" if self.of == "force" else "m/s2"
+
+    def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
+        """That of inertia, where the base is accelerated."""
+        return amplitude if self.of == "force" else primary_mass * amplitude
+
+    def _check_words(self) -> None:
+        _one_of(f"{type(self).__name__}.of", self.of, OF)
+        _one_of(f"{type(self).__name__}.after", self.after, AFTER)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Record(_Sampled):
+    """A force, or the base's acceleration, that is linear between its samples.
+
+    There is none before the first sample. Under an acceleration of the base x and y are relative
+    to it. The cycle 2 pi / frequency_ratio is no more than the unit in which a study counts time.
+
+    Parameters
+    ----------
+    time : array_like
+        Times of the samples, rising, in units of sqrt(M/K); in s with `SIParameters`.
+    value : array_like
+        Value at each, in units of `force_amplitude`: with `SIParameters` those of a record in N, or
+        in m/s2 for the base, and ``force_amplitude=1``, or 9.81 for one in units of g.
+    of : {"force", "base_acceleration"}
+        What it is: a force on the primary, or the acceleration of the base.
+    after : {"zero", "hold"}
+        What follows the last sample: nothing, or its value for ever.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name, and the sample that is wrong.
+
+    Examples
+    --------
+    >>> import damper
+    >>> pulse = damper.Record([0.0, 0.5, 1.0], [0.0, 4.0, 0.0])
+    >>> p = damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6, forcing=pulse)
+    >>> print(damper.events(p, until=5.0)["side"])
+    [-1  1]
+    >>> damper.Record([0.0, 1.0, 1.0], [0.0, 1.0, 0.0])
+    Traceback (most recent call last):
+    ...
+    ValueError: Record.time[2] = 1.0 is given twice: times must rise
+    """
 
     kind = "record"
-    repeats = False
 
     time: Any
     value: Any
@@ -117,14 +311,413 @@ class Record(Forcing):
     after: str = "zero"
 
     def __post_init__(self) -> None:
+        self._check_words()
+        arrays = {name: _array(name, getattr(self, name)) for name in ("time", "value")}
+        if wrong := _wrong_sample(**arrays):
+            name, number, words = wrong
+            place = "" if number is None else f"[{number}] = {arrays[name][number].item()!r}"
+            raise ValueError(f"Record.{name}{place}{words}")
+        self.__dict__.update(arrays)
+
+    def __repr__(self) -> str:
+        first, last = self.time[0], self.time[-1]
+        return (
+            f"Record(<{self.time.size} samples from {first:g} to {last:g}>, of={self.of!r}, "
+            f"after={self.after!r})"
+        )
+
+    @cached_property
+    def _key(self) -> tuple[Any, ...]:
+        # One zero: the other one is equal to it.
+        return (self.of, self.after, (self.time + 0.0).tobytes(), (self.value + 0.0).tobytes())
+
+    def __eq__(self, other: object) -> bool:
+        return self._key == other._key if isinstance(other, Record) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its kind and what it is made of, but for the samples, of which there may be many."""
+        return {"kind": self.kind, "samples": self.time.size, "of": self.of, "after": self.after}
+
+    def over(self, time: float) -> "Record":
+        """Return it with its times in units of so many of those that it is given in."""
+        return Record(self.time / time, self.value, self.of, self.after)
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        columns: Sequence[str | int] | None = None,
+        *,
+        of: str = "force",
+        after: str = "zero",
+        delimiter: str = ",",
+    ) -> "Record":
+        """Read a record from a CSV file, with one sample a line.
+
+        Parameters
+        ----------
+        path : path
+            Lines that are empty, or begin with #, are skipped. The first one may name the columns,
+            and their units in brackets: s for times, N for a force, m/s2 for an acceleration.
+        columns : (str or int, str or int), optional
+            Those of time and value, where there are more than these two: their names, or numbers
+            that count from 0.
+        of, after : str
+            As for `Record`.
+        delimiter : str, default ","
+            What stands between columns.
+
+        Raises
+        ------
+        ValueError
+            With the line, and what is wrong in it.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+        ...     _ = file.write("time (s),acceleration (m/s2)\\n0,0\\n0.01,0.3\\n0.02,-0.1\\n")
+        ...     file.flush()
+        ...     Record.read(file.name, of="base_acceleration")
+        Record(<3 samples from 0 to 0.02>, of='base_acceleration', after='zero')
+        """
+        _one_of("Record.of", of, OF)
+        lines = _lines(Path(path), delimiter)
+        places = _places(path, lines, columns, ("s", "N" if of == "force" else "m/s2"))
+        rows = [[_number(path, line, cells, place) for place in places] for line, cells in lines]
+        time, value = ([row[k] for row in rows] for k in range(2))
+        if wrong := _wrong_sample(_array("time", time), _array("value", value)):
+            name, number, words = wrong
+            where, found = "", ""
+            if number is not None:
+                where = f", line {lines[number][0]}"
+                found = f" = {rows[number][name == 'value']!r}"
+            raise ValueError(f"{path}{where}: {name}{found}{words}")
+        return cls(time, value, of, after)
+
+
+@dataclass(frozen=True)
+class Noise(_Sampled):
+    """Noise in a band of frequencies: a record that a seed makes, the same on all platforms.
+
+    It is a sum of sines of one amplitude and of random phases, at all multiples of
+    2 pi / duration in the band, sampled, and linear in between. Its spectrum is flat in the band
+    and zero outside, but for the lines between samples: at the shortest period that is allowed they
+    take 3 % of the amplitude. Its mean is 0 and its rms 1 over the duration: `force_amplitude` is
+    the rms of the force (in N with `SIParameters`, in m/s2 for the base), and
+    force_amplitude^2 / (high - low) its one-sided spectral density, for angular frequencies.
+
+    Parameters
+    ----------
+    seed : int
+        Which one, >= 0.
+    step : float
+        Time from one sample to the next, in units of sqrt(M/K) (s with `SIParameters`); at most a
+        tenth of the shortest period.
+    duration : float
+        Time that it lasts, a whole number of steps from time 0; the shift by one is then a period.
+    band : (float, float)
+        Lowest and highest angular frequency, in units of sqrt(K/M) (rad/s with `SIParameters`).
+    of : {"force", "base_acceleration"}
+        What it is: a force on the primary, or the acceleration of the base.
+    after : {"zero", "hold"}
+        What follows its end: nothing, or its last value for ever.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name and what is allowed.
+
+    Examples
+    --------
+    >>> import damper
+    >>> noise = damper.Noise(seed=1, step=0.1, duration=200.0, band=(0.5, 2.0))
+    >>> noise.lines, noise.record
+    (48, Record(<2001 samples from 0 to 200>, of='force', after='zero'))
+    >>> print(noise.record.value[:3].round(3))
+    [-0.077 -0.198 -0.296]
+    """
+
+    kind = "noise"
+
+    seed: int
+    step: float
+    duration: float
+    band: tuple[float, float]
+    of: str = "force"
+    after: str = "zero"
+
+    #: Most samples: more take minutes.
+    MOST: ClassVar[int] = 2**18
+    #: Fewest lines in the band, and samples in the shortest period.
+    FEWEST: ClassVar[int] = 10
+    #: Roundoff in the number of a line or of a sample.
+    _ROUNDING: ClassVar[float] = 1e-9
+
+    def __post_init__(self) -> None:
+        low, high = self._checked_band()
+        self.__dict__.update(
+            seed=whole("Noise.seed", self.seed, 0),
+            step=in_range("Noise.step", self.step, minimum=0.0, above=True),
+            duration=in_range("Noise.duration", self.duration, minimum=0.0, above=True),
+            band=(low, high),
+        )
+        self._check_words()
+        coarsest = 2.0 * math.pi / (self.FEWEST * high)
+        if not self.step <= coarsest * (1.0 + self._ROUNDING):
+            raise ValueError(
+                f"Noise.step = {self.step!r}: too coarse for Noise.band up to {high!r}: must be at "
+                f"most 2 pi / ({self.FEWEST} {high!r}) = {coarsest:.6g}"
+            )
+        count = self.duration / self.step
+        if not count <= self.MOST + 0.5:
+            raise ValueError(
+                f"Noise.duration = {self.duration!r} with Noise.step = {self.step!r}: "
+                f"{count:.6g} samples; must be at most {self.MOST}"
+            )
+        if abs(count - round(count)) > self._ROUNDING * count:
+            raise ValueError(
+                f"Noise.duration = {self.duration!r}: must be a whole number of steps of "
+                f"{self.step!r}"
+            )
+        if not self.lines >= self.FEWEST:
+            raise ValueError(
+                f"Noise.duration = {self.duration!r}: too short for Noise.band = {self.band!r}, in "
+                f"which lie {self.lines} multiples of 2 pi / duration; must be {self.FEWEST} or "
+                "more"
+            )
+
+    def _checked_band(self) -> tuple[float, float]:
+        values = [
+            in_range(f"Noise.band[{k}]", value, minimum=0.0)
+            for k, value in enumerate(_sequence("Noise.band", self.band))
+        ]
+        if len(values) != 2 or not values[0] < values[1]:
+            raise ValueError(f"Noise.band = {self.band!r}: must be (low, high) with low < high")
+        return values[0], values[1]
+
+    @property
+    def _ends(self) -> tuple[int, int]:
+        """Numbers of its first and last line."""
+        turns = self.duration / (2.0 * math.pi)
+        low, high = (edge * turns for edge in self.band)
+        first = math.ceil(low - self._ROUNDING * max(low, 1.0))
+        return max(first, 1), math.floor(high + self._ROUNDING * high)
+
+    @property
+    def lines(self) -> int:
+        """Number of sines that it is made of."""
+        first, last = self._ends
+        return last - first + 1
+
+    @cached_property
+    def record(self) -> Record:
+        """Its samples."""
         import numpy as np
 
-        for name in ("time", "value"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+        from damper.parameters.noise import noise
+
+        count = round(self.duration / self.step)
+        time = np.arange(count + 1) * self.step
+        return Record(time, noise(self.seed, count, *self._ends), self.of, self.after)
+
+    def over(self, time: float) -> "Noise":
+        """Return it with its times in units of so many of those that it is given in."""
+        low, high = self.band
+        band = (low * time, high * time)
+        return Noise(self.seed, self.step / time, self.duration / time, band, self.of, self.after)
 
 
 #: Kind -> class.
 FORCINGS: dict[str, type[Forcing]] = {
-    each.kind: each for each in (NoForce, Harmonic, Harmonics, Base, Unbalance, Record)
+    each.kind: each for each in (NoForce, Harmonic, Harmonics, Base, Unbalance, Record, Noise)
 }
 HARMONIC = Harmonic()
+#: Kinds that have no settings, or defaults for all: their name is enough.
+BY_NAME = ("none", "harmonic", "base", "unbalance")
+
+
+def read_forcing(given: Any) -> Forcing:
+    """Return a force, or that of a kind without settings by its name.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For anything else, with what is allowed.
+    """
+    if isinstance(given, Forcing):
+        return given
+    if not isinstance(given, str):
+        names = ", ".join(cls.__name__ for cls in FORCINGS.values())
+        raise TypeError(f"forcing = {given!r}: must be a name, or a force of damper: {names}")
+    _one_of("forcing", given, FORCINGS)
+    if given not in BY_NAME:
+        raise ValueError(f"forcing = {given!r}: give damper.{FORCINGS[given].__name__}(...)")
+    return FORCINGS[given]()
+
+
+def forcing_of(settings: Mapping[str, Any]) -> Forcing:
+    """Return the force of `Forcing.settings`; ValueError for a record, whose samples are not there.
+
+    Examples
+    --------
+    >>> forcing_of(Base("base").settings)
+    Base(frame='base')
+    """
+    given = dict(settings)
+    kind = FORCINGS[given.pop("kind")]
+    if kind is Record:
+        raise ValueError(f"forcing: its {given['samples']} samples are not kept with the cube")
+    return kind(**given)
+
+
+def check_force(
+    forcing: Forcing, phase: float, force_amplitude: float, only: Sequence[float]
+) -> None:
+    """Raise ValueError where what is given beside a force contradicts it.
+
+    `only` are the amplitudes that may stand beside no force.
+    """
+    if phase and not forcing.has_phase:
+        raise ValueError(f"phase = {phase!r} with forcing = {forcing!r}: it has no phase")
+    if isinstance(forcing, NoForce) and force_amplitude not in only:
+        raise ValueError(
+            f"force_amplitude = {force_amplitude!r} with forcing = {forcing!r}: there is no force; "
+            "leave out one of the two, or give force_amplitude = 0"
+        )
+
+
+def _one_of(name: str, value: Any, names: Iterable[str]) -> None:
+    if not isinstance(value, str) or value not in names:
+        from damper.parameters.quantities import unknown_name  # which is built on this module
+
+        raise ValueError(str(unknown_name(name, value, names)))
+
+
+def _finite(name: str, value: Any) -> float:
+    number = real(name, value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name} = {value!r}: must be a finite number")
+    return number
+
+
+def _sequence(name: str, values: Any) -> list[Any]:
+    if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} = {values!r}: must be a sequence of numbers")
+    return list(values)
+
+
+def _array(name: str, values: Any) -> Any:
+    """Return a column of a record as an array of its own, which nobody can write to."""
+    import numpy as np
+
+    for word in ("units", "unit"):
+        if hasattr(values, word):
+            raise ValueError(
+                f"Record.{name} has units {getattr(values, word)!s}: give plain numbers, of which "
+                "damper.Record says the unit"
+            )
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(float), np.nan)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        array = np.asarray(None)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"Record.{name}: must be a sequence of numbers")
+    if array.ndim != 1:
+        raise ValueError(f"Record.{name} has the shape {array.shape}: must be one column")
+    array = np.array(array, dtype=float)  # a copy
+    array.setflags(write=False)
+    return array
+
+
+def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
+    """Column, number, if it is one, and words for what is wrong with samples."""
+    import numpy as np
+
+    if time.size != value.size:
+        return "value", None, f" has {value.size} samples, time has {time.size}: must be as many"
+    if time.size < 2:
+        return "time", None, f" has {time.size} samples: must be two or more"
+    for name, column in (("time", time), ("value", value)):
+        for number in np.flatnonzero(~np.isfinite(column))[:1].tolist():
+            return name, number, ": must be a finite number: a record has no gaps"
+    for number in (np.flatnonzero(np.diff(time) <= 0.0)[:1] + 1).tolist():
+        if time[number] == time[number - 1]:
+            return "time", number, " is given twice: times must rise"
+        return "time", number, f" follows {time[number - 1].item()!r}: times must rise"
+    with np.errstate(over="ignore"):
+        slopes = np.diff(value) / np.diff(time)
+    for number in np.flatnonzero(~np.isfinite(slopes))[:1].tolist():
+        return "value", number + 1, ": the slope to it is infinite"
+    if not value.any():
+        return "value", None, " is zero everywhere: give damper.NoForce()"
+    return None
+
+
+def _lines(path: Path, delimiter: str) -> list[tuple[int, list[str]]]:
+    """Cells of the lines of a CSV file that say something, with the numbers of the lines."""
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        reader = csv.reader(file, delimiter=delimiter)
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    return [
+        (number, cells) for number, cells in lines if any(cells) and not cells[0].startswith("#")
+    ]
+
+
+def _places(
+    path: Any,
+    lines: list[tuple[int, list[str]]],
+    columns: Sequence[str | int] | None,
+    units: Sequence[str],
+) -> list[int]:
+    """Where time and value are; a line that names the columns is taken away, its units checked."""
+    for line, cells in lines if columns is None else ():
+        if len(cells) != 2:
+            raise ValueError(
+                f"{path}, line {line}: {len(cells)} columns: must be two, or `columns` has to say "
+                "which are time and value"
+            )
+    head: list[tuple[str, str]] = []
+    if lines and not any(map(_is_number, lines[0][1])):
+        first, cells = lines.pop(0)
+        parts = (cell.replace("[", "(").rstrip(")]").partition("(") for cell in cells)
+        head = [(name.strip(), unit.strip()) for name, _, unit in parts]
+    names = [name for name, _ in head]
+    places = []
+    columns = (0, 1) if columns is None else columns
+    if isinstance(columns, str) or len(columns) != 2:
+        raise ValueError(f"columns = {columns!r}: must be those of time and value")
+    for column, unit in zip(columns, units, strict=True):
+        if isinstance(column, str):
+            _one_of(f"column of {path}", column, names)
+            column = names.index(column)
+        places.append(column)
+        name, found = head[column] if 0 <= column < len(head) else ("", "")
+        if found.replace("^", "") not in ("", "1", unit):
+            raise ValueError(
+                f"{path}, line {first}: {name} is in {found}: must be in {unit}, or without unit, "
+                "where force_amplitude has that of the values"
+            )
+    return places
+
+
+def _number(path: Any, line: int, cells: Sequence[str], place: int) -> float:
+    if not 0 <= place < len(cells) or not cells[place]:
+        raise ValueError(f"{path}, line {line}: there is nothing in column {place} (from 0)")
+    if not _is_number(cells[place]):
+        raise ValueError(f"{path}, line {line}: {cells[place]!r} is no number")
+    return float(cells[place])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters import State
+from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
@@ -32,6 +33,7 @@ def simulate(
     ),
     follow: Mapping[str, str] | None = None,
     initial: str = "rest",
+    forcing: Forcing | str = HARMONIC,
     draws: Mapping[str, Any] | None = None,
     state: State | None = None,
     workers: int | None = None,
@@ -60,6 +62,8 @@ def simulate(
         neighbour's end, and the dataset has a dimension ``direction``.
     initial : {"rest", "steady"}
         Where the primary starts: at rest or on its steady linear response.
+    forcing : Forcing or str
+        What drives every damper, as for `damper.Parameters`; a harmonic force by default.
     draws : mapping, optional
         Quantities at random, the same draws at every point, along a dimension ``draw``:
         ``{"count": 20, "seed": 1, "initial_position": [-1, 1], "restitution": [0.5, 0.7]}``. In
@@ -98,6 +102,7 @@ def simulate(
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
     given = {name: value for name, value in given.items() if value is not None}
+    force = read_forcing(forcing)
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
     quantities = {name: values[name] for name in ordered(values) if name not in random}
@@ -128,6 +133,7 @@ def simulate(
             axes,
             observers=observers,
             primary=initial,
+            forcing=force,
             draws=random,
             follow=follow,
             state=state,
@@ -143,13 +149,18 @@ def simulate(
             "" if state else initial,
             {name: type(DEFAULTS[name])(value) for name, value in run.items()},
             {name: axes[name] for name in follow},
+            force,
         ),
     }
     if state is not None:
         attributes["initial"] = repr(state)
     if random:
         attributes["draws"] = json.dumps(random)
-    return gather([part], axes, (), fixed, attributes)
+    cube = gather([part], axes, (), fixed, attributes)
+    about = cube.coords["force_amplitude"].attrs if "force_amplitude" in cube.coords else {}
+    if about.get("units") == "N":
+        about["units"] = force.si_unit
+    return cube
 
 
 def _with_names(plain: Signature) -> Signature:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
@@ -61,13 +61,14 @@ class Point(NamedTuple):
         return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.cycle)
 
 
-def read_point(values: Mapping[str, float], primary: str = "rest") -> Point:
+def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     """Check and scale one point.
 
     Parameters
     ----------
     values : mapping of str to float
-        All parameters of one system of units, and initial quantities that are not zero.
+        All parameters of one system of units, and initial quantities that are not zero; `forcing`
+        is a force, or its name.
     primary : {"rest", "steady"}
         Where the primary starts.
 

@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from damper.parameters.forcing import HARMONIC, Forcing, forcing_of
+
 #: Settings of runs that a cube's attributes name otherwise.
 _ATTRIBUTES = {"transient": "transient_periods", "periods": "recorded_periods"}
 
@@ -13,6 +15,7 @@ def record(
     primary: str,
     run: Mapping[str, Any],
     followed: Mapping[str, Sequence[float]],
+    forcing: Forcing = HARMONIC,
 ) -> dict[str, Any]:
     """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
 
@@ -28,6 +31,7 @@ def record(
         "observers": json.dumps(plain, default=lambda value: value.tolist()),
         "primary_starts": primary,
         **({"followed": json.dumps(dict(followed))} if followed else {}),
+        **({} if forcing == HARMONIC else {"forcing": json.dumps(forcing.settings)}),
     }
 
 
@@ -44,6 +48,21 @@ def observers_of(cube: Any) -> dict[str, dict[str, Any]]:
             "the cube does not say how its points were run: make it by damper.simulate or a study"
         )
     return dict(json.loads(cube.attrs["observers"]))
+
+
+def force_of(cube: Any) -> dict[str, Forcing]:
+    """Return what drives a cube's dampers, as an argument; none where it is the default.
+
+    Raises
+    ------
+    ValueError
+        Where it is a record, whose samples the cube has not.
+    """
+    return {
+        name: forcing_of(json.loads(cube.attrs[name]))
+        for name in ("forcing",)
+        if name in cube.attrs
+    }
 
 
 def followed(cube: Any) -> dict[str, list[float]]:
@@ -94,6 +113,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
     return {
         "observers": {name: settings[name] for name in observers or settings},
         "primary": about["primary_starts"],
+        **force_of(cube),
         **settings_of(cube),
     }
 

@@ -25,6 +25,7 @@ from damper.models import check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
+from damper.parameters.forcing import Forcing
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import need_state
@@ -41,6 +42,7 @@ def run_points(
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     *,
     primary: str = "rest",
+    forcing: Forcing | str | None = None,
     state: State | None = None,
     predecessor: Sequence[int] | None = None,
     progress: Progress | None = None,
@@ -58,6 +60,8 @@ def run_points(
         As for `damper.observers.make_observers`.
     primary : {"rest", "steady"}
         Where the primary starts: at rest, or on its steady linear response.
+    forcing : Forcing or str, optional
+        What drives every damper, as for `damper.Parameters`; else what each point says.
     state : State, optional
         Start of every run, in place of all that.
     predecessor : sequence of int, optional
@@ -90,7 +94,8 @@ def run_points(
         For values out of range, and for what cannot end or does not go into memory, before
         anything is run.
     """
-    read = [read_point(values, primary) for values in points]
+    force = {} if forcing is None else {"forcing": forcing}
+    read = [read_point({**values, **force}, primary) for values in points]
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers

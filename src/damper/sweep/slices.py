@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from damper.parameters import State
+from damper.parameters import State, Units
+from damper.parameters.forcing import Forcing
 from damper.parameters.quantities import is_si
 from damper.parameters.variables import SI_UNITS, Variable
-from damper.sweep.branches import Branches, branches
+from damper.sweep.branches import branches
 from damper.sweep.estimate import run_sizes
 from damper.sweep.grid import product
 from damper.sweep.parts import PartData
@@ -31,6 +32,7 @@ def simulate_slice(
     *,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     primary: str = "rest",
+    forcing: Forcing | str | None = None,
     draws: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
@@ -46,7 +48,7 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    observers, primary, state, progress, workers, **run
+    observers, primary, forcing, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
     draws : mapping, optional
         As for `damper.sweep.branches.draw`.
@@ -67,6 +69,7 @@ def simulate_slice(
         As `run_points`, and for too many runs before they are listed.
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
+    from damper.sweep.points import read_point
     from damper.sweep.runs import check_workload, run_points
 
     observers = list(observers) if isinstance(observers, Iterator) else observers
@@ -79,6 +82,7 @@ def simulate_slice(
         plan.points,
         observers,
         primary=primary,
+        forcing=forcing,
         state=state,
         predecessor=plan.predecessor,
         progress=progress,
@@ -87,7 +91,9 @@ def simulate_slice(
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
     if is_si([*fixed, *axes, *plan.labels]):
-        variables = _in_si(arrays, variables, plan)
+        force = {} if forcing is None else {"forcing": forcing}
+        units = [read_point({**point, **force}).units for point in plan.points]
+        variables = _in_si(arrays, variables, units)
     coordinates = {k: v.tolist() for observer in made for k, v in observer.coordinates().items()}
     about = {
         "variables": [asdict(variable) for variable in variables],
@@ -99,12 +105,9 @@ def simulate_slice(
 
 
 def _in_si(
-    arrays: dict[str, np.ndarray], variables: tuple[Variable, ...], plan: Branches
+    arrays: dict[str, np.ndarray], variables: tuple[Variable, ...], units: list[Units]
 ) -> tuple[Variable, ...]:
     """Scale arrays to SI units, each run by its own; return their descriptions."""
-    from damper.sweep.points import read_point
-
-    units = [read_point(point).units for point in plan.points]
     for variable in variables:
         if variable.units in SI_UNITS:
             array = arrays[variable.name]

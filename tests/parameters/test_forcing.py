@@ -1,0 +1,312 @@
+"""The forces that a damper may be under: what they may be given, the message for each mistake."""
+
+import math
+import pickle
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+from scenes import GENERIC
+
+from damper import (
+    Base,
+    Harmonic,
+    Harmonics,
+    NoForce,
+    Noise,
+    Parameters,
+    Record,
+    SIParameters,
+    Unbalance,
+)
+from damper.models import model_of
+from damper.parameters.forcing import FORCINGS, forcing_of
+
+SI = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.1, 0.5)
+NOISE = Noise(1, 0.1, 200.0, (0.5, 2.0))
+#: One of each kind.
+FORCES = (
+    NoForce(),
+    Harmonic(),
+    Harmonics((1, 3), (1.0, 0.5), (0.0, 0.3)),
+    Base("base"),
+    Unbalance(),
+    Record([0.0, 1.0, 3.0], [0.0, 1.0, -0.5], of="base_acceleration", after="hold"),
+    NOISE,
+)
+
+
+def refused(call: Callable[[], Any]) -> str:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        call()
+    return str(caught.value)
+
+
+# --- values
+
+
+def test_a_force_of_each_kind_is_here() -> None:
+    assert [force.kind for force in FORCES] == list(FORCINGS)
+
+
+@pytest.mark.parametrize("force", FORCES, ids=lambda force: force.kind)
+def test_forces_are_equal_by_value_and_hashable(force: Any) -> None:
+    other = pickle.loads(pickle.dumps(force))
+    assert (other, hash(other)) == (force, hash(force))
+    assert [force == one for one in FORCES].count(True) == 1
+    p = Parameters(**GENERIC, forcing=force)
+    assert {p: 1}[Parameters(**GENERIC, forcing=other)] == 1
+    assert Parameters(**p.given) == p
+    assert ("forcing" in p.acting) == (force != Harmonic())
+
+
+@pytest.mark.parametrize("force", FORCES, ids=lambda force: force.kind)
+def test_settings_make_the_force_again(force: Any) -> None:
+    if isinstance(force, Record):
+        assert refused(lambda: forcing_of(force.settings)) == (
+            "forcing: its 3 samples are not kept with the cube"
+        )
+    else:
+        assert forcing_of(force.settings) == force
+
+
+def test_a_record_has_arrays_of_its_own_that_nobody_writes_to() -> None:
+    time, value = np.array([0, 1, 2]), [0.0, 1.0, -0.0]
+    record = Record(time, value)
+    time[0] = 7
+    assert record == Record([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
+    assert hash(record) == hash(Record([0.0, 1.0, 2.0], [-0.0, 1.0, 0.0]))
+    assert record != Record([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], after="hold")
+    with pytest.raises(ValueError, match="read-only"):
+        record.value[0] = 1.0
+
+
+def test_a_kind_without_settings_is_given_by_name() -> None:
+    for force in (NoForce(), Harmonic(), Base(), Unbalance()):
+        assert Parameters(**GENERIC, forcing=force.kind).forcing == force
+    assert Parameters(**GENERIC, forcing="harmonic") == Parameters(**GENERIC)
+
+
+def test_no_force_is_an_amplitude_of_zero() -> None:
+    models = [
+        model_of(Parameters(**GENERIC, **given))
+        for given in (
+            {"forcing": "none"},
+            {"forcing": "none", "force_amplitude": 0},
+            {"forcing": NOISE, "force_amplitude": 0},
+            {"force_amplitude": 0.0},
+        )
+    ]
+    assert all(model == models[0] for model in models)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: Parameters(**GENERIC, forcing="none", force_amplitude=2.0),
+            "force_amplitude = 2.0 with forcing = NoForce(): there is no force",
+        ),
+        (
+            lambda: SIParameters(**SI.given | {"forcing": "none"}),
+            "force_amplitude = 10.0 with forcing = NoForce(): there is no force",
+        ),
+        (
+            lambda: Parameters(**GENERIC, forcing="none", phase=1.0),
+            "phase = 1.0 with forcing = NoForce(): it has no phase",
+        ),
+        (
+            lambda: Parameters(**GENERIC, forcing=FORCES[5], phase=1.0),
+            "phase = 1.0 with forcing = Record(<3 samples from 0 to 3>, of='base_acceleration', af",
+        ),
+        (lambda: Parameters(**GENERIC, forcing=NOISE, phase=1.0), "phase = 1.0 with forcing = Noi"),
+        (
+            lambda: Parameters(**GENERIC, forcing="bse"),
+            "unknown forcing 'bse' (did you mean 'base'?): must be one of none, harmonic",
+        ),
+        (lambda: Parameters(**GENERIC, forcing="noise"), "forcing = 'noise': give damper.Noise("),
+        (lambda: Parameters(**GENERIC, forcing=3.0), "forcing = 3.0: must be a name, or a force"),
+        (
+            lambda: Harmonics((0,), (1,)),
+            "Harmonics.orders[0] = 0: must be a whole number >= 1 and <= 1000",
+        ),
+        (lambda: Harmonics((1, 1.5), (1, 1)), "Harmonics.orders[1] = 1.5: must be a whole number"),
+        (lambda: Harmonics((-1,), (1,)), "Harmonics.orders[0] = -1: must be a whole number"),
+        (lambda: Harmonics((1, 1), (1, 2)), "Harmonics.orders: 1 is given 2 times"),
+        (lambda: Harmonics(1, 1), "Harmonics.orders = 1: must be a sequence of numbers"),
+        (lambda: Harmonics((1, 2), (0, 0)), "Harmonics.amplitudes are all zero: give damper.NoF"),
+        (lambda: Harmonics((1,), (math.nan,)), "Harmonics.amplitudes[0] = nan: must be a finite"),
+        (lambda: Harmonics((1, 2), (1,)), "Harmonics.amplitudes has 1 values: must be as many as"),
+        (lambda: Harmonics((1, 2), (1, 2), (0,)), "Harmonics.phases has 1 values: must be as"),
+        (lambda: Base("grond"), "unknown Base.frame 'grond' (did you mean 'ground'?): must be one"),
+        (
+            lambda: Record([0, 1, 2], [1, math.nan, 2]),
+            "Record.value[1] = nan: must be a finite num",
+        ),
+        (lambda: Record([0, math.inf], [1, 2]), "Record.time[1] = inf: must be a finite number"),
+        (
+            lambda: Record(np.ma.masked_less([0.0, -1.0, 2.0], 0.0), [1, 2, 3]),
+            "Record.time[1] = nan: must be a finite number: a record has no gaps",
+        ),
+        (lambda: Record([0, 2, 1], [1, 2, 3]), "Record.time[2] = 1.0 follows 2.0: times must rise"),
+        (lambda: Record([0, 1, 1], [1, 2, 3]), "Record.time[2] = 1.0 is given twice: times must"),
+        (lambda: Record([0], [1]), "Record.time has 1 samples: must be two or more"),
+        (lambda: Record([0, 1], [1]), "Record.value has 1 samples, time has 2: must be as many"),
+        (lambda: Record([0, 1], [0, 0]), "Record.value is zero everywhere: give damper.NoForce()"),
+        (lambda: Record([0, 1e-320], [0, 1]), "Record.value[1] = 1.0: the slope to it is infinite"),
+        (lambda: Record([[0, 1]], [1, 2]), "Record.time has the shape (1, 2): must be one column"),
+        (lambda: Record(["0", "1"], [1, 2]), "Record.time: must be a sequence of numbers"),
+        (lambda: Record([0, 1], [1, None]), "Record.value: must be a sequence of numbers"),
+        (lambda: Record([0, 1], [[1], [2, 3]]), "Record.value: must be a sequence of numbers"),
+        (lambda: Record(WithUnits(), [1, 2]), "Record.time has units seconds: give plain numbers"),
+        (
+            lambda: Record([0, 1], [1, 2], of="base"),
+            "unknown Record.of 'base'",
+        ),
+        (lambda: Record([0, 1], [1, 2], after="stop"), "unknown Record.after 'stop': must be one"),
+        (lambda: Noise(1, 0.1, 200.0), "missing 1 required positional argument: 'band'"),
+        (lambda: Noise(1, 0.1, 200.0, (2, 1)), "Noise.band = (2, 1): must be (low, high) with low"),
+        (lambda: Noise(1, 0.1, 200.0, (-1, 1)), "Noise.band[0] = -1: must be a finite number"),
+        (lambda: Noise(-1, 0.1, 200.0, (0, 1)), "Noise.seed = -1: must be a whole number >= 0"),
+        (
+            lambda: Noise(1, 0.1, 200.0, (0, 9)),
+            "Noise.step = 0.1: too coarse for Noise.band up to 9.0: must be at most 2 pi / (10",
+        ),
+        (lambda: Noise(1, 0.1, 9.04, (0, 1)), "Noise.duration = 9.04: must be a whole number"),
+        (lambda: Noise(1, 0.1, 9.0, (0, 1)), "Noise.duration = 9.0: too short for Noise.band = (0"),
+        (lambda: Noise(1, 0.1, 1e9, (0, 1)), "Noise.duration = 1000000000.0 with Noise.step = 0.1"),
+    ],
+    ids=str,
+)
+def test_what_is_refused(make: Callable[[], Any], words: str) -> None:
+    assert words in refused(make)
+
+
+class WithUnits(list):
+    """Numbers as a library of units has them."""
+
+    units = "seconds"
+
+
+# --- files
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("0,1\n0.5,-2e-1\n", {}),
+        ("\ufefftime,force\n0,1\n0.5,-.2", {}),
+        ("# a comment\n\ntime (s); force [N]\n 0 ; 1\r\n0.5; -0.2\n", {"delimiter": ";"}),
+        ("v,t,w\n1,0,7\n-0.2,0.5,x\n", {"columns": ("t", "v")}),
+        ("7,1,0\n7,-0.2,0.5\n", {"columns": (2, 1)}),
+    ],
+    ids=range(5),
+)
+def test_files_of_a_record(tmp_path: Path, text: str, given: dict[str, Any]) -> None:
+    (tmp_path / "record.csv").write_text(text, encoding="utf-8")
+    found = Record.read(tmp_path / "record.csv", **given)
+    assert found == Record([0.0, 0.5], [1.0, -0.2])
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "words"),
+    [
+        ("", {}, ": time has 0 samples: must be two or more"),
+        ("t,v\n0,1\n", {}, ": time has 1 samples"),
+        ("0,1\n\n1,x\n", {}, ", line 3: 'x' is no number"),
+        ("0,1\n1,\n2,3\n", {}, ", line 2: there is nothing in column 1 (from 0)"),
+        ("0,1\n1\n2,3\n", {}, ", line 2: 1 columns: must be two, or `columns` has to say"),
+        ("0,1,2\n1,2,3\n", {}, ", line 1: 3 columns: must be two, or `columns` has to say"),
+        (
+            "# x\n0,1\n1,nan\n",
+            {},
+            ", line 3: value = nan: must be a finite number: a record has no",
+        ),
+        ("t,v\n0,1\n2,1\n1,1\n", {}, ", line 4: time = 1.0 follows 2.0: times must rise"),
+        ("0,1\n1,1\n1,1\n", {}, ", line 3: time = 1.0 is given twice: times must rise"),
+        ("t (ms),f\n0,1\n1,2\n", {}, ", line 1: t is in ms: must be in s, or without unit"),
+        ("t,f [kN]\n0,1\n1,2\n", {}, ", line 1: f is in kN: must be in N, or without unit"),
+        (
+            "t (s),a (N)\n0,1\n1,2\n",
+            {"of": "base_acceleration"},
+            ", line 1: a is in N: must be in m/s2, or without unit",
+        ),
+        ("t,a,b\n0,1,2\n", {"columns": ("t", "c")}, " 'c': must be one of t, a, b"),
+        ("0,1\n1,2\n", {"columns": (0,)}, "columns = (0,): must be those of time and value"),
+        ("0,1\n1,2\n", {"of": "forces"}, "unknown Record.of 'forces' (did you mean 'force'?)"),
+    ],
+    ids=lambda value: re.sub(r"\s", " ", value) if isinstance(value, str) else "",
+)
+def test_files_that_are_refused(
+    tmp_path: Path, text: str, given: dict[str, Any], words: str
+) -> None:
+    (tmp_path / "record.csv").write_text(text)
+    message = refused(lambda: Record.read(tmp_path / "record.csv", **given))
+    assert words in message
+    assert "record.csv" in message or given
+
+
+# --- noise
+
+
+def test_noise_is_the_same_on_all_platforms() -> None:
+    """By its definition, in many digits: sines of random phases, rounded to 2**-16."""
+    count, (first, last) = 2000, (16, 63)
+    value = NOISE.record.value
+    assert (NOISE.lines, value.size, value[-1]) == (48, 2001, value[0])
+    phases = [int(bits) >> 32 for bits in np.random.PCG64(1).random_raw(48)]
+    # The generator's own stream.
+    assert phases[:3] == [2198257139, 4082210491, 619160822]
+    parts = math.isqrt(count) + 1
+
+    def rounded(function: Callable[..., Any], turns: Any) -> int:
+        return int(mp.nint(65536 * function(2 * mp.pi * turns)))
+
+    with mp.workdps(30):
+        for n in (0, 1, 777, 1999):
+            coarse = n // parts * parts
+            total = 0
+            for line in range(first, last + 1):
+                turns = mpf(line * coarse % count) / count + mpf(phases[line - first]) / 2**32
+                fine = mpf(line * (n - coarse) % count) / count
+                total += rounded(mp.sin, turns) * rounded(mp.cos, fine)
+                total += rounded(mp.cos, turns) * rounded(mp.sin, fine)
+            assert value[n] == total * (math.sqrt(2.0 / 48) / 2.0**32)
+
+
+def test_noise_has_the_digits_that_it_had() -> None:
+    value = Noise(7, 0.25, 1024.0, (0.0, 1.0)).record.value
+    assert [x.hex() for x in value[[0, 1, 2000, 4095]].tolist()] == DIGITS
+
+
+DIGITS = [
+    "0x1.f980000000000p-7",
+    "-0x1.1db3e2c71c71cp-6",
+    "0x1.6805d8ceaaaaap-2",
+    "0x1.9458e38e38e38p-5",
+]
+
+
+@given(st.integers(0, 2**64), st.floats(0, 3), st.floats(0.1, 3), st.integers(300, 5000))
+def test_noise_has_its_band_alone(seed: int, low: float, width: float, count: int) -> None:
+    high = low + width
+    step = 0.6 / high
+    try:
+        noise = Noise(seed, step, count * step, (low, high))
+    except ValueError as error:
+        assert "too short" in str(error)  # noqa: PT017
+        return
+    value = noise.record.value
+    lines = 2.0 * abs(np.fft.rfft(value[:-1])) / count
+    rates = 2.0 * np.pi * np.arange(lines.size) / (count * step)
+    inside = (rates >= low * (1 - 1e-9)) & (rates <= high * (1 + 1e-9)) & (rates > 0.0)
+    assert noise.lines == inside.sum()
+    np.testing.assert_allclose(lines[inside], math.sqrt(2.0 / noise.lines), rtol=1e-4)
+    assert lines[~inside].max() < 1e-4
+    assert math.sqrt((value[:-1] ** 2).mean()) == pytest.approx(1.0, rel=1e-4)
