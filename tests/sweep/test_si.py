@@ -1,5 +1,6 @@
 """SI units: the same damper in kg, m, s, N, J, against formulas and integrations of its own."""
 
+import dataclasses
 import itertools
 import math
 import random
@@ -265,6 +266,97 @@ def test_a_free_mass_between_walls_that_stand_still() -> None:
     assert found["time"] == pytest.approx([0.1, 0.1 + 0.1 / 0.25, 0.5 + 0.1 / 0.125], rel=1e-5)
     assert found["approach_speed"] == pytest.approx([0.5, 0.25, 0.125], rel=1e-4)
     assert found["side"].tolist() == [1, -1, 1]
+
+
+# --- forces
+
+#: Force, its force_amplitude, and the unit of length that follows, of the primary of `SI`.
+FORCES: dict[str, tuple[Any, float, float]] = {
+    "harmonics": (damper.Harmonics((1, 2), (1.0, 0.5), (0.0, 0.2)), 10.0, 10.0 / 200.0),
+    "base": (damper.Base(), 0.03, 0.03),
+    "base, in its frame": (damper.Base("base"), 0.03, 0.03),
+    "unbalance": (damper.Unbalance(), 0.08, 0.08 / 2.0),
+    "record": (damper.Record([0.0, 0.2, 0.5], [0.0, 8.0, -8.0]), 1.0, 1.0 / 200.0),
+    "record of the base": (
+        damper.Record([0.0, 0.2, 0.5], [0.0, 1.0, -0.5], of="base_acceleration", after="hold"),
+        9.81,
+        9.81 * 2.0 / 200.0,
+    ),
+    "noise": (damper.Noise(1, 0.02, 20.0, (2.0, 20.0)), 10.0, 10.0 / 200.0),
+}
+
+
+def under(name: str, **changed: Any) -> SIParameters:
+    force, amplitude, _ = FORCES[name]
+    own = {"forcing": force, "force_amplitude": amplitude}
+    return SIParameters(**{n: v for n, v in SI.items() if n != "phase"} | own | changed)
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_a_force_in_si_is_the_dimensionless_one_in_other_units(name: str) -> None:
+    si, length = under(name), FORCES[name][2]
+    p, units = si.dimensionless, si.units
+    # sqrt(M/K) = 0.1 s
+    assert (units.length, units.time) == pytest.approx((length, 0.1), rel=1e-15)
+    assert p.clearance == pytest.approx(0.05 / length, rel=1e-15)
+    assert p.force_amplitude == 1.0
+    found, ratios = events(si, until=4.0), events(p, until=4.0 / units.time)
+    assert len(found) > 5
+    for column, size in (("time", units.time), ("x", units.length), ("v", units.speed)):
+        np.testing.assert_array_equal(found[column], ratios[column] * size)
+    cube = simulate(**si.given, transient=1, periods=2)
+    scaled = simulate(**p.given, transient=1, periods=2)
+    assert_scaled(cube, scaled, units)
+    assert cube.force_amplitude.attrs["units"] == si.forcing.si_unit
+    # The same damper, however its dimensionless twin was scaled.
+    twice = dataclasses.replace(p, force_amplitude=2.0) if name != "noise" else p
+    again = SIParameters.of(twice, 2.0, 200.0, si.force_amplitude)
+    assert again.force_amplitude == twice.force_amplitude * si.force_amplitude
+    assert again.gap == pytest.approx(0.1, rel=1e-14)
+    if isinstance(si.forcing, damper.Record):
+        np.testing.assert_allclose(again.forcing.time, si.forcing.time, rtol=1e-15)
+        assert again.forcing.value.tolist() == si.forcing.value.tolist()
+
+
+def test_noise_in_seconds_has_the_numbers_of_noise_in_other_units() -> None:
+    si = under("noise")
+    noise = si.dimensionless.forcing
+    assert noise.band == pytest.approx((0.2, 2.0), rel=1e-15)
+    np.testing.assert_array_equal(noise.record.value, si.forcing.record.value)
+    np.testing.assert_allclose(noise.record.time * 0.1, si.forcing.record.time, rtol=1e-14)
+
+
+def test_forces_in_si_that_are_the_same_one() -> None:
+    """By their formulas: a base that moves, and an unbalance, as forces in N."""
+    C, K, omega = SI["damping"], SI["stiffness"], SI["forcing_frequency"]
+    harmonic = {"forcing": "harmonic", "phase": 0.0}
+    pairs = [
+        (
+            under("base"),
+            {"force_amplitude": 0.03 * math.hypot(K, C * omega), "phase": math.atan(C * omega / K)},
+        ),
+        (under("unbalance"), {"force_amplitude": 0.08 * omega**2}),
+    ]
+    for si, force in pairs:
+        other = dataclasses.replace(si, **harmonic | force)
+        found, known = events(si, until=4.0), events(other, until=4.0)
+        assert len(found) == len(known) > 5
+        for column in ("time", "approach_speed", "x", "v"):
+            np.testing.assert_allclose(found[column], known[column], rtol=1e-9, atol=1e-11)
+
+
+def test_a_base_that_is_accelerated_in_si() -> None:
+    """a = 0.4 m/s2 for ever, from rest: y = -a t^2 / 2, and x rings down to -a M / K."""
+    step = damper.Record([0.0, 1.0], [1.0, 1.0], of="base_acceleration", after="hold")
+    si = under("record of the base", forcing=step, force_amplitude=0.4, gap=0.4)
+    (first, *_) = events(si, until=1.5)
+    t, (zeta, rate) = first["time"], (0.1, 10.0)
+    turning = rate * math.sqrt(1.0 - zeta**2)
+    rings = math.cos(turning * t) + zeta * rate / turning * math.sin(turning * t)
+    x = -0.4 * 2.0 / 200.0 * (1.0 - math.exp(-zeta * rate * t) * rings)
+    assert first["side"] == -1
+    assert first["x"] == pytest.approx(x, rel=1e-12)
+    assert -0.2 * t**2 - x == pytest.approx(-0.2, rel=1e-12)
 
 
 # --- cubes
