@@ -4,6 +4,9 @@ import numpy as np
 
 import damper
 from damper.engine.compiled import plain
+from damper.observers.motion import in_words
+from damper.parameters.forcing import Harmonics
+from damper.sweep.runs import run_points
 
 simulate = plain(damper.simulate)
 TWO_IMPACTS = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5}
@@ -22,6 +25,17 @@ def test_two_impacts_a_period() -> None:
     assert observed(300, clearance=4.4, **TWO_IMPACTS) == (1, 1, (1, 1, 0, 0))
     # Started half a period later, with both masses mirrored, the same force makes its image.
     assert observed(300, clearance=4.4, phase=np.pi, **TWO_IMPACTS) == (1, -1, (1, 1, 0, 0))
+
+
+def test_no_side_under_a_force_without_a_mirror() -> None:
+    """The odd harmonic leaves the motion symmetric."""
+    words = {}
+    for order in (2, 3):
+        values = {"clearance": 5.0, "forcing": Harmonics((1, order), (1.0, 0.01)), **TWO_IMPACTS}
+        found, _ = plain(run_points)([values], ["motion"], transient=150, periods=40)
+        words[order] = in_words({name: array[0] for name, array in found.items()})
+    assert words[2] == "period 1, 1 impact on each wall"
+    assert words[3] == words[2] + ", symmetric"
 
 
 def test_complete_chatter() -> None:

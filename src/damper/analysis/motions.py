@@ -49,11 +49,11 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     # Figures of other things load no engine.
     from damper.observers.motion import ObservedMotion, in_words
 
-    # Two runs with the same values have the same motion.
+    # Two runs with the same values have the same motion; -1 would be the side of the left wall.
     found = [variable.name for variable in ObservedMotion.variables]
     need_variables(cube, "motion", *found)
     finished = np.isfinite(cube.motion_period.values)
-    columns = {name: np.nan_to_num(cube[name].values, nan=-1.0) for name in found}
+    columns = {name: np.nan_to_num(cube[name].values, nan=-2.0) for name in found}
     if "largest_lyapunov_exponent" in cube:
         largest, drift = cube.largest_lyapunov_exponent, cube.lyapunov_drift.isel(exponent=0)
         wanders = cube.motion_period == 0

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
+from damper.engine.forcing import is_odd
 from damper.engine.model import motion
 from damper.engine.segment import IMPACT, STICK, segment_at
 from damper.engine.trajectory import Trajectory
@@ -44,7 +45,8 @@ class ObservedMotion(Observer):
             "1",
             comment="0 symmetric; -1 left, 1 right: the wall with more impacts or, with as many on "
             "each, that which the free mass is nearer to or, where it sticks on both alike, the "
-            "primary; missing where it does not repeat",
+            "primary; missing where it does not repeat, and under a force that is not its own "
+            "opposite half a cycle later: there no motion has a mirror image",
         ),
         *(
             Variable(
@@ -84,6 +86,7 @@ class ObservedMotion(Observer):
         rows = rows[-min(self._taken, len(rows)) :]
         states, counts = rows[:, :4], rows[:, 4:]
         near = self.tolerance * abs(states).max()
+        odd = plain(is_odd)(self._model.free.forcing)
         self._put({"motion_period": 0})
         for period in range(1, (len(rows) - 1) // 4 + 1):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]
@@ -91,8 +94,10 @@ class ObservedMotion(Observer):
                 half = states[-3 * period - 1 : -period]
                 symmetric = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
                 happened = counts[-1] - counts[-2 * period - 1]
-                side = 0 if symmetric else _side(later[1:], happened, near)
-                self._put({"motion_period": period, "motion_side": side})
+                self._put({"motion_period": period})
+                if odd:
+                    side = 0 if symmetric else _side(later[1:], happened, near)
+                    self._put({"motion_side": side})
                 names = [variable.name for variable in self.variables[2:]]
                 self._put(dict(zip(names, happened.astype(int), strict=True)))
                 return
@@ -135,7 +140,9 @@ def in_words(found: Mapping[str, int]) -> str:
     each = (f"{n:g} {noun}{'s' if n > 1 else ''}" for noun, (n, _) in counts.items())
     words.append(f"{' and '.join(each)} on each wall")
     sides = {0: "symmetric", -1: "more to the left", 1: "more to the right"}
-    return ", ".join([*words, sides[int(found["motion_side"])]])
+    if found["motion_side"] in sides:
+        words.append(sides[found["motion_side"]])
+    return ", ".join(words)
 
 
 @compiled

@@ -237,4 +237,4 @@ class _Shocks:
         )
         if found["status"][0]:
             return "the run stopped early"
-        return in_words({v.name: int(found[v.name][0]) for v in ObservedMotion.variables})
+        return in_words({v.name: found[v.name][0] for v in ObservedMotion.variables})
