@@ -3,10 +3,12 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 import damper
 from damper.observers import OBSERVERS, make_observers
+from damper.parameters.forcing import HARMONIC, Forcing, Harmonics, Record
 from damper.sweep import estimate
 from damper.sweep.runs import run_points
 
@@ -71,3 +73,14 @@ def test_times_are_in_words(seconds: float, words: str) -> None:
 )
 def test_amounts_are_in_words(size: float, words: str) -> None:
     assert estimate.amount(size) == words
+
+
+def test_a_force_takes_time() -> None:
+    """Each sample of a record ends a segment; each harmonic is summed at each moment."""
+
+    def seconds(forcing: Forcing) -> float:
+        return estimate.Workload({"points": 10}, 0, 100, [], forcing=forcing).run_seconds
+
+    samples = np.arange(100_000.0)
+    assert seconds(Record(samples, samples)) - seconds(HARMONIC) > 10 * 100_000 * 2e-7
+    assert seconds(Harmonics((1, 2), (1.0, 1.0))) > 1.5 * seconds(HARMONIC)

@@ -38,6 +38,16 @@ class Forcing:
         return self.repeats
 
     @property
+    def terms(self) -> int:
+        """Harmonics to be summed at each moment."""
+        return 1
+
+    @property
+    def samples(self) -> int:
+        """Samples, each of which ends a segment."""
+        return 0
+
+    @property
     def quantities(self) -> tuple[Quantity, ...]:
         """What its own numbers are that may vary; `damper.parameters.named` finds them."""
         return ()
@@ -165,6 +175,11 @@ class Harmonics(Forcing):
     def is_odd(self) -> bool:
         """Whether no harmonic of even order acts."""
         return all(k % 2 for k, a in zip(self.orders, self.amplitudes, strict=True) if a)
+
+    @property
+    def terms(self) -> int:
+        """Harmonics to be summed at each moment."""
+        return len(self.orders)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -338,9 +353,14 @@ class Record(_Sampled):
         return hash(self._key)
 
     @property
+    def samples(self) -> int:
+        """Samples, each of which ends a segment."""
+        return int(self.time.size)
+
+    @property
     def settings(self) -> dict[str, Any]:
         """Its kind and what it is made of, but for the samples, of which there may be many."""
-        return {"kind": self.kind, "samples": self.time.size, "of": self.of, "after": self.after}
+        return {"kind": self.kind, "samples": self.samples, "of": self.of, "after": self.after}
 
     def over(self, time: float) -> "Record":
         """Return it with its times in units of so many of those that it is given in."""
@@ -530,6 +550,11 @@ class Noise(_Sampled):
         low, high = self.band
         band = (low * time, high * time)
         return Noise(self.seed, self.step / time, self.duration / time, band, self.of, self.after)
+
+    @property
+    def samples(self) -> int:
+        """Samples, each of which ends a segment."""
+        return round(self.duration / self.step) + 1
 
 
 #: Kind -> class.

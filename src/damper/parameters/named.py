@@ -18,7 +18,7 @@ Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity:
     """What a number is that may vary without steps; TypeError with the nearest name for others."""
     varied = {q.name: q for q in parameters.quantities if not q.whole}
-    varied |= {q.name: q for q in parameters.dimensionless.forcing.quantities}
+    varied |= {q.name: q for q in parameters.forcing.quantities}
     if name not in varied:
         raise unknown_name("parameter", name, varied)
     return varied[name]
@@ -26,13 +26,13 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
 
 def value_of(parameters: Parameters | SIParameters, name: str) -> float:
     """Value of a number of a damper."""
-    own = parameters.dimensionless.forcing.numbers
+    own = parameters.forcing.numbers
     return own[name] if name in own else float(getattr(parameters, name))
 
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
     """The same damper with other values of some of its numbers."""
-    forcing = parameters.dimensionless.forcing
+    forcing = parameters.forcing
     own = forcing.numbers
     changed: dict[str, Any] = {name: v for name, v in values.items() if name not in own}
     if len(changed) < len(values):
@@ -43,5 +43,5 @@ def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
 
 def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, float]:
     """As `SIParameters.rates`; the numbers of a force have no units."""
-    own = parameters.dimensionless.forcing.numbers
+    own = parameters.forcing.numbers
     return {name: 1.0} if name in own else parameters.rates(name)

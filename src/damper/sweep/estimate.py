@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple
 
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.models import MODELS
 from damper.sweep.branches import DIRECTIONS
 
@@ -38,7 +39,8 @@ _PROCESS_SECONDS = 2.0  # to start, and to load compiled code
 _RUN_SECONDS = 1e-4  # of a run, and of each observer in it
 _PERIOD_SECONDS = 1e-6  # without impacts
 _BYTE_SECONDS = 4e-9
-_OBSERVED_SECONDS = 3e-7  # an impact, for each observer of it
+_OBSERVED_SECONDS = 3e-7  # an impact, or a sample of a force, for each observer of it
+_SAMPLE_SECONDS = 5e-7  # of a force that is a record
 
 # Bytes: jobs of one small run came to 165 to 215 MB; 400 000 runs to 0.9 kB more for each, 1.2 kB
 # in SI units.
@@ -71,6 +73,9 @@ class Workload:
         As made by `damper.observers.make_observers`.
     model : str, default "rigid"
         The model of the damper; of several the dearest.
+    forcing : Forcing
+        A sum of harmonics takes each impact as many times as long at most; a record ends a segment
+        at each of its samples.
     """
 
     sizes: Mapping[str, int]
@@ -78,6 +83,7 @@ class Workload:
     periods: int
     observers: Sequence["Observer"]
     model: str = "rigid"
+    forcing: Forcing = HARMONIC
 
     @property
     def runs(self) -> int:
@@ -146,13 +152,14 @@ class Workload:
     @property
     def _run_seconds(self) -> float:
         observers = len(self.observers)
-        impacts = IMPACTS_PER_PERIOD * MODELS[self.model].impact_seconds
+        impacts = IMPACTS_PER_PERIOD * MODELS[self.model].impact_seconds * self.forcing.terms
         observed = IMPACTS_PER_PERIOD * _OBSERVED_SECONDS * observers
         return (
             _RUN_SECONDS * (1 + observers)
             + _BYTE_SECONDS * self._run_bytes
             + (self.transient + self.periods) * (_PERIOD_SECONDS + impacts)
             + self.periods * observed
+            + self.forcing.samples * (_SAMPLE_SECONDS + _OBSERVED_SECONDS * observers)
         )
 
     def _memory(self, runs: int) -> int:

@@ -25,7 +25,7 @@ from damper.models import check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
-from damper.parameters.forcing import Forcing
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import need_state
@@ -99,7 +99,9 @@ def run_points(
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers
-    settings = check_workload({"points": len(read)}, asked, run)
+    forces = (point.parameters.forcing for point in read)
+    dearest = max(forces, key=lambda force: force.samples + force.terms, default=HARMONIC)
+    settings = check_workload({"points": len(read)}, asked, run, dearest)
     need_state(state)
     if state:
         for point in read:
@@ -123,6 +125,7 @@ def check_workload(
     sizes: Mapping[str, int],
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     run: Mapping[str, Any],
+    forcing: Forcing = HARMONIC,
 ) -> RunSettings:
     """Return the settings of runs; ValueError or TypeError where they cannot end or be kept.
 
@@ -130,7 +133,8 @@ def check_workload(
     """
     settings = RunSettings(**run)
     made = make_observers(observers)
-    Workload(sizes, settings.transient, settings.periods, made).refuse_excess()
+    length = settings.transient, settings.periods
+    Workload(sizes, *length, made, forcing=forcing).refuse_excess()
     return settings
 
 
