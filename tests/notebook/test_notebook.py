@@ -1,11 +1,16 @@
 """`damper.run` has the motion of its events, and a point of a cube the motion of its run."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import damper
 import damper.notebook
+from damper.analysis.closed_forms import damper_at, reduced_gap
+from damper.sweep.cube import write_cube
 
 P = damper.Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
 SI = damper.SIParameters(
@@ -228,3 +233,35 @@ def test_only_what_is_not_the_default_is_shown() -> None:
         "restitution=0.6)"
     )
     assert eval(repr(SI), vars(damper)) == SI
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        damper.NoForce(),
+        damper.Harmonics((1, 2), (1.0, 0.4)),
+        damper.Base("base"),
+        damper.Noise(3, 0.1, 150.0, (0.2, 2.0)),
+    ],
+    ids=lambda force: force.kind,
+)
+def test_a_point_of_a_cube_moves_under_the_force_of_the_cube(tmp_path: Path, force: Any) -> None:
+    """Also after a file: as the cube found it, and as a run of the same parameters."""
+    given = CHAOS | {"restitution": [0.4, 0.5], "initial_velocity": 2.0, "forcing": force}
+    observers = {"stroboscopic_section": {}, "bursts": {}}
+    cube = damper.simulate(**given, transient=3, periods=4, observers=observers)
+    write_cube(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as back:
+        found = back.damper.run(restitution=0.5)
+    assert found.parameters == damper.Parameters(**CHAOS | {"restitution": 0.5, "forcing": force})
+    assert found.cube.displacement.values.tolist() == cube.displacement[1].values.tolist()
+    other, _ = damper_at(cube.sel(restitution=0.4))
+    with pytest.raises(ValueError, match="^forcing = "):
+        reduced_gap(other)
+
+
+def test_a_cube_does_not_hold_the_samples_of_a_record() -> None:
+    record = damper.Record([0.0, 1.0, 30.0], [0.0, 1.0, 0.0])
+    cube = damper.simulate(**CHAOS, restitution=0.5, transient=1, periods=2, forcing=record)
+    with pytest.raises(ValueError, match="^forcing: its 3 samples are not kept"):
+        cube.damper.run()
