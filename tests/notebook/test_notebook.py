@@ -256,12 +256,12 @@ def test_a_point_of_a_cube_moves_under_the_force_of_the_cube(tmp_path: Path, for
     assert found.parameters == damper.Parameters(**CHAOS | {"restitution": 0.5, "forcing": force})
     assert found.cube.displacement.values.tolist() == cube.displacement[1].values.tolist()
     other, _ = damper_at(cube.sel(restitution=0.4))
-    with pytest.raises(ValueError, match="^forcing = "):
+    with pytest.raises(ValueError, match=r"^forcing = "):
         reduced_gap(other)
 
 
 def test_a_cube_does_not_hold_the_samples_of_a_record() -> None:
     record = damper.Record([0.0, 1.0, 30.0], [0.0, 1.0, 0.0])
     cube = damper.simulate(**CHAOS, restitution=0.5, transient=1, periods=2, forcing=record)
-    with pytest.raises(ValueError, match="^forcing: its 3 samples are not kept"):
+    with pytest.raises(ValueError, match=r"^forcing: its 3 samples are not kept"):
         cube.damper.run()

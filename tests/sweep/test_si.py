@@ -345,6 +345,25 @@ def test_forces_in_si_that_are_the_same_one() -> None:
             np.testing.assert_allclose(found[column], known[column], rtol=1e-9, atol=1e-11)
 
 
+@pytest.mark.parametrize("force", [damper.Unbalance(), damper.Base(), damper.Base("base")], ids=str)
+def test_what_an_orbit_owes_to_quantities_in_si_under_other_forces(force: Any) -> None:
+    """Against differences: the unit of length depends on other quantities under each force."""
+    p = Parameters(0.1, 0.1, 1.0, 5.0, 0.5, forcing=force)
+    orbit = plain(damper.periodic_orbit)(SIParameters.of(p, 2.0, 200.0, 0.1))
+    for name in ("primary_mass", "stiffness", "force_amplitude", "gap", "forcing_frequency"):
+        own = getattr(orbit.parameters, name)
+        beside = [
+            plain(damper.periodic_orbit)(
+                dataclasses.replace(orbit.parameters, **{name: own * (1.0 + part)}),
+                guess=orbit.state,
+            ).start
+            for part in (-1e-4, 1e-4)
+        ]
+        found = orbit.sensitivity(name)
+        difference = (beside[1] - beside[0]) / (2e-4 * own)
+        np.testing.assert_allclose(found, difference, rtol=0, atol=1e-5 * abs(found).max())
+
+
 def test_a_base_that_is_accelerated_in_si() -> None:
     """a = 0.4 m/s2 for ever, from rest: y = -a t^2 / 2, and x rings down to -a M / K."""
     step = damper.Record([0.0, 1.0], [1.0, 1.0], of="base_acceleration", after="hold")

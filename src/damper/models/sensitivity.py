@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import flow_of
+from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at, motion
@@ -143,9 +143,8 @@ def _flight(model, s, y, slower):
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)
     u = s.v - s.side * s.gap_rate
-    flow = flow_of(model.mass, tau)
-    dy = (flow.xx - 1.0) * y + flow.xv * u
-    return s.v * tau + dx, dv, dy, flow.vx * y + (flow.vv - 1.0) * u
+    dy, later = body_at(model.mass, y, u, phase, tau)
+    return s.v * tau + dx, dv, dy, later - u
 
 
 @compiled
