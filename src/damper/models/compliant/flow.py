@@ -226,8 +226,9 @@ def _increment_of_many(forcing, contact, z, tau):
             w += more[1]
             r += more[2]
             v += more[3]
-    less_1, sine, _ = turn_over_pair(forcing.omega, -forcing.omega, tau)
-    return u, w, r, v, less_1 * p + sine * q, less_1 * q - sine * p
+    nothing = (0.0, 0.0, 0.0, 0.0, p, q)
+    _, _, _, _, turned_p, turned_q = _series(contact, nothing, forcing.omega, -forcing.omega, tau)
+    return u, w, r, v, turned_p, turned_q
 
 
 @compiled
