@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.bodies import WeightedSum, bounds_of_terms, start_point
+from damper.engine.bodies import WeightedSum, start_point
 from damper.engine.compiled import compiled
 from damper.engine.forcing import horizon, phase_at
 from damper.engine.model import Step
@@ -455,7 +455,7 @@ def _spring_back(model, s, start):
     steps = opening.steps
     gave_up = opening.side == GAVE_UP
     force = _wall_point(wall, point)
-    if not _lags(wall, force.slope, min(opens, limit)):
+    if not _lags(force, min(opens, limit)):
         catching = first_root(wall, force, math.inf, False, min(opens, limit), 0.0)
         steps += catching.steps
         gave_up = gave_up or catching.side == GAVE_UP
@@ -477,14 +477,15 @@ def _spring_back(model, s, start):
 
 
 @compiled
-def _lags(wall, slope, span):
-    """Whether the wall surely stays behind the free mass for a time, by bounds on its force.
+def _lags(force, span):
+    """Whether the wall surely stays behind the free mass for a time; `force` is that at the start.
 
-    At the start the force is zero and grows by `slope`.
+    The force is not negative there, so it stays above a parabola that opens downwards, and its
+    slope decides.
     """
-    bound2, bound3 = bounds_of_terms(wall.flight.terms, span)
-    second = wall.stiffness * (bound2 + abs(wall.flight.acceleration)) + wall.damping * bound3
-    return slope > 0.5 * span * second
+    bound3 = abs(force.third) + span * (force.bound4 + span * force.growth)
+    last = force.slope + span * (0.5 * force.second - span * bound3 / 6.0)
+    return force.slope > 0.0 and last > 0.0
 
 
 declared_tangent.joins.of(Compliant)(tangent.joins)
