@@ -11,7 +11,7 @@ over the oscillators under one shared force. Its points, bounds and arrival are 
 import math
 from typing import Any, NamedTuple
 
-from damper.engine.bounds import bounds_ahead, energy_norm
+from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, rate_of, turn_over, turned
@@ -231,16 +231,6 @@ def fastest(terms: Any) -> tuple[float, float]:
     """Largest rate and coupling of the oscillators."""
 
 
-@by_class
-def bounds_of_terms(terms: Any, span: float) -> tuple[float, float]:
-    """Bounds on the second and third derivative of the oscillators' sum over the coming time."""
-
-
-@bounds_of_terms.of(Alone)
-def _bounds_of_none(terms, span):
-    return 0.0, 0.0
-
-
 @add_terms.of(Alone)
 def _add_none(terms, sums, at):
     return sums
@@ -311,14 +301,6 @@ def _add_way(term, way, rate, at):
 def _fastest_of(term):
     rate, coupling = fastest(term.rest)
     return max(rate, term.osc.rate), max(coupling, term.osc.coupling)
-
-
-@bounds_of_terms.of(Term)
-def _bounds_of_term(term, span):
-    bound2, bound3 = bounds_of_terms(term.rest, span)
-    own2, own3 = bounds_ahead(term.osc, term.start, span)
-    weight = abs(term.weight)
-    return bound2 + weight * own2, bound3 + weight * own3
 
 
 @compiled
