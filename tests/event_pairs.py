@@ -4,6 +4,24 @@ from typing import Any
 
 import numpy as np
 
+from damper import Parameters, State
+from damper.engine.segment import (
+    CAUSE,
+    CONTACT,
+    FLIGHT,
+    IMPACT,
+    MODE,
+    NOTHING,
+    PERIODS,
+    RELEASE,
+    SEPARATION,
+    SIDE,
+    SPEED,
+    TIME,
+    V,
+    X,
+)
+from damper.models import start_run
 from damper.verification.reference import Event, run
 
 #: Name of each kind in the reference -> its code in `damper.events`.
@@ -65,3 +83,28 @@ def assert_same(
     others = [event.kind for event in exact if event.kind != "impact"]
     assert [event.kind for _, event in pairs if event.kind != "impact"] == others
     assert_agree(pairs, error, relative)
+
+
+def rows_of(p: Parameters, until: float, state: State | None = None) -> np.ndarray:
+    """The log of a run."""
+    run = start_run(p, state)
+    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
+
+
+def changes(p: Parameters, until: float, state: State | None = None) -> list[tuple]:
+    """Starts and ends of a compliant contact's force: kind, side, time, x, v, approach speed."""
+    found, before = [], FLIGHT
+    for row in rows_of(p, until, state):
+        kind = None
+        if row[CAUSE] == IMPACT:
+            kind = "impact"
+        elif row[CAUSE] in (SEPARATION, RELEASE):
+            kind = "separation"
+        elif row[MODE] == CONTACT and row[CAUSE] == NOTHING and before == FLIGHT:
+            kind = "contact"
+        if kind:
+            time = row[PERIODS] * p.cycle + row[TIME]
+            speed = row[SPEED] if kind == "impact" else 0.0
+            found.append((kind, int(row[SIDE]), time, row[X], row[V], speed))
+        before = row[MODE]
+    return found

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cases import thinned
+from event_pairs import changes, rows_of
 
 from damper import Parameters, State, events, simulate
 from damper.engine.segment import (
@@ -18,17 +19,12 @@ from damper.engine.segment import (
     GAP_RATE,
     IMPACT,
     MODE,
-    NOTHING,
-    PERIODS,
     RELEASE,
     SEPARATION,
     SIDE,
     SPEED,
     STICK,
     STICKING,
-    TIME,
-    V,
-    X,
 )
 from damper.models import start_run
 from damper.verification.reference import run
@@ -40,30 +36,6 @@ NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitu
 
 def compliant(scene: tuple, k: float, tension: int, **more: float) -> Parameters:
     return Parameters(*scene, contact_stiffness_ratio=k, contact_tension=tension, **more)
-
-
-def rows_of(p: Parameters, until: float, state: State | None = None) -> np.ndarray:
-    run = start_run(p, state)
-    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
-
-
-def changes(p: Parameters, until: float) -> list[tuple]:
-    """Every start and end of a contact force: kind, side, time, x, v, approach speed."""
-    found, before = [], FLIGHT
-    for row in rows_of(p, until):
-        kind = None
-        if row[CAUSE] == IMPACT:
-            kind = "impact"
-        elif row[CAUSE] in (SEPARATION, RELEASE):
-            kind = "separation"
-        elif row[MODE] == CONTACT and row[CAUSE] == NOTHING and before == FLIGHT:
-            kind = "contact"
-        if kind:
-            time = row[PERIODS] * p.cycle + row[TIME]
-            speed = row[SPEED] if kind == "impact" else 0.0
-            found.append((kind, int(row[SIDE]), time, row[X], row[V], speed))
-        before = row[MODE]
-    return found
 
 
 @pytest.mark.parametrize(

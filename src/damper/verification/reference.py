@@ -260,6 +260,8 @@ def _force(
             values = tuple(scale * mpf(value) for value in spec.value)
             after = values[-1] if spec.after == "hold" else mpf(0)
             return Pieces(tuple(map(mpf, spec.time)), values, after), inertial
+        case given.Noise():
+            return _force(spec.record, amplitude, omega, phase, zeta)
     raise TypeError(f"forcing = {spec!r}: the reference does not know it")
 
 
