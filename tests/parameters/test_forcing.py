@@ -137,6 +137,10 @@ def test_no_force_is_an_amplitude_of_zero() -> None:
             "Harmonics.orders[0] = 0: must be a whole number >= 1 and <= 1000",
         ),
         (lambda: Harmonics((1, 1.5), (1, 1)), "Harmonics.orders[1] = 1.5: must be a whole number"),
+        (
+            lambda: Parameters(**GENERIC | {"frequency_ratio": 300}, forcing=Harmonics((4,), (1,))),
+            "with frequency_ratio = 300.0: has the frequency 1200 sqrt(K/M); must be <= 1000 sqrt",
+        ),
         (lambda: Harmonics((-1,), (1,)), "Harmonics.orders[0] = -1: must be a whole number"),
         (lambda: Harmonics((1, 1), (1, 2)), "Harmonics.orders: 1 is given 2 times"),
         (lambda: Harmonics(1, 1), "Harmonics.orders = 1: must be a sequence of numbers"),

@@ -17,6 +17,8 @@ from damper.parameters.units import FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
+#: Largest frequency, in units of sqrt(K/M), of a force.
+LARGEST_FREQUENCY = 1e3
 #: Largest rate, in units of sqrt(K/M), at which a support moves the free mass.
 LARGEST_SUPPORT_RATE = 2000.0
 
@@ -81,7 +83,7 @@ class Parameters(Declared):
         "frequency ratio",
         definition="forcing frequency over sqrt(K/M)",
         minimum=1e-3,
-        maximum=1e3,
+        maximum=LARGEST_FREQUENCY,
         from_si=lambda forcing_frequency, primary_mass, stiffness: (
             forcing_frequency * math.sqrt(primary_mass / stiffness)
         ),
@@ -211,6 +213,12 @@ class Parameters(Declared):
         if self.forcing is not HARMONIC:
             self.__dict__["forcing"] = read_forcing(self.forcing)
             check_force(self.forcing, self.phase, self.force_amplitude, (0.0, 1.0))
+            fastest = self.forcing.highest_order * self.frequency_ratio
+            if not fastest <= LARGEST_FREQUENCY:
+                raise ValueError(
+                    f"{self.forcing!r} with frequency_ratio = {self.frequency_ratio!r}: has the "
+                    f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
+                )
         if options:
             check_together(self.__dict__)
         else:

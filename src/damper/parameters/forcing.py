@@ -66,6 +66,11 @@ class Forcing:
         """Unit of `SIParameters.force_amplitude` under it."""
         return "N"
 
+    @property
+    def highest_order(self) -> int:
+        """Of its harmonics; 1 where it has none."""
+        return 1
+
     def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
         """F0 in N, of which F0/K is the unit of length of a damper in SI units."""
         return amplitude
@@ -180,6 +185,10 @@ class Harmonics(Forcing):
     def terms(self) -> int:
         """Harmonics to be summed at each moment."""
         return len(self.orders)
+
+    @property
+    def highest_order(self) -> int:
+        return max(self.orders)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
