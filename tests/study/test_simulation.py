@@ -148,7 +148,7 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
     assert [*parameters][: len(ALL)] == [*ALL]
     assert [*parameters][len(ALL) :] == [
         *("transient", "periods", "accuracy", "max_events"),
-        *("observers", "follow", "initial", "draws", "state", "workers"),
+        *("observers", "follow", "initial", "forcing", "draws", "state", "workers"),
     ]
     for name in parameters:
         assert name in simulate.__doc__
