@@ -13,9 +13,12 @@ from plain_events import Scene, random_scenes
 from scenes import PAPER_A, SLOW
 
 from damper import Parameters, simulate
+from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
+from damper.parameters.forcing import Base, Forcing, Harmonics
+from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
 from damper.verification.reference import run as exact_run
 
@@ -104,6 +107,21 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
     """With a heavy free mass the first impacts of many bursts come before the push."""
     scene = Scene({**SLOW, "mass_ratio": 2.0, "clearance": 0.4, "restitution": 0.5}, 0, 20)
     assert assert_as_expected(scene.observed("accumulation", bursts=60), scene) > 10
+
+
+@pytest.mark.parametrize("forcing", [Harmonics((1, 2), (1.0, 0.5)), Base("base")], ids=str)
+def test_predictions_under_other_forces(forcing: Forcing) -> None:
+    """Of the second order, with what a force does to both masses."""
+    values = SLOW | {"forcing": forcing, "force_amplitude": 25.0}
+    found, _ = plain(run_points)([values], ["accumulation"], transient=1, periods=5)
+    exact = found["remaining_time"]
+    known = (found["prediction_error_estimate"] < 1e-2) & (exact > 1e-4)
+    assert known.sum() > 10
+    first, second = (
+        abs(found[f"{order}_order_time"] / exact - 1.0)[known] for order in ("first", "second")
+    )
+    assert (second < 0.1 * found["prediction_error_estimate"][known]).all()
+    assert np.median(second) < 0.01 * np.median(first)
 
 
 # --- against many digits

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
+from damper.engine.forcing import repeats
 from damper.engine.impact import ConstantRestitution
 from damper.engine.model import begin
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
@@ -78,7 +79,7 @@ class Accumulation(Observer):
     Raises
     ------
     ValueError
-        When a run is not of the rigid damper with a constant restitution.
+        When a run is not of the rigid damper with a constant restitution, under a smooth force.
     """
 
     bursts = Setting(
@@ -115,6 +116,11 @@ class Accumulation(Observer):
             raise ValueError(
                 "accumulation: its formulas are those of the rigid damper without support and with "
                 "a constant restitution, not of this model"
+            )
+        if not plain(repeats)(model.free.forcing):
+            raise ValueError(
+                "accumulation: its formulas are those of a smooth force, this forcing is one from "
+                "sample to sample"
             )
         super().begin(run, trajectory, window)
         self._state = np.zeros(1, _STATE)

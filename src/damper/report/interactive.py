@@ -24,11 +24,13 @@ from damper.figures.common.style import LONG_NAMES, RATIOS
 from damper.figures.map import ABOUT_ONE, classified
 from damper.models import law_of
 from damper.observers.motion import ObservedMotion, in_words
+from damper.parameters.dampers import BASIC, need_known
 from damper.parameters.quantities import is_si
 from damper.parameters.units import LENGTH, SPEED, TIME, units_of
 from damper.sweep.branches import branches
 from damper.sweep.grid import product
 from damper.sweep.points import Point, read_point
+from damper.sweep.record import force_of
 from damper.sweep.runs import run_points
 
 #: What of each motion is kept, and of how many points of a figure, at least two along an axis.
@@ -193,7 +195,8 @@ def _runs(
     axes = dict(study["axes"])
     for name in axes.keys() - study["follow"].keys():  # one that is followed needs the neighbours
         axes[name] = [at[name]] if name in at else values.get(name, axes[name])
-    plan = branches(product(axes, study["fixed"]), axes, study["draws"], study["follow"])
+    fixed = {**study["fixed"], **force_of(cube)}
+    plan = branches(product(axes, fixed), axes, study["draws"], study["follow"])
     runs, _ = run_points(
         plan.points,
         {"segments": STRETCH, "motion": {}},
@@ -226,6 +229,7 @@ def _run(
     point: Point, runs: Mapping[str, np.ndarray], number: int, chatter: float | None, scale: float
 ) -> dict[str, Any]:
     p, law = point.parameters, law_of(point.parameters)
+    need_known(p, (*BASIC, "yield_speed"), "the page")
     used = np.isfinite(runs["segment_time"][number])
     row = {name: runs[f"segment_{name}"][number][used] for name in _FIELDS}
     rows = [row["time"], row["displacement"], row["velocity"], row["gap_rate"]]

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.completion import completion_times
+from damper.engine.forcing import phase_at
 from damper.engine.impact import restitution_at
 from damper.engine.oscillator import advance, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
@@ -71,9 +72,9 @@ def predict(
     Raises
     ------
     ValueError
-        For a damper that is not rigid, another side, restitution = 1, a negative rebound speed,
-        what is not finite, and a contact force that is not positive just after the impact: such a
-        sequence need not complete.
+        For a damper that is not rigid, a force that is a record, another side, restitution = 1, a
+        negative rebound speed, what is not finite, and a contact force that is not positive just
+        after the impact: such a sequence need not complete.
     TypeError
         When a value is not a real number.
 
@@ -96,7 +97,12 @@ def predict(
         raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
     if p.law not in ("constant", "yielding"):
         raise ValueError(f"{p!r}: must have a constant restitution at low speeds")
-    need_known(p, (*BASIC, "yield_speed"), "the prediction")
+    if not p.forcing.repeats:
+        raise ValueError(
+            f"forcing = {p.forcing!r}: the prediction is that of a smooth force, not of one from "
+            "sample to sample"
+        )
+    need_known(p, (*BASIC, "yield_speed", "force_amplitude", "forcing"), "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "
@@ -136,7 +142,8 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     common = centre_velocity(s, model.mass_ratio)
     dx = math.nan
     if 0.0 < second <= LONGEST:
-        dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, start.phase), second)
+        phase = phase_at(model.free.forcing, s.periods, s.time)
+        dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, phase), second)
     else:
         second = math.nan
     return Prediction(first, second, common * first, dx, error / first)
