@@ -44,6 +44,9 @@ def drive_of(parameters: Parameters) -> Drive:
         phase = p.phase + math.atan(drag)
         return Drive(harmonic(omega, phase), amplitude * math.hypot(1.0, drag), 0.0)
     if isinstance(spec, given.Harmonics):
+        if tuple(spec.orders) == (1,) and spec.amplitudes[0] > 0.0:
+            phase = p.phase + spec.phases[0]
+            return Drive(harmonic(omega, phase), amplitude * spec.amplitudes[0], 0.0)
         return Drive(_sum_of_harmonics(spec, omega, p.phase), amplitude, 0.0)
     if isinstance(spec, given.Noise):
         spec = spec.record
@@ -58,9 +61,7 @@ def _sum_of_harmonics(spec: given.Harmonics, omega: float, phase: float) -> Any:
 
     highest = max(k for k, a in zip(spec.orders, spec.amplitudes, strict=True) if a)
     sine, cosine = np.zeros(highest), np.zeros(highest)
-    for k, a, angle in zip(
-        spec.orders, spec.amplitudes, spec.phases or (0.0,) * len(spec.orders), strict=True
-    ):
+    for k, a, angle in zip(spec.orders, spec.amplitudes, spec.phases, strict=True):
         if a:
             sine[k - 1] += a * math.cos(angle)
             cosine[k - 1] += a * math.sin(angle)
