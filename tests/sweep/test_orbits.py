@@ -10,7 +10,7 @@ import damper
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.forcing import Forcing, Harmonics, NoForce, Record
+from damper.parameters.forcing import Base, Forcing, Harmonics, NoForce, Record
 from damper.parameters.named import value_of, with_values
 from damper.theory.two_impacts import orbits
 
@@ -109,6 +109,21 @@ def test_multipliers_under_two_harmonics(uneven: damper.PeriodicOrbit) -> None:
     known = np.linalg.eigvals(np.stack(columns, axis=1))
     known = known[np.lexsort((-known.imag, -abs(known)))]
     np.testing.assert_allclose(uneven.multipliers, known, rtol=1e-7)
+
+
+def test_an_orbit_in_the_frame_of_the_base() -> None:
+    """It differs by the base's own motion, (0, omega) at time 0, and so does each derivative."""
+    ground, base = (
+        periodic_orbit(replace(TWO_IMPACTS, clearance=5.0, forcing=Base(frame)))
+        for frame in ("ground", "base")
+    )
+    moves = np.array([0.0, 1.0, 0.0, 1.0])
+    np.testing.assert_allclose(ground.start - base.start, moves, atol=1e-10)
+    np.testing.assert_allclose(ground.multipliers, base.multipliers, rtol=1e-9)
+    for name in ("frequency_ratio", "damping_ratio", "clearance"):
+        change = plain(ground.sensitivity)(name) - plain(base.sensitivity)(name)
+        known = moves * (name == "frequency_ratio")
+        np.testing.assert_allclose(change, known, atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,8 @@ class Branch:
         orbits, points = self.orbits, self.special_points
         kind = type(orbits[0].parameters)
         quantity = named_quantity(orbits[0].parameters, self.parameter)
-        about = {"long_name": quantity.long_name, **attributes_of(quantity.units)}
+        units = orbits[0].parameters.forcing.si_unit if quantity.units == "N" else quantity.units
+        about = {"long_name": quantity.long_name, **attributes_of(units)}
         named = SI_UNITS if kind is SIParameters else {}
         length, speed = (attributes_of(named.get(unit, unit)) for unit in (LENGTH, SPEED))
         multipliers = np.full((len(orbits), 4), np.nan, complex)
