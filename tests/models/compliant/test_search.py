@@ -2,6 +2,7 @@
 
 import math
 import random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from damper.models import model_of
 from damper.models.compliant import Compliant
 from damper.models.compliant.flow import advance, derivative, dot, force_rates_in
 from damper.models.compliant.search import ContactMotion, contact_point
+from damper.parameters.forcing import Harmonics, NoForce, Record
 
 #: Sides of a root: found, or none up to the limit.
 FOUND, NONE = 1.0, 0.0
@@ -60,13 +62,23 @@ def scanned(model: Compliant, z: tuple, times: np.ndarray) -> np.ndarray:
     return found.T
 
 
-def model(k: float, tension: int = 0, r: float = 0.6, **changes: float) -> Compliant:
+def model(k: float, tension: int = 0, r: float = 0.6, **changes: Any) -> Compliant:
     given = {"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.2, "clearance": 1.0}
     values = given | {"restitution": r, "contact_stiffness_ratio": k, "contact_tension": tension}
     return model_of(Parameters(**values | changes))
 
 
-def random_case(seed: int) -> tuple[Compliant, tuple]:
+#: A harmonic, a sum of them on both masses, a record, none.
+FORCES = [
+    {},
+    {"forcing": Harmonics((1, 2, 5), (0.7, -0.5, 0.2), (0.0, 1.0, 2.0)), "force_amplitude": 1.5},
+    {"forcing": Record([0.0, 1.0, 3.0], [-0.8, 1.0, 0.5], of="base_acceleration")},
+    {"forcing": NoForce()},
+]
+each_force = pytest.mark.parametrize("force", FORCES, ids=["harmonic", "sum", "record", "none"])
+
+
+def random_case(seed: int, force: dict) -> tuple[Compliant, tuple]:
     chance = random.Random(seed)
     m = model(
         10 ** chance.uniform(0, 6),
@@ -75,18 +87,21 @@ def random_case(seed: int) -> tuple[Compliant, tuple]:
         mass_ratio=10 ** chance.uniform(-2, 1),
         damping_ratio=chance.choice([0.0, 0.02, 0.5, 3.0]),
         frequency_ratio=10 ** chance.uniform(-1, 1),
+        **force,
     )
     angle = chance.uniform(0, 6.3)
     speed = 10 ** chance.uniform(-8, 0)
     u, w = chance.uniform(-2, 2), chance.uniform(-2, 2)
+    # Sine and cosine; or value and slope.
     return m, (u, w, 0.0, -speed, math.sin(angle), math.cos(angle))
 
 
-def test_no_end_is_skipped() -> None:
+@each_force
+def test_no_end_is_skipped(force: dict) -> None:
     """Against a scan of the exact motion at a hundredth of the fastest period."""
     ends = 0
     for seed in range(12):
-        m, z = random_case(seed)
+        m, z = random_case(seed, force)
         limit = 6.0 / math.sqrt(m.contact.relative_stiffness)
         side, tau, _, slope = search(m, z, limit)
         values = scanned(m, z, np.linspace(0.0, tau, 600)[1:])[0]
@@ -122,11 +137,12 @@ def test_a_long_contact_costs_tens_of_evaluations(k: float, r: float, tension: i
     assert abs(values[-1]) < 1e-10 * values[0]
 
 
-def test_slow_part_and_ring_move_apart() -> None:
+@each_force
+def test_slow_part_and_ring_move_apart(force: dict) -> None:
     """The fast part of a state is a free oscillation, whatever the rest does; both add up."""
     separated = 0
     for seed in range(12):
-        m, z = random_case(seed)
+        m, z = random_case(seed, force)
         event = m.ending
         if not event.separated:
             continue
@@ -158,11 +174,12 @@ def test_a_slow_contact_is_not_split(
 
 
 @pytest.mark.parametrize("by_energy", [False, True])
-def test_fourth_derivative_stays_below_its_bound(by_energy: bool) -> None:
+@each_force
+def test_fourth_derivative_stays_below_its_bound(force: dict, by_energy: bool) -> None:
     """Both bounds hold along the motion, and are not so loose that they say nothing."""
     used = 0
     for seed in range(30):
-        m, z = random_case(seed)
+        m, z = random_case(seed, force)
         if by_energy:
             m = m._replace(ending=m.ending._replace(separated=0.0))
         if not by_energy and not m.ending.separated:
