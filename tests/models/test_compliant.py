@@ -2,7 +2,9 @@
 
 import math
 import random
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +29,7 @@ from damper.engine.segment import (
     STICKING,
 )
 from damper.models import start_run
+from damper.parameters.forcing import Forcing, Harmonics, NoForce, Record
 from damper.verification.reference import run
 
 GENERIC = (0.1, 0.05, 0.2, 0.25, 0.6)
@@ -34,7 +37,7 @@ QUIET = (0.1, 0.05, 0.2, 0.25, 0.3)
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
 
 
-def compliant(scene: tuple, k: float, tension: int, **more: float) -> Parameters:
+def compliant(scene: tuple, k: float, tension: int, **more: Any) -> Parameters:
     return Parameters(*scene, contact_stiffness_ratio=k, contact_tension=tension, **more)
 
 
@@ -163,6 +166,55 @@ def test_without_clearance_a_start_at_rest_is_that_of_a_tiny_one(k: float, phase
         return state.x, state.v, state.y, state.u
 
     assert end(0.0) == pytest.approx(end(1e-13), abs=1e-7)
+
+
+# --- forces
+
+
+def assert_same_events(one: np.ndarray, other: np.ndarray, error: float) -> None:
+    assert len(one) == len(other) >= 3
+    for name in ("kind", "side"):
+        np.testing.assert_array_equal(one[name], other[name])
+    for name in ("time", "x", "v", "approach_speed"):
+        np.testing.assert_allclose(one[name], other[name], rtol=0.0, atol=error)
+
+
+@pytest.mark.parametrize("of", ["force", "base_acceleration"])
+@pytest.mark.parametrize(("k", "tension"), [(1e8, 0), (1e6, 1), (30.0, 0), (30.0, 1)])
+def test_samples_on_the_lines_of_a_record_change_nothing(k: float, tension: int, of: str) -> None:
+    """Steps from far shorter than a contact to far longer ones; contacts stick when they did."""
+    time = np.array([0.0, 2.0, 2.5, 7.0, 12.0])
+    value = np.array([0.8, -1.1, 0.9, -0.7, 1.2])
+    coarse = compliant(QUIET, k, tension, forcing=Record(time, value, of=of))
+    found = events(coarse, State(0.0, 0.0, 0.1, 0.5), until=14.0)
+    assert {0, 1, 2} <= set(found["kind"])
+    contact = math.pi / math.sqrt(k * 1.1 / 0.1)
+    near = np.concatenate([t + contact * np.linspace(-1.2, 1.2, 25) for t in found["time"]])
+    finer = np.unique([*time, *near[(near > 0.0) & (near < 12.0)]])
+    fine = compliant(QUIET, k, tension, forcing=Record(finer, np.interp(finer, time, value), of=of))
+    assert_same_events(found, events(fine, State(0.0, 0.0, 0.1, 0.5), until=14.0), 1e-11)
+
+
+@pytest.mark.parametrize("tension", [0, 1])
+def test_one_term_of_a_sum_has_the_bytes_of_a_harmonic(tension: int) -> None:
+    p = compliant(QUIET, 1e4, tension, phase=0.3)
+    one = events(p, until=60.0)
+    assert len(one) > 10
+    assert (
+        events(replace(p, forcing=Harmonics((1,), (1.0,))), until=60.0).tobytes() == one.tobytes()
+    )
+
+
+@pytest.mark.parametrize("d", [0.0, 0.25])
+@pytest.mark.parametrize("forcing", [NoForce(), Record([3.0, 4.0], [1.0, 1.0])])
+def test_rest_lasts_until_a_force_acts(forcing: Forcing, d: float) -> None:
+    p = compliant((0.1, 0.05, 0.2, d, 0.6), 1e4, 0, forcing=forcing)
+    run = start_run(p, State(0.0, 0.0, 0.0, 0.0))
+    run.skip(*run.whole_periods(2.9))
+    end = run.state_at(*run.whole_periods(2.9))
+    assert (end.x, end.v, end.y, end.u, run.status) == (0.0, 0.0, 0.0, 0.0, 0)
+    run.skip(*run.whole_periods(5.0))
+    assert (run.state_at(*run.whole_periods(5.0)).x != 0.0) == (forcing.kind == "record")
 
 
 # --- extremes

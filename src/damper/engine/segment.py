@@ -40,7 +40,7 @@ class Segment(NamedTuple):
     first_speed: float
     """Approach speed of the first impact of the burst under way, 0 if there is none."""
     completion: float
-    """Time to the completion point of a TAIL, else 0."""
+    """Time to the completion point of a TAIL; of a CONTACT that of the touch to here; else 0."""
     duration: float
     """Length of the segment; where the run stops, up to there."""
 

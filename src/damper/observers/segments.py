@@ -35,7 +35,7 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
     "velocity": (V, "primary velocity at its start", SPEED),
     "gap": (GAP, "gap to the segment's wall at its start", LENGTH),
     "gap_rate": (GAP_RATE, "rate of the gap at its start", SPEED),
-    "completion": (COMPLETION, "time to the completion point of a closed burst, else 0", TIME_UNIT),
+    "completion": (COMPLETION, "time to a closed burst's completion; since a contact's touch", TIME_UNIT),
     "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
     "mode": (MODE, "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact", "1"),
     "cause": (CAUSE, "what began it: 0 impact, 1 stick, 2 release, -1 none, -2 separation", "1"),
