@@ -10,6 +10,7 @@ from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     COMPLETION,
+    CONTACT,
     DURATION,
     GAP,
     GAP_RATE,
@@ -35,7 +36,7 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
     "velocity": (V, "primary velocity at its start", SPEED),
     "gap": (GAP, "gap to the segment's wall at its start", LENGTH),
     "gap_rate": (GAP_RATE, "rate of the gap at its start", SPEED),
-    "completion": (COMPLETION, "time to a closed burst's completion; since a contact's touch", TIME_UNIT),
+    "completion": (COMPLETION, "time to a burst's completion; of contact, since touch", TIME_UNIT),
     "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
     "mode": (MODE, "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact", "1"),
     "cause": (CAUSE, "what began it: 0 impact, 1 stick, 2 release, -1 none, -2 separation", "1"),
@@ -81,6 +82,8 @@ class Segments(Observer):
         times = self._times(rows)
         if len(rows) and times[0] < 0.0 and rows[0, MODE] != TAIL:
             rows[0, X : GAP_RATE + 1] = self._motion_in(rows[0], -times[0])
+            if rows[0, MODE] == CONTACT:
+                rows[0, COMPLETION] -= times[0]
             rows[0, CAUSE], times[0] = NOTHING, 0.0
         for name, (column, _, _) in _FIELDS.items():
             values = times if column == TIME else rows[:, column]
