@@ -19,8 +19,8 @@ from damper import Parameters, events
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:-2]
-STUDY_SETTINGS, STUDY_JOBS = BLOCKS[-2:]
+OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:-4]
+FORCE, WITH_FORCE, STUDY_SETTINGS, STUDY_JOBS = BLOCKS[-4:]
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
@@ -272,3 +272,41 @@ def test_kind_of_study_needs_no_rule(copy, tmp_path):
     with (copy / "damper/verification/first_impacts/jobs.py").open("a") as edited:
         edited.write("# edited\n")
     assert jobs(snakemake(project, "-n", **environment))["part"] == 3
+
+
+def test_a_force_is_one_file(tmp_path):
+    """Its events are those of a record with small steps; what it cannot do is refused."""
+    (tmp_path / "decaying_push.py").write_text(FORCE)
+    check = """
+from dataclasses import replace
+import numpy as np
+time = np.linspace(0.0, 25.0, 25001)
+for model in ({}, {"support_stiffness_ratio": 0.2}, {"modulation_depth": 0.2}):
+    given = dict(zip(parameters.given, (0.1, 0.05, 1.0, 0.3, 0.6)), **model)
+    record = damper.Record(time, np.exp(-0.4 * time))
+    found, expected = (
+        damper.events(damper.Parameters(**given, forcing=force), until=20.0)["time"]
+        for force in (DecayingPush(0.4), record)
+    )
+    print(len(found) > 5, len(found) == len(expected), abs(found - expected).max() < 1e-5)
+cube = damper.simulate(
+    **given, forcing=DecayingPush(0.4), observers={"response": {}}, transient=0, periods=3
+)
+print(abs(float(cube.energy_residual)) < 1e-12)
+soft = {"modulation_depth": 0.0, "contact_stiffness_ratio": 1e3}
+for refused in (
+    lambda: damper.periodic_orbit(parameters),
+    lambda: damper.events(replace(parameters, **soft), until=9.0),
+):
+    try:
+        refused()
+    except (TypeError, ValueError) as error:
+        print(type(error).__name__)
+"""
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{tmp_path}"}
+    code = [sys.executable, "-c", WITH_FORCE + check]
+    done = subprocess.run(code, capture_output=True, text=True, env=environment, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    *_, rigid, grounded, varying, balance, orbit, compliant = done.stdout.splitlines()
+    assert (rigid, grounded, varying) == ("True True True",) * 3
+    assert (balance, orbit, compliant) == ("True", "ValueError", "TypeError")

@@ -235,6 +235,13 @@ def is_thrown_off(force: EventPoint, forcing: Any) -> bool:
 
 
 @compiled
+def rests(force: EventPoint) -> bool:
+    """Whether a contact force is zero, and stays so up to where the force ceases to be smooth."""
+    largest = max(abs(force.value), abs(force.slope), abs(force.second), abs(force.third))
+    return largest == 0.0 and force.fourth == 0.0 and force.bound4 == 0.0 and force.growth == 0.0
+
+
+@compiled
 def stays(model: Any, segment: Segment, start: Any) -> bool:
     """Whether masses in contact with no relative velocity stay together."""
     a, j, snap = relative_rates(start, model)

@@ -1,13 +1,27 @@
-"""The force of a run, from the one that its parameters name."""
+"""The force of a run, from the one that its parameters name.
+
+One of one's own is a class in place of those of `damper.parameters.forcing`, and a function for it
+that is registered with `drive`: docs/extending.md.
+"""
 
 import math
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.forcing.harmonic import harmonic
 from damper.parameters import Parameters
-from damper.parameters import forcing as given
+from damper.parameters.forcing import (
+    Base,
+    Forcing,
+    Harmonic,
+    Harmonics,
+    NoForce,
+    Noise,
+    Record,
+    Unbalance,
+)
 
 
 class Drive(NamedTuple):
@@ -16,7 +30,7 @@ class Drive(NamedTuple):
     forcing: Any
     """NamedTuple of `damper.engine.forcing`."""
     amplitude: float
-    """What its shape is multiplied by to give the force on the primary."""
+    """What its shape is multiplied by to give the force on the primary, >= 0."""
     share: float
     """Acceleration of the free mass by the force, over that of the primary.
 
@@ -26,51 +40,87 @@ class Drive(NamedTuple):
 
 def drive_of(parameters: Parameters) -> Drive:
     """What drives the damper of these parameters."""
+    return drive(parameters.forcing if parameters.force_amplitude else NoForce(), parameters)
+
+
+@singledispatch
+def drive(force: Forcing, parameters: Parameters) -> Drive:
+    """What a force is to the engine, by its class.
+
+    Raises
+    ------
+    TypeError
+        For a class that is not registered.
+    """
+    raise TypeError(f"forcing = {force!r}: no function for it is registered with {__name__}.drive")
+
+
+@drive.register
+def _no_force(force: NoForce, parameters: Parameters) -> Drive:
+    from damper.engine.forcing import none
+
+    return Drive(none.NoForce(0.0), 0.0, 0.0)
+
+
+@drive.register
+def _harmonic(force: Harmonic, parameters: Parameters) -> Drive:
     p = parameters
-    spec, amplitude = p.forcing, p.force_amplitude
+    return Drive(harmonic(p.frequency_ratio, p.phase), p.force_amplitude, 0.0)
+
+
+@drive.register
+def _unbalance(force: Unbalance, parameters: Parameters) -> Drive:
+    p = parameters
     omega = p.frequency_ratio
-    if amplitude == 0.0 or isinstance(spec, given.NoForce):
-        from damper.engine.forcing.none import NoForce
-
-        return Drive(NoForce(0.0), 0.0, 0.0)
-    if isinstance(spec, given.Harmonic):
-        return Drive(harmonic(omega, p.phase), amplitude, 0.0)
-    if isinstance(spec, given.Unbalance):
-        return Drive(harmonic(omega, p.phase), amplitude * omega * omega, 0.0)
-    if isinstance(spec, given.Base):
-        if spec.frame == "base":  # -z''
-            return Drive(harmonic(omega, p.phase), amplitude * omega * omega, 1.0)
-        drag = 2.0 * p.damping_ratio * omega
-        phase = p.phase + math.atan(drag)
-        return Drive(harmonic(omega, phase), amplitude * math.hypot(1.0, drag), 0.0)
-    if isinstance(spec, given.Harmonics):
-        if tuple(spec.orders) == (1,) and spec.amplitudes[0] > 0.0:
-            phase = p.phase + spec.phases[0]
-            return Drive(harmonic(omega, phase), amplitude * spec.amplitudes[0], 0.0)
-        return Drive(_sum_of_harmonics(spec, omega, p.phase), amplitude, 0.0)
-    if isinstance(spec, given.Noise):
-        spec = spec.record
-    if isinstance(spec, given.Record):
-        of_base = spec.of == "base_acceleration"
-        return Drive(_pieces(spec, p.cycle, -1.0 if of_base else 1.0), amplitude, float(of_base))
-    raise TypeError(f"forcing = {spec!r}: no model knows it")
+    return Drive(harmonic(omega, p.phase), p.force_amplitude * omega * omega, 0.0)
 
 
-def _sum_of_harmonics(spec: given.Harmonics, omega: float, phase: float) -> Any:
+@drive.register
+def _base(force: Base, parameters: Parameters) -> Drive:
+    p = parameters
+    omega = p.frequency_ratio
+    if force.frame == "base":  # the inertia, -z''
+        return Drive(harmonic(omega, p.phase), p.force_amplitude * omega * omega, 1.0)
+    # Spring and dashpot pass on z + 2 zeta z'.
+    drag = 2.0 * p.damping_ratio * omega
+    amplitude = p.force_amplitude * math.hypot(1.0, drag)
+    return Drive(harmonic(omega, p.phase + math.atan(drag)), amplitude, 0.0)
+
+
+@drive.register
+def _harmonics(force: Harmonics, parameters: Parameters) -> Drive:
     from damper.engine.forcing.harmonics import harmonics
 
-    highest = max(k for k, a in zip(spec.orders, spec.amplitudes, strict=True) if a)
-    sine, cosine = np.zeros(highest), np.zeros(highest)
-    for k, a, angle in zip(spec.orders, spec.amplitudes, spec.phases, strict=True):
-        if a:
-            sine[k - 1] += a * math.cos(angle)
-            cosine[k - 1] += a * math.sin(angle)
-    return harmonics(omega, phase, sine, cosine)
+    p = parameters
+    acting = [
+        (k, a, phase)
+        for k, a, phase in zip(force.orders, force.amplitudes, force.phases, strict=True)
+        if a
+    ]
+    if len(acting) == 1 and acting[0][0] == 1 and acting[0][1] > 0.0:
+        # The same motion, without the arrays.
+        _, a, phase = acting[0]
+        return Drive(harmonic(p.frequency_ratio, p.phase + phase), p.force_amplitude * a, 0.0)
+    sine, cosine = np.zeros(max(acting)[0]), np.zeros(max(acting)[0])
+    for k, a, phase in acting:
+        sine[k - 1] = a * math.cos(phase)
+        cosine[k - 1] = a * math.sin(phase)
+    return Drive(harmonics(p.frequency_ratio, p.phase, sine, cosine), p.force_amplitude, 0.0)
 
 
-def _pieces(spec: given.Record, cycle: float, sign: float) -> Any:
+@drive.register
+def _record(force: Record, parameters: Parameters) -> Drive:
     from damper.engine.forcing.record import record
 
-    slope = np.append(np.diff(spec.value) / np.diff(spec.time), 0.0)
-    last = spec.value[-1] if spec.after == "hold" else 0.0
-    return record(cycle, spec.time, sign * np.append(spec.value[:-1], last), sign * slope)
+    p = parameters
+    of_base = force.of == "base_acceleration"
+    sign = -1.0 if of_base else 1.0
+    slope = np.append(np.diff(force.value) / np.diff(force.time), 0.0)
+    last = force.value[-1] if force.after == "hold" else 0.0
+    pieces = record(p.cycle, force.time, sign * np.append(force.value[:-1], last), sign * slope)
+    return Drive(pieces, p.force_amplitude, float(of_base))
+
+
+@drive.register
+def _noise(force: Noise, parameters: Parameters) -> Drive:
+    return _record(force.record, parameters)

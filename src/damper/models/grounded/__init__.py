@@ -30,7 +30,7 @@ from damper.engine.oscillator import (
 from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, point_at, rates_of
 from damper.engine.segment import centre_velocity
 from damper.models import tangent, walls
-from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off
+from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off, rests
 from damper.models.forces import drive_of
 from damper.models.rigid import ContactForce, Rigid
 from damper.parameters import Parameters
@@ -148,9 +148,9 @@ def _stick(model, segment):
     together = motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v, phase)
     limit = min(HORIZON, horizon(model.stuck.forcing, phase))
     tau, outcome, steps = limit, NO_EVENT, 1
-    if s.side != 0.0:
-        moving = _contact_force(model, s, phase)
-        point = _force_point(moving, 0.0, moving.start)
+    moving = _contact_force(model, s, phase)
+    point = _force_point(moving, 0.0, moving.start)
+    if s.side != 0.0 and not rests(point):
         if is_thrown_off(point, model.stuck.forcing):
             return End(0.0, EVENT, 0.0, s.x, s.v, 0.0, 0.0, 1)
         lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0

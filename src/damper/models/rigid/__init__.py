@@ -22,7 +22,7 @@ from damper.engine.oscillator import (
 from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, point_at, rates_of
 from damper.engine.segment import centre_velocity
 from damper.models import tangent, walls
-from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off
+from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off, rests
 from damper.models.forces import drive_of
 from damper.parameters import Parameters
 
@@ -165,11 +165,11 @@ def _stick(model, segment):
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
     start = motion_from(model.stuck, s.x, s.v, phase)
     limit = min(HORIZON, horizon(model.stuck.forcing, phase))
-    if s.side == 0.0:
-        x, v = arrive(model.stuck, start, limit)
-        return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)
     moving = ContactForce(model.stuck, model.mass, start, s.side)
     point = _force_point(moving, 0.0, 0.0, start)
+    if s.side == 0.0 or rests(point):
+        x, v = arrive(model.stuck, start, limit)
+        return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)
     if is_thrown_off(point, model.stuck.forcing):
         return End(0.0, EVENT, 0.0, s.x, s.v, 0.0, 0.0, 1)
     lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
