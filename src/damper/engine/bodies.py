@@ -37,6 +37,8 @@ class Ballistic(NamedTuple):
     """A body that nothing acts on but a constant acceleration."""
 
     acceleration: float
+    damping: float = 0.0
+    """That of an `Oscillator`, so that none need be asked for it by class."""
 
 
 class Flow(NamedTuple):
@@ -46,11 +48,6 @@ class Flow(NamedTuple):
     xv: float
     vx: float
     vv: float
-
-
-@by_class
-def body_motion(body: Any, y: float, u: float, phase: Any) -> Motion:
-    """Complete a body's state by its second and third derivative."""
 
 
 @by_class
@@ -66,21 +63,6 @@ def body_at(body: Any, y: float, u: float, phase: Any, tau: float) -> tuple[floa
 @by_class
 def flow_of(body: Any, tau: float) -> Flow:
     """Linear flow of a body over a time `tau`."""
-
-
-@by_class
-def damping_of(body: Any) -> float:
-    """Half of the rate at which a body's volumes of (y, u) shrink."""
-
-
-@by_class
-def body_rates(body: Any, motion: Motion) -> tuple[float, float, float]:
-    """Second to fourth derivative of a body's displacement."""
-
-
-@body_motion.of(Ballistic)
-def _ballistic_motion(body, y, u, phase):
-    return Motion(y, u, body.acceleration, 0.0, phase)
 
 
 @acceleration_of.of(Ballistic)
@@ -99,19 +81,6 @@ def _ballistic_flow(body, tau):
     return Flow(1.0, tau, 0.0, 1.0)
 
 
-@damping_of.of(Ballistic)
-def _ballistic_damping(body):
-    return 0.0
-
-
-@body_rates.of(Ballistic)
-def _ballistic_rates(body, motion):
-    return motion.a, 0.0, 0.0
-
-
-body_motion.of(Oscillator)(motion_from)
-
-
 @acceleration_of.of(Oscillator)
 def _oscillator_acceleration(body, y, u, phase):
     return motion_from(body, y, u, phase).a
@@ -126,17 +95,6 @@ def _oscillator_at(body, y, u, phase, tau):
 def _oscillator_flow(body, tau):
     flow = free_flow(body, tau)
     return Flow(1.0 + flow.c_less_1, flow.s, -body.stiffness * flow.s, 1.0 + flow.s_dot_less_1)
-
-
-@damping_of.of(Oscillator)
-def _oscillator_damping(body):
-    return body.damping
-
-
-@body_rates.of(Oscillator)
-def _oscillator_rates(body, motion):
-    snap, _, _ = higher_derivatives(body, motion)
-    return motion.a, motion.j, snap
 
 
 class Alone(NamedTuple):
@@ -165,6 +123,9 @@ class WeightedSum(NamedTuple):
     """The constant one."""
     longest: float
     """Time up to which it is formed by increments, infinite where there is none."""
+    rate: float
+    coupling: float
+    """Largest of the oscillators."""
     terms: Term
     """The first one is the primary. All oscillators have the same force."""
 
@@ -226,11 +187,6 @@ def add_ways(terms: Any, way: float, rate: float, at: Instant) -> tuple[float, f
     """Add the ways and velocities of further oscillators, or their increments."""
 
 
-@by_class
-def fastest(terms: Any) -> tuple[float, float]:
-    """Largest rate and coupling of the oscillators."""
-
-
 @add_terms.of(Alone)
 def _add_none(terms, sums, at):
     return sums
@@ -244,11 +200,6 @@ def _add_no_starts(terms, sums):
 @add_ways.of(Alone)
 def _add_no_ways(terms, way, rate, at):
     return way, rate
-
-
-@fastest.of(Alone)
-def _fastest_of_none(terms):
-    return 0.0, 0.0
 
 
 @add_terms.of(Term)
@@ -295,12 +246,6 @@ def _add_way(term, way, rate, at):
     else:
         own, change = moved(term.osc, term.start, at.turn, at.tau)
     return add_ways(term.rest, way + term.weight * own, rate + term.weight * change, at)
-
-
-@fastest.of(Term)
-def _fastest_of(term):
-    rate, coupling = fastest(term.rest)
-    return max(rate, term.osc.rate), max(coupling, term.osc.coupling)
 
 
 @compiled
@@ -353,8 +298,7 @@ def _event_point(tau, sums, primary, way, motion):
 @rates_of.of(WeightedSum)
 def _rates_of(moving):
     forcing_rate = rate_of(moving.terms.osc.forcing)
-    rate, coupling = fastest(moving.terms)
-    return forcing_rate, max(forcing_rate, rate), coupling
+    return forcing_rate, max(forcing_rate, moving.rate), moving.coupling
 
 
 @compiled

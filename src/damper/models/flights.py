@@ -12,10 +12,7 @@ from damper.engine.bodies import (
     Primary,
     Term,
     WeightedSum,
-    body_motion,
-    body_rates,
     carried,
-    damping_of,
     longest_increments,
     start_point,
     sum_after,
@@ -60,6 +57,8 @@ class Both(NamedTuple):
 
     primary: Motion
     mass: Motion
+    phase: Any
+    """Of the force, as in `Motion`."""
 
 
 @by_class
@@ -73,18 +72,11 @@ def gap_of(start: Any, model: Any, segment: Segment, sign: float) -> WeightedSum
 
 
 @by_class
-def relative_rates(start: Any, model: Any) -> tuple[float, float, float]:
-    """Second to fourth derivative of the primary's displacement less the free mass's."""
+def relative_rates(start: Any, model: Any) -> tuple[float, float, float, float]:
+    """Second to fourth derivative of the primary's displacement less the free mass's.
 
-
-@by_class
-def snap_scale(start: Any, model: Any, force: float) -> float:
-    """Size of the gap's fourth derivative, by its terms; `force` is the size of the second."""
-
-
-@by_class
-def primary_of(start: Any) -> Motion:
-    """The primary's motion."""
+    The last number is the size of the fourth one by its terms, which need not cancel ahead.
+    """
 
 
 @begin_flight.of(Ballistic)
@@ -108,9 +100,9 @@ def _begin_both(mass, model, segment):
         # The contact force is zero: both masses have the same acceleration, exactly.
         other = motion_from(mass, y, u, phase)
         if _is_smooth(model.free, primary, other.a):
-            return Both(primary, motion_at_release(mass, y, u, primary.a, phase))
-        return Both(primary, other)
-    return Both(primary, body_motion(mass, y, u, phase))
+            return Both(primary, motion_at_release(mass, y, u, primary.a, phase), phase)
+        return Both(primary, other, phase)
+    return Both(primary, motion_from(mass, y, u, phase), phase)
 
 
 @compiled
@@ -131,6 +123,8 @@ def _gap_of_one(start, model, segment, sign):
         sign * segment.gap_rate,
         -weight * model.mass.acceleration,
         math.inf,
+        model.free.rate,
+        model.free.coupling,
         Term(weight, model.free, start, Alone(0.0)),
     )
 
@@ -144,53 +138,36 @@ def _gap_of_both(start, model, segment, sign):
         sign * segment.gap_rate,
         0.0,
         longest_increments(model.mass),
+        max(model.free.rate, model.mass.rate),
+        max(model.free.coupling, model.mass.coupling),
         Term(weight, model.free, start.primary, mass),
     )
 
 
 @relative_rates.of(Motion)
 def _rates_of_one(start, model):
-    snap, _, _ = higher_derivatives(model.free, start)
-    return start.a - model.mass.acceleration, start.j, snap
+    free = model.free
+    snap, _, _ = higher_derivatives(free, start)
+    size = free.strength * bound_of(free.forcing, 2)
+    size += 2.0 * free.damping * abs(start.j) + free.stiffness * abs(start.a)
+    return start.a - model.mass.acceleration, start.j, snap, size
 
 
 @relative_rates.of(Both)
 def _rates_of_both(start, model):
-    a, b = start.primary, start.mass
-    snap, _, _ = higher_derivatives(model.free, a)
-    _, _, other = body_rates(model.mass, b)
-    return a.a - b.a, a.j - b.j, snap - other
-
-
-@snap_scale.of(Motion)
-def _scale_of_one(start, model, force):
-    free = model.free
-    driving = free.strength * bound_of(free.forcing, 2)
-    return driving + 2.0 * free.damping * abs(start.j) + free.stiffness * abs(start.a)
-
-
-@snap_scale.of(Both)
-def _scale_of_both(start, model, force):
     free, mass = model.free, model.mass
-    a, b = start.primary, start.mass
-    return (
+    p, q = start.primary, start.mass
+    snap, _, _ = higher_derivatives(free, p)
+    other, _, _ = higher_derivatives(mass, q)
+    size = (
         (free.strength + mass.strength) * bound_of(free.forcing, 2)
-        + 2.0 * free.damping * abs(a.j)
-        + abs(a.a)
-        + 2.0 * mass.damping * abs(b.j)
-        + mass.stiffness * abs(b.a)
-        + (free.stiffness + mass.stiffness) * force
+        + 2.0 * free.damping * abs(p.j)
+        + abs(p.a)
+        + 2.0 * mass.damping * abs(q.j)
+        + mass.stiffness * abs(q.a)
+        + (free.stiffness + mass.stiffness) * abs(p.a - q.a)
     )
-
-
-@primary_of.of(Motion)
-def _primary_of_one(start):
-    return start
-
-
-@primary_of.of(Both)
-def _primary_of_both(start):
-    return start.primary
+    return p.a - q.a, p.j - q.j, snap - other, size
 
 
 @compiled
@@ -205,27 +182,25 @@ def fly(model: Any, segment: Segment, start: Any) -> End:
     s = segment
     moving = gap_of(start, model, s, 1.0)
     point = start_point(moving)
-    limit = min(HORIZON, horizon(model.free.forcing, primary_of(start).phase))
+    limit = min(HORIZON, horizon(model.free.forcing, start.phase))
     lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
     root = first_root(moving, point, 2.0 * model.clearance, lifts_off, limit, 0.0)
     p = root.point
     tau = p.tau + root.step
-    if limit < HORIZON and (root.side == 0.0 or tau > limit):
-        return _cut(moving, s, p, limit, root.steps)
-    if root.side == 0.0:
+    if root.side == 0.0 and limit == HORIZON:
         x, v, gap, gap_rate = sum_after(moving, p.tau)
         return End(p.tau, NO_EVENT, 0.0, x, v, gap, gap_rate, root.steps)
+    if limit < HORIZON and (root.side == 0.0 or tau > limit):
+        # Where the force ceases to be smooth; a root behind that is one of another motion.
+        step = limit - p.tau
+        dx, v, gap_rate = carried(p, step)
+        bend = p.second + step * (p.third * (1.0 / 3.0) + step * p.fourth * (1.0 / 12.0))
+        gap = p.value + step * (p.slope + 0.5 * step * bend)
+        return End(limit, NO_EVENT, 0.0, s.x + dx, v, gap, gap_rate, root.steps)
     dx, v, gap_rate = carried(p, root.step)
     outcome = GAVE_UP if root.side == GAVE_UP else EVENT
     wall = root.side * s.side
     return End(tau, outcome, wall, s.x + dx, v, 0.0, gap_rate, root.steps)
-
-
-@compiled
-def _cut(moving, s, p, limit, steps):
-    """The end of a flight where the force ceases to be smooth; `p` is a point no later."""
-    q = p if p.tau == limit else point_at(moving, limit)
-    return End(limit, NO_EVENT, 0.0, s.x + q.state.dx, q.state.v, q.value, q.slope, steps)
 
 
 @compiled
@@ -244,7 +219,7 @@ def rests(force: EventPoint) -> bool:
 @compiled
 def stays(model: Any, segment: Segment, start: Any) -> bool:
     """Whether masses in contact with no relative velocity stay together."""
-    a, j, snap = relative_rates(start, model)
+    a, j, snap, _ = relative_rates(start, model)
     return sticks(segment.side, a, j, snap)
 
 
@@ -253,16 +228,15 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     """Time to the completion point after the impact that begins a segment, and its error."""
     free = model.free
     side = segment.side
-    a, j, _ = relative_rates(start, model)
+    a, j, _, scale = relative_rates(start, model)
     force = -side * a
-    damping = damping_of(model.mass)
+    damping = model.mass.damping
     impact_damping = (free.damping * mass_ratio + damping) / (1.0 + mass_ratio)
     dashpot_rate = 2.0 * (free.damping + damping)
-    scale = snap_scale(start, model, force)
     left, error = completion(
         model.law, impact_damping, dashpot_rate, scale, force, side * j, segment.gap_rate
     )
-    if left > horizon(free.forcing, primary_of(start).phase):
+    if left > horizon(free.forcing, start.phase):
         return 0.0, math.inf
     return left, error
 

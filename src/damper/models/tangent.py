@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Flow, acceleration_of, damping_of, flow_of
+from damper.engine.bodies import Flow, acceleration_of, flow_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at
@@ -79,7 +79,7 @@ def have_rigid_walls(kind: type) -> None:
 
 @compiled
 def _damping_in(model, s):
-    return 2.0 * (model.free.damping + damping_of(model.mass))
+    return 2.0 * (model.free.damping + model.mass.damping)
 
 
 @compiled

@@ -129,7 +129,7 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     """
     s = segment
     start = begin(model, s)
-    a, j, _ = relative_rates(start, model)
+    a, j, _, _ = relative_rates(start, model)
     restitution = restitution_at(model.law, 0.0)
     force = -s.side * a
     if not force * (1.0 - restitution) > 0.0:

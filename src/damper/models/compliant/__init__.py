@@ -245,7 +245,7 @@ def _begin(model, segment):
     # By the force that is left, and not by what ended the contact.
     start = begin_flight(model.mass, model, _as(s, s.side, s.mode, NOTHING, 0.0))
     if s.gap == 0.0:
-        a, _, _ = relative_rates(start, model)
+        a, _, _, _ = relative_rates(start, model)
         contact = model.contact
         if abs(a) <= ROUNDOFF * force_size(contact.drag, s.x, s.v, contact.largest):
             return begin_flight(model.mass, model, _as(s, s.side, s.mode, RELEASE, 0.0))

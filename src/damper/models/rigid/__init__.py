@@ -89,41 +89,27 @@ class ContactForce(NamedTuple):
 
 @by_class
 def pushed(mass: Any, phase: Any) -> tuple[float, ...]:
-    """Acceleration of a free mass that nothing holds, and its first four derivatives."""
-
-
-@by_class
-def pushed_most(mass: Any) -> float:
-    """Bound on the last of them."""
+    """Acceleration of a free mass that nothing holds, four derivatives, a bound on the last."""
 
 
 @pushed.of(Ballistic)
 def _pushed_ballistic(mass, phase):
-    return mass.acceleration, 0.0, 0.0, 0.0, 0.0
-
-
-@pushed_most.of(Ballistic)
-def _ballistic_most(mass):
-    return 0.0
+    return mass.acceleration, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @pushed.of(Oscillator)
 def _pushed_driven(mass, phase):
     force, force1, force2, force3, force4 = force_rates(mass.forcing, phase)
     k = mass.strength
-    return k * force, k * force1, k * force2, k * force3, k * force4
-
-
-@pushed_most.of(Oscillator)
-def _driven_most(mass):
-    return mass.strength * bound_of(mass.forcing, 4)
+    most = k * bound_of(mass.forcing, 4)
+    return k * force, k * force1, k * force2, k * force3, k * force4, most
 
 
 @compiled
 def _force_point(moving, tau, dx, motion):
     osc = moving.osc
     snap, crackle, sixth = higher_derivatives(osc, motion)
-    a, a1, a2, a3, a4 = pushed(moving.mass, motion.phase)
+    a, a1, a2, a3, a4, most = pushed(moving.mass, motion.phase)
     side = moving.side
     growth = osc.strength * bound_of(osc.forcing, 5)
     x = moving.start.x + dx
@@ -136,7 +122,7 @@ def _force_point(moving, tau, dx, motion):
         -side * (crackle - a3),
         -side * (sixth - a4),
         0.0,
-        energy_norm(osc, crackle, sixth) + pushed_most(moving.mass),
+        energy_norm(osc, crackle, sixth) + most,
         growth,
         ROUNDOFF * (size + osc.stiffness * abs(x) + abs(a)),
         Primary(dx, motion.v, motion.a, motion.j, snap, 0.0),
