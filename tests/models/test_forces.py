@@ -96,8 +96,9 @@ def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tup
         rate, mu = 10 ** draw.uniform(0.7, 1.7), values["mass_ratio"]
         values["contact_stiffness_ratio"] = rate**2 * mu / (1 + mu)
     if model == "grounded":
-        values["support_stiffness_ratio"] = draw.choice([0.0, 10 ** draw.uniform(-3, 0)])
-        values["support_damping_ratio"] = 10 ** draw.uniform(-4, 0)
+        mu = values["mass_ratio"]
+        values["support_stiffness_ratio"] = draw.choice([0.0, mu * 10 ** draw.uniform(-2, 1)])
+        values["support_damping_ratio"] = mu * 10 ** draw.uniform(-2, 1.3)
     x = draw.uniform(-2, 2)
     y = x + values["clearance"] * draw.uniform(-1, 1)
     return values, (x, draw.uniform(-1, 1), y, draw.uniform(-1, 1))
