@@ -49,14 +49,18 @@ def test_motions_are_those_of_the_matrix_exponential(beta, omega):
                 assert abs(float((mine[k] - np.longdouble(float(exact))) / size)) < 1e-15
 
 
-@pytest.mark.parametrize(("zeta", "omega"), [(0.0, 1.0 + 1e-9), (1.0 - 1e-12, 1e3), (10.0, 1e-3)])
-def test_every_kind_of_damping_and_forcing_is_sound(zeta, omega):
+@pytest.mark.parametrize(
+    ("zeta", "omega", "amplitude"),
+    [(0.0, 1.0 + 1e-9, 1.0), (1.0 - 1e-12, 1e3, 50.0), (10.0, 1e-3, 0.3), (0.05, 1.0, 0.0)],
+)
+def test_every_kind_of_damping_and_forcing_is_sound(zeta, omega, amplitude):
     for mass_ratio, clearance, restitution in (
         (0.1, 1e-3, 0.6),
         (1e-6, 0.3, 0.0),
         (1e4, 1e-8, 1.0),
     ):
-        p = Parameters(mass_ratio, zeta, omega, clearance, restitution, phase=0.7)
+        force = {"force_amplitude": amplitude} | ({"phase": 0.7} if amplitude else {})
+        p = Parameters(mass_ratio, zeta, omega, clearance, restitution, **force)
         start = State(0.3, -1.1, 0.3, 0.4)
         assert max(worst(p, log_of(p, start, events=40)).values()) < FEW
 

@@ -59,7 +59,10 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     - ``release``: contact force at a release, over the forces.
     """
     rows, after = log[:-1], log[1:]
-    mu, zeta, omega = (np.longdouble(v) for v in (p.mass_ratio, p.damping_ratio, p.frequency_ratio))
+    mu, zeta, omega, amplitude = (
+        np.longdouble(getattr(p, name))
+        for name in ("mass_ratio", "damping_ratio", "frequency_ratio", "force_amplitude")
+    )
     x, v, gap, rate, tau = (
         rows[:, c].astype(np.longdouble) for c in (X, V, GAP, GAP_RATE, DURATION)
     )
@@ -69,10 +72,11 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     # In a tail the pair moves with its common velocity.
     v = np.where(mode == TAIL, v - side * share * rate, v)
     heavier = np.where(flies, np.longdouble(1), 1 + mu)
-    osc = Oscillators(zeta / heavier, 1 / heavier, 1 / heavier, omega)
+    osc = Oscillators(zeta / heavier, 1 / heavier, amplitude / heavier, omega)
     theta = np.longdouble(p.phase) + omega * rows[:, TIME].astype(np.longdouble)
     released = rows[:, CAUSE] == RELEASE
-    bend, dv, a = _motion(osc, *_released(zeta, x, v, theta, released), theta, tau)
+    starts = _released(zeta, x, v, amplitude * np.sin(theta), released)
+    bend, dv, a = _motion(osc, *starts, theta, tau)
 
     position, velocity, near, speed, force = _sizes(p, x, v, gap, rate, tau, bend, dv)
     hits = flies & (after[:, CAUSE] == IMPACT)
@@ -102,13 +106,13 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     return {name: values / EPS for name, values in found.items()}
 
 
-def _released(zeta: Any, x: Any, v: Any, theta: Any, of: np.ndarray) -> tuple[Any, Any]:
+def _released(zeta: Any, x: Any, v: Any, force: Any, of: np.ndarray) -> tuple[Any, Any]:
     """Put each start after a release where x'' is zero, by the least change of x and v.
 
     That is what a release means; the roundoff of the stored state, multiplied by the damping, is
     the residual of the release itself.
     """
-    left = np.where(of, (np.sin(theta) - 2 * zeta * v - x) / (1 + 4 * zeta * zeta), 0)
+    left = np.where(of, (force - 2 * zeta * v - x) / (1 + 4 * zeta * zeta), 0)
     return x + left, v + 2 * zeta * left
 
 
@@ -128,15 +132,15 @@ def _sizes(p: Parameters, *motion: Any) -> tuple[np.ndarray, ...]:
     far = np.maximum(np.abs(x), np.abs(x + (v * tau + bend)))
     damped = 2.0 * p.damping_ratio + 1.0
     # What forcing and spring add until they change or the damping holds them, and the damping.
-    driven = np.minimum(tau, 1.0 / (damped + p.frequency_ratio))
+    driven = p.force_amplitude * np.minimum(tau, 1.0 / (damped + p.frequency_ratio))
     driven = driven + far * np.minimum(tau, 1.0 / damped)
-    moved = np.minimum(0.5 * driven * tau, 1.0 + far)
+    moved = np.minimum(0.5 * driven * tau, p.force_amplitude + far)
     at_ends = np.abs(x) + np.abs(x + (v * tau + bend))
     position = at_ends + slow * np.minimum(tau, 1.0 / damped) + moved
     velocity = np.abs(v) + np.abs(v + dv) + driven
     near = gap + np.abs(rate) * tau
     near = near + moved + slow * tau * np.minimum(p.damping_ratio * tau, 1.0)
-    force = 1.0 + 2.0 * p.damping_ratio * slow + far
+    force = p.force_amplitude + 2.0 * p.damping_ratio * slow + far
     return position, velocity, near, np.abs(rate) + np.minimum(force * tau, velocity), force
 
 
