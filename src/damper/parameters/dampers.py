@@ -109,7 +109,7 @@ class Parameters(Declared):
     _: KW_ONLY
 
     force_amplitude: float = quantity(
-        "$F_0$",
+        "$f_0$",
         "amplitude of the force",
         FORCE,
         definition="what multiplies the force; 0 is free motion",

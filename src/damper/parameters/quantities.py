@@ -43,7 +43,9 @@ ALL = {
 }
 
 #: Symbol, as one may type it -> name.
-NAMES_BY_SYMBOL = {re.sub(r"[$\\{}_ ]|var|mathrm", "", q.symbol): q.name for q in ALL.values()}
+NAMES_BY_SYMBOL = {
+    re.sub(r"[$\\{}_ ]|var|mathrm", "", q.symbol): q.name for q in (*ALL.values(), *SI_QUANTITIES)
+}
 NAMES_BY_SYMBOL["v0"] = "initial_velocity"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
-from damper.parameters.variables import ENERGY, LENGTH, SPEED, TIME
+from damper.parameters.units import ENERGY, FORCE, LENGTH, SPEED, TIME
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,6 +69,7 @@ _UNITS = {
     SPEED: r"$F_0/\sqrt{KM}$",
     TIME: r"$\sqrt{M/K}$",
     ENERGY: "$F_0^2/K$",
+    FORCE: "$F_0$",
 }
 _BRANCHES = {
     ("direction", "up"): "continued upwards",
