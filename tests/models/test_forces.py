@@ -164,7 +164,7 @@ def growth(values: dict[str, Any], state: tuple[float, ...], until: float) -> fl
 def test_events_against_many_digits(model: str, force: str) -> None:
     values, state = random_scene(model, force, 0)
     found, exact = rows_of_both(values, state, 0.5 * length_of(values, state))
-    assert len(found) >= 3
+    assert len(found) >= 2
     assert largest_error(found, exact) < ERROR
 
 
