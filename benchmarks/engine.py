@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -29,6 +29,14 @@ from damper.verification.timing import machine, machine_text
 SCENES = {
     "generic": damper.Parameters(0.1, 0.05, 0.8, 1.0, 0.6),
     "chattering": damper.Parameters(0.1, 0.05, 0.2, 0.25, 0.3),
+}
+#: Forces beside one harmonic; of the record a sample, between walls too far to be met, is timed.
+FORCES = {
+    "one harmonic": damper.Harmonic(),
+    "five harmonics": damper.Harmonics((1, 2, 3, 4, 5), (1.0, 0.3, 0.2, 0.1, 0.1)),
+    "unbalance": damper.Unbalance(),
+    "base, its own frame": damper.Base("base"),
+    "noise, 196 samples a cycle": damper.Noise(1, 0.04, 1600.0, (0.5, 1.5)),
 }
 #: Targets of the project in microseconds per impact, numba, one core.
 TARGETS = {"generic": 0.2, "chattering": 0.15}
@@ -72,6 +80,28 @@ def main() -> None:
             f"  largest error of the first {compared} impact times: engine {error:.1e}, "
             f"DOP853 {slow_error:.1e}"
         )
+
+    times_of_forces(given.runs, given.periods)
+
+
+def times_of_forces(runs: int, periods: int) -> None:
+    """Print the time per event of the generic scene under each force, and per sample."""
+    scene, harmonic = SCENES["generic"], 0.0
+    print("\ngeneric, under other forces; times in us/event")
+    for name, force in FORCES.items():
+        p = replace(scene, forcing=force)
+        engine_time(p, 1, 2)  # compile
+        spent, evaluations = engine_time(p, runs, periods)
+        harmonic = harmonic or spent
+        ratio = f"x {spent / harmonic:.2f}"
+        print(f"  {name:30} {spent:8.3f}   {ratio}   {evaluations:.2f} evaluations per event")
+    run = start_run(replace(scene, clearance=1e6, forcing=force))
+    started = time.perf_counter()
+    run.skip(periods)
+    samples = run.evaluations
+    print(
+        f"  a sample of it, in free flight {1e6 * (time.perf_counter() - started) / samples:7.3f}"
+    )
 
 
 def given_values(p: damper.Parameters) -> str:
@@ -117,7 +147,7 @@ def plain_times() -> dict[str, float]:
 
 def reference_impacts(p: damper.Parameters) -> list[float]:
     """First impact times to 40 digits, as many as were resolved one by one."""
-    found = reference.run(asdict(p), until=4 * p.cycle, digits=40).events
+    found = reference.run(p.given, until=4 * p.cycle, digits=40).events
     return [event.time for event in found if event.kind == "impact"][:COMPARED]
 
 

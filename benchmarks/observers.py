@@ -12,7 +12,6 @@ shared.
 import argparse
 import subprocess
 import sys
-from dataclasses import asdict
 
 from engine import SCENES
 
@@ -59,7 +58,7 @@ def compare(p: damper.Parameters, runs: int, periods: int, repeats: int) -> None
     sets = [(), *((name,) for name in OBSERVERS), STUDY]
     cases = {
         " + ".join(names) or "no observer": {
-            "parameters": asdict(p),
+            "parameters": p.given,
             "observers": dict.fromkeys(names),
         }
         for names in sets
