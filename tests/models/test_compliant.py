@@ -237,9 +237,11 @@ def test_corners_of_the_range_finish_or_say_so(runs: int) -> None:
         k = 10 ** chance.uniform(-3, 8)
         x, v = chance.uniform(-2, 2), chance.uniform(-2, 2)
         state = State(x, v, x + d, v + chance.choice([0.0, 1e-12, 1.0]))
-        run = start_run(
-            compliant(scene, k, tension, phase=chance.uniform(-3, 3)), state, max_events=300
-        )
+        time = np.cumsum([10 ** chance.uniform(-6, 0.3) for _ in range(9)])
+        samples = Record(time, np.sin(9.0 * time), of=chance.choice(["force", "base_acceleration"]))
+        harmonic = {"phase": chance.uniform(-3, 3)}
+        force = chance.choice([harmonic, {"forcing": NoForce()}, {"forcing": samples}])
+        run = start_run(compliant(scene, k, tension, **force), state, max_events=300)
         run.skip(*run.whole_periods(5.0))
         end = run.state_at(*run.whole_periods(0.0))
         assert all(math.isfinite(value) for value in (end.x, end.v, end.y, end.u))
