@@ -9,6 +9,7 @@ import pytest
 import damper
 from damper.engine.compiled import plain
 from damper.models import start_run
+from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import Base, Forcing, Harmonics, NoForce, Record
 from damper.parameters.named import value_of, with_values
@@ -142,6 +143,12 @@ def test_an_orbit_needs_a_force_that_repeats(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         damper.periodic_orbit(replace(TWO_IMPACTS, **more))
+
+
+def test_the_clock_is_no_frequency_of_a_record() -> None:
+    p = replace(TWO_IMPACTS, forcing=Record([0.0, 1.0], [0.0, 1.0]))
+    with pytest.raises(ValueError, match="no derivative by frequency_ratio under a record"):
+        neighbours(p, {"frequency_ratio": 1.0})
 
 
 @pytest.mark.parametrize("phase", [0.0, 2.2])
