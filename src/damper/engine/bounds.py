@@ -4,7 +4,7 @@ sqrt(stiffness x^2 + v^2) of a damped oscillator grows by at most strength |forc
 tau, and every derivative of the motion obeys the same equation with that derivative of the force.
 So on [0, span]
 
-    |x^(n+1)| <= energy_norm(osc, x^(n), x^(n+1)) + strength bound_of(forcing, n) span
+    |x^(n+1)| <= energy_norm(osc, x^(n), x^(n+1)) + strength bound_ahead(forcing, n) span
 
 The bounds stay sharp at resonance: no large amplitudes that cancel stand in them.
 """
@@ -12,7 +12,7 @@ The bounds stay sharp at resonance: no large amplitudes that cancel stand in the
 import math
 
 from damper.engine.compiled import compiled
-from damper.engine.forcing import bound_of
+from damper.engine.forcing import bound_ahead
 from damper.engine.oscillator import Motion, Oscillator
 
 
@@ -29,9 +29,10 @@ def bounds_ahead(osc: Oscillator, motion: Motion, span: float) -> tuple[float, f
     The smaller of two each: the energy norm of the derivative itself, and what the equation of
     motion makes of the norm below it. A motion that damping has slowed down has the latter.
     """
-    force1 = osc.strength * bound_of(osc.forcing, 1)
-    force2 = osc.strength * bound_of(osc.forcing, 2)
-    force = osc.strength * bound_of(osc.forcing, 0)
+    forcing, phase = osc.forcing, motion.phase
+    force1 = osc.strength * bound_ahead(forcing, phase, 1, span)
+    force2 = osc.strength * bound_ahead(forcing, phase, 2, span)
+    force = osc.strength * bound_ahead(forcing, phase, 0, span)
     norm0 = energy_norm(osc, motion.x, motion.v) + force * span
     norm1 = energy_norm(osc, motion.v, motion.a) + force1 * span
     norm2 = energy_norm(osc, motion.a, motion.j) + force2 * span

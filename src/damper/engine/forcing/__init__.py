@@ -46,6 +46,12 @@ def bound_of(forcing: Any, order: int) -> float:
     """Bound on the size of its derivative of this order, 0 to 5, at all times."""
 
 
+@by_class_or_default
+def bound_ahead(forcing: Any, phase: Any, order: int, span: float) -> float:
+    """As `bound_of`, over a time from a phase for which it is smooth."""
+    return float(bound_of(forcing, order))
+
+
 @by_class
 def horizon(forcing: Any, phase: Any) -> float:
     """Time from a phase for which it is smooth; no segment and no tail is longer than this."""

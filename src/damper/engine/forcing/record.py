@@ -13,6 +13,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import (
     TAYLOR_REMAINDER,
     FreeFlow,
+    bound_ahead,
     bound_of,
     derivative_of,
     driven,
@@ -101,6 +102,13 @@ def _bound_of(forcing, order):
     if order == 0:
         return forcing.largest
     return forcing.steepest if order == 1 else 0.0
+
+
+@bound_ahead.of(Record)
+def _bound_ahead(forcing, phase, order, span):
+    if order == 0:
+        return abs(phase.value) + abs(phase.slope) * span
+    return abs(phase.slope) if order == 1 else 0.0
 
 
 @compiled
