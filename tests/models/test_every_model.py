@@ -12,6 +12,7 @@ from new_process import in_new_process
 from scenes import QUIET as SCENE
 
 from damper import Parameters, State, events, simulate
+from damper.engine.compiled import plain
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
     CAUSE,
@@ -31,6 +32,7 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
+from damper.parameters.forcing import Base, Harmonics, NoForce, Record, Unbalance
 from damper.parameters.models import MODELS
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
@@ -151,6 +153,40 @@ def test_energy_balance_closes(name: str, scene: dict[str, float]) -> None:
     assert abs(float(found.energy_residual)) < 2e-14 * scale
     varies = abs(float(found.modulation_work)) > 1e-9 * scale
     assert varies == (name == "time_varying")
+
+
+SAMPLES = np.random.default_rng(5).normal(size=(2, 60))
+#: Force -> what makes it; two of each jump, and one has no force before its start.
+FORCES: dict[str, dict[str, Any]] = {
+    "none": {"forcing": NoForce(), "initial_velocity": 1.0},
+    "amplitude": {"force_amplitude": 1.7, "phase": 0.3},
+    "harmonics": {"forcing": Harmonics((1, 2, 5), (1.0, 0.7, 0.3), (0.0, 1.0, 2.0))},
+    "unbalance": {"forcing": Unbalance(), "force_amplitude": 20.0},
+    "base": {"forcing": Base("ground")},
+    "in its frame": {"forcing": Base("base"), "force_amplitude": 15.0},
+    "record": {"forcing": Record(3.0 + np.cumsum(np.abs(SAMPLES[0])), 2.0 * SAMPLES[1])},
+    "of the base": {
+        "forcing": Record(5.0 * np.arange(60), SAMPLES[1], of="base_acceleration", after="hold")
+    },
+}
+
+
+@pytest.mark.parametrize("force", FORCES)
+@each
+@plain
+def test_energy_balance_closes_under_any_force(name: str, force: str) -> None:
+    """To 1e-12 of the turnover; the work is that on both masses where the frame is the base's."""
+    observers = {"response": {"modulation_work": True}}
+    run = {**OBSERVED, "transient": 0, "observers": observers}
+    found = simulate(**SCENE, **MADE[name], **FORCES[force], **run)
+    parts = ("energy_input", "dashpot_loss", "impact_loss", "modulation_work")
+    assert found.status == 0
+    assert found.impact_loss > 0.0
+    assert (found.energy_input == 0.0) == (force == "none")
+    turnover = sum(abs(float(found[part])) for part in parts)
+    assert abs(float(found.energy_residual)) < 1e-13 * turnover
+    missing = force in ("none", "harmonics", "record", "of the base")
+    assert np.isnan(found.amplitude_ratio) == np.isnan(found.rms_ratio) == missing
 
 
 @each

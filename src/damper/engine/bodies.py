@@ -38,7 +38,9 @@ class Ballistic(NamedTuple):
 
     acceleration: float
     damping: float = 0.0
-    """That of an `Oscillator`, so that none need be asked for it by class."""
+    """This and the others are those of an `Oscillator`: none need be asked for them by class."""
+    stiffness: float = 0.0
+    strength: float = 0.0
 
 
 class Flow(NamedTuple):

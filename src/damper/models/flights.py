@@ -34,7 +34,7 @@ from damper.engine.segment import RELEASE, Segment
 #: Outcomes of a flight or sticking, as those of a search.
 NO_EVENT, EVENT = 0.0, 1.0
 #: Roundoffs of an acceleration, up to which one at a release vanishes although the force may jump.
-_VANISHES = 64.0
+VANISHES = 64.0
 
 
 class End(NamedTuple):
@@ -112,7 +112,7 @@ def _is_smooth(osc, start, a):
         return True
     size = osc.strength * bound_of(osc.forcing, 0) + osc.stiffness * abs(start.x)
     size += 2.0 * osc.damping * abs(start.v)
-    return abs(start.a - a) <= _VANISHES * ROUNDOFF * size
+    return abs(start.a - a) <= VANISHES * ROUNDOFF * size
 
 
 @gap_of.of(Motion)
@@ -206,7 +206,7 @@ def fly(model: Any, segment: Segment, start: Any) -> End:
 @compiled
 def is_thrown_off(force: EventPoint, forcing: Any) -> bool:
     """Whether a force that has jumped pulls the masses apart at once: a contact force below 0."""
-    return may_jump(forcing) and force.value < -_VANISHES * force.roundoff
+    return may_jump(forcing) and force.value < -VANISHES * force.roundoff
 
 
 @compiled

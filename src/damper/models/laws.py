@@ -2,8 +2,14 @@
 
 from typing import Any, NamedTuple
 
+from damper.engine.bodies import Ballistic, acceleration_of
+from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
+from damper.engine.forcing import bound_of, phase_at, rate_of
+from damper.engine.model import mass_ratio_at
+from damper.engine.oscillator import Oscillator
 from damper.engine.segment import Segment
+from damper.models.flights import unclipped
 
 
 class Sample(NamedTuple):
@@ -20,30 +26,114 @@ class Sample(NamedTuple):
 
 
 @by_class
-def flight_start(model: Any, segment: Segment) -> Any:
-    """What a flight follows from."""
-
-
-@by_class
-def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
-    """Motion in flight a time `tau` after the segment's start."""
-
-
-@by_class
 def contact_force(model: Any, segment: Segment, tau: float, at: Sample) -> tuple[float, float]:
     """Contact force in sticking over the free mass, and the size of its terms."""
 
 
 @by_class
-def support_stiffness(model: Any) -> float:
-    """Stiffness that ties the free mass to the frame, over that of the primary."""
-
-
-@by_class
-def support_speed(model: Any, x: float, v: float, duration: float) -> float:
-    """Speed that the support gives or takes in a time; `x` and `v` are sizes of the primary's."""
-
-
-@by_class
 def contact_speed(model: Any, segment: Segment) -> float:
     """Speed at which a lasting contact would swing: what slow velocities in it round by."""
+
+
+@by_class
+def mass_size(mass: Any, start: Any, tau: float) -> float:
+    """Size of what a free mass in flight adds to the gap's terms."""
+
+
+@by_class
+def mass_speed(mass: Any, clearance: float, x: float, v: float, duration: float) -> float:
+    """Speed that support and force give or take in a time; `x` and `v` are the primary's sizes."""
+
+
+@by_class
+def force_size(mass: Any, model: Any, segment: Segment, tau: float, at: Sample) -> float:
+    """Size of the terms of what parts masses that stick."""
+
+
+def have_rigid_walls(kind: type) -> None:
+    """Let the contact force of a model be that of rigid walls."""
+    contact_force.of(kind)(_contact_force)
+    contact_speed.of(kind)(_no_contact_speed)
+
+
+@compiled
+def force_bound(model: Any) -> float:
+    """Largest force on the primary."""
+    return float(model.free.strength * bound_of(model.free.forcing, 0))
+
+
+@compiled
+def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
+    """Motion in flight a time `tau` after the segment's start; `start` is what it follows from."""
+    s = segment
+    x, v, gap, rate = unclipped(model, s, start, tau)
+    size = s.gap + (abs(s.gap_rate) + abs(s.v)) * tau + mass_size(model.mass, start, tau)
+    return Sample(x, v, gap, rate, size)
+
+
+@compiled
+def _contact_force(model, segment, tau, at):
+    # What parts the masses: the difference of their accelerations in the flight that would begin.
+    s = segment
+    time = s.time + tau
+    phase = phase_at(model.free.forcing, s.periods, time)
+    heavier = 1.0 + mass_ratio_at(model, s.periods, time)
+    a = acceleration_of(model.free, at.x, at.v, phase)
+    b = acceleration_of(model.mass, at.x + s.side * model.clearance, at.v, phase)
+    return -s.side * (a - b) / heavier, force_size(model.mass, model, s, tau, at) / heavier
+
+
+@compiled
+def _no_contact_speed(model, segment):
+    return 0.0
+
+
+@mass_size.of(Ballistic)
+def _ballistic_size(mass, start, tau):
+    return 0.0
+
+
+@mass_size.of(Oscillator)
+def _oscillator_size(mass, start, tau):
+    return abs(start.mass.v) * tau + abs(start.mass.x)
+
+
+@mass_speed.of(Ballistic)
+def _ballistic_speed(mass, clearance, x, v, duration):
+    return abs(mass.acceleration) * duration
+
+
+@mass_speed.of(Oscillator)
+def _oscillator_speed(mass, clearance, x, v, duration):
+    drag = 2.0 * mass.damping
+    # What the spring gives and takes back, all swings added up until the dashpot has damped them:
+    # the end of a flight is a double, and many swings magnify its roundoff.
+    swings = mass.stiffness * (duration if drag * duration < 1.0 else 1.0 / drag)
+    speed = swings * (x + clearance) + v * min(drag * duration, 1.0)
+    # What the force does in one swing of its own.
+    turn = min(duration * rate_of(mass.forcing), 2.0)
+    lasts = turn / rate_of(mass.forcing) if turn > 0.0 else duration
+    return speed + mass.strength * bound_of(mass.forcing, 0) * lasts
+
+
+@force_size.of(Ballistic)
+def _size_beside_ballistic(mass, model, segment, tau, at):
+    s = segment
+    free = model.free
+    force = force_bound(model) + abs(mass.acceleration)
+    # What the velocity is made of: itself, and what spring and force add against the dashpot.
+    drag = max(2.0 * free.damping, 1.0)
+    speed = abs(at.v) + abs(s.v) + (force + abs(s.x)) * min(tau, 1.0 / drag)
+    return force + 2.0 * free.damping * speed + abs(at.x) + abs(s.x)
+
+
+@force_size.of(Oscillator)
+def _size_beside_oscillator(mass, model, segment, tau, at):
+    s = segment
+    free = model.free
+    force = force_bound(model) + mass.strength * bound_of(mass.forcing, 0)
+    x0 = abs(s.x) + model.clearance
+    drag = max(2.0 * model.stuck.damping, 1.0)
+    speed = abs(at.v) + abs(s.v) + (force + x0) * min(tau, 1.0 / drag)
+    size = force + 2.0 * (free.damping + mass.damping) * speed
+    return size + (1.0 + mass.stiffness) * (abs(at.x) + x0 + speed * min(tau, 1.0))

@@ -1,13 +1,13 @@
 """What one segment adds to the response: integrals, energy lost, and the peak displacement.
 
 Each model implements `integrate_segment` in its own `response` module, which only the observers
-`response` and `laws` load.
+`response` and `laws` load; models with rigid walls share what is here.
 
-**Integrals** of x^2, v^2 and force times v are Gauss-Legendre sums over steps of a segment
+**Integrals** of x^2, v^2 and force times velocity are Gauss-Legendre sums over steps of a segment
 (`damper.engine.quadrature`). The motion from a known state is an entire function: at complex time z
-it is at most (its present size + force |z|) exp(rate |z|), rate = max(omega, 2 beta + sqrt(kappa)),
-so that the integrands are of exponential type 2 rate. An overdamped motion has a fast mode
-exp(-R tau) that soon decays; steps h <= tau are enough for it, because
+it is at most (its present size + force |z|) exp(rate |z|), rate = max(that of the force, 2 beta +
+sqrt(kappa)), so that the integrands are of exponential type 2 rate. An overdamped motion has a fast
+mode exp(-R tau) that soon decays; steps h <= tau are enough for it, because
 max over tau of exp(-R tau) (e R tau / (8 n))^(2 n) = 4^(-2 n). So steps grow until only omega and
 the slow mode count.
 
@@ -20,16 +20,21 @@ on about it (`damper.engine.model.motion`). The integrals are taken along the ce
 bounces add O(w^3), w the rebound speed at the tail's start, which is what the tail itself neglects.
 A bounce that an end of the window cuts adds O(w^2) to work, losses and stored energy and is
 accounted for; so is the O(w^2) by which bounces carry the primary out, in the peak.
+
+**In the frame of a base that moves** the force of inertia acts on the free mass as well, in flight
+as in contact. Work, losses and stored energy are those of the motion relative to the base.
 """
 
+import math
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from damper.engine.bodies import Ballistic
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class
-from damper.engine.forcing import force_rates, phase_at, rate_of
+from damper.engine.forcing import HORIZON, force_rates, phase_at, rate_of
 from damper.engine.impact import restitution_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
@@ -49,7 +54,7 @@ class ResponseIntegrals(NamedTuple):
     speed_square: float
     """Integral of v^2."""
     work: float
-    """Work of the force."""
+    """Work of the force on both masses."""
     loss: float
     """Energy lost in contact after the impact itself."""
     support: float
@@ -83,8 +88,15 @@ def impact_loss(model: Any, segment: Segment) -> float:
     """Energy lost in the impact that begins a segment."""
 
 
+def have_rigid_walls(kind: type) -> None:
+    """Let the response of a model be that of one with rigid walls."""
+    impact_loss.of(kind)(_lost_at_a_rigid_wall)
+    energy_in.of(kind)(_energy_between_rigid_walls)
+    integrate_segment.of(kind)(_integrate_between_rigid_walls)
+
+
 @compiled
-def lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
+def _lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     """Energy lost in the impact on a rigid wall that begins a segment."""
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
     reduced = mass_ratio / (1.0 + mass_ratio)
@@ -104,21 +116,28 @@ def energy_in(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> 
 
 
 @compiled
-def primary_and_masses(model: Any, segment: Segment, mass_ratio: float, state: tuple) -> float:
-    """Energy of the primary's spring and of both masses."""
+def _energy_between_rigid_walls(model, segment, mass_ratio, state):
     x, v, gap, rate = state
-    u = v - segment.side * rate
+    side = segment.side
+    u = v - side * rate
     energy = 0.5 * (v * v + x * x + mass_ratio * u * u)
+    stiffness = mass_ratio * model.mass.stiffness
+    damping = mass_ratio * model.mass.damping
+    if stiffness > 0.0:
+        y = x + side * (model.clearance - gap)
+        energy += 0.5 * stiffness * y * y
     if segment.mode == TAIL:
-        # What the dashpot has taken from the centre in the bounce under way; motion leaves it out.
+        # What dashpots take from the centre, or give it, in the bounce under way; motion leaves
+        # it out.
         drag = 2.0 * model.free.damping * mass_ratio / (1.0 + mass_ratio)
-        energy -= drag * v * segment.side * gap
+        energy -= drag * v * side * gap
+        energy += 2.0 * damping * v * side / (1.0 + mass_ratio) * gap
     return energy
 
 
 @by_class
 def integrands(moving: Any, moment: Moment) -> tuple[float, float, float, float]:
-    """x^2, v^2, power of the force, and a power of the model's own."""
+    """x^2, v^2, force times v, and a power of the model's own; see `oscillation` for the force."""
 
 
 class Sums(NamedTuple):
@@ -174,21 +193,6 @@ class ShiftedOscillator(NamedTuple):
     shift: float
 
 
-@compiled
-def shifted_oscillator(
-    model: Any, mass_ratio: float, segment: Segment, shift: float
-) -> ShiftedOscillator:
-    """The primary in flight, or both masses' centre in contact."""
-    s = segment
-    osc = model.free
-    v = s.v
-    if s.mode != FLIGHT:
-        osc = model.stuck
-        v = centre_velocity(s, mass_ratio)
-    phase = phase_at(osc.forcing, s.periods, s.time)
-    return ShiftedOscillator(osc, motion_from(osc, s.x + shift, v, phase), shift)
-
-
 @moment_at.of(ShiftedOscillator)
 def _moment_at(moving, tau):
     start = moving.start
@@ -208,27 +212,40 @@ def _integrands(moving, moment):
     return moment.x * moment.x, moment.v * moment.v, force * moment.v, 0.0
 
 
+@by_class
+def longest_rule(moving: Any, tau: float) -> float:
+    """Longest step that one rule integrates, a time `tau` after a segment's start."""
+
+
+@longest_rule.of(ShiftedOscillator)
+def _longest_rule(moving, tau):
+    return longest_step(moving.osc, tau)
+
+
 @compiled
 def longest_step(osc: Oscillator, tau: float) -> float:
-    """Longest step that one rule integrates, a time `tau` after a segment's start."""
+    """As `longest_rule`, for an oscillator."""
     forcing_rate = rate_of(osc.forcing)
-    step = 0.5 * LONGEST_REACH / max(osc.rate, forcing_rate)
+    # A motion that is a polynomial has no rate.
+    step = 0.5 * LONGEST_REACH / max(osc.rate, forcing_rate, 1.0 / HORIZON)
     if osc.regime == OVERDAMPED:
         step = min(max(step, tau), 0.5 * LONGEST_REACH / max(forcing_rate, -osc.slow))
     return step
 
 
 @compiled
-def oscillation(
-    moving: ShiftedOscillator, low: float, high: float, peak: float
-) -> ResponseIntegrals:
-    """What the motion of an oscillator adds on [low, high]."""
+def oscillation(moving: Any, low: float, high: float, peak: float) -> ResponseIntegrals:
+    """What a motion adds on [low, high]: a `ShiftedOscillator`, or of a class like that.
+
+    The work is that of the force's shape. What a motion has of its own is the modulation.
+    """
     square = 0.0
     speed_square = 0.0
     work = 0.0
+    own = 0.0
     tau = low
     while True:
-        whole = longest_step(moving.osc, tau)
+        whole = longest_rule(moving, tau)
         step = min(whole, high - tau)
         end = high if step < whole else min(tau + step, high)
         nodes = nodes_for(LONGEST_REACH * (step / whole))
@@ -236,10 +253,122 @@ def oscillation(
         square += sums.square
         speed_square += sums.speed_square
         work += sums.work
+        own += sums.own
         peak = sums.peak
         tau = end
         if not tau < high:
-            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, peak)
+            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, own, peak)
+
+
+@compiled
+def primary_in_flight(
+    model: Any, segment: Segment, low: float, high: float, peak: float
+) -> ResponseIntegrals:
+    """What the primary's motion adds on [low, high] of a flight."""
+    s = segment
+    free = model.free
+    phase = phase_at(free.forcing, s.periods, s.time)
+    moving = ShiftedOscillator(free, motion_from(free, s.x, s.v, phase), 0.0)
+    found = oscillation(moving, low, high, peak)
+    work = free.strength * found.work
+    return ResponseIntegrals(found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak)
+
+
+@compiled
+def mass_in_flight(model: Any, segment: Segment) -> ShiftedOscillator:
+    """The free mass in flight, where it is an oscillator."""
+    s = segment
+    mass = model.mass
+    y = s.x + s.side * (model.clearance - s.gap)
+    phase = phase_at(mass.forcing, s.periods, s.time)
+    return ShiftedOscillator(mass, motion_from(mass, y, s.v - s.side * s.gap_rate, phase), 0.0)
+
+
+@by_class
+def work_in_flight(mass: Any, model: Any, segment: Segment, low: float, high: float) -> float:
+    """Work of the force on the free mass over a part of a flight."""
+
+
+@work_in_flight.of(Ballistic)
+def _no_work_in_flight(mass, model, segment, low, high):
+    return 0.0
+
+
+@work_in_flight.of(Oscillator)
+def _work_in_flight(mass, model, segment, low, high):
+    if mass.strength == 0.0:
+        return 0.0
+    found = oscillation(mass_in_flight(model, segment), low, high, math.inf)
+    return model.mass_ratio * mass.strength * found.work
+
+
+@compiled
+def integrate_flight(
+    model: Any, segment: Segment, low: float, high: float, peak: float
+) -> ResponseIntegrals:
+    """What a flight adds on [low, high], with a mass ratio that does not change."""
+    found = primary_in_flight(model, segment, low, high, peak)
+    on_mass = work_in_flight(model.mass, model, segment, low, high)
+    stiffness = model.mass_ratio * model.mass.stiffness
+    damping = model.mass_ratio * model.mass.damping
+    support = 0.0
+    if damping > 0.0:
+        # What free mass and spring lose of what they have and of what the force gives them.
+        support = on_mass
+        for k in range(2):
+            x, v, gap, rate = motion(model, segment, high if k == 1 else low)
+            y = x + segment.side * (model.clearance - gap)
+            u = v - segment.side * rate
+            energy = 0.5 * (stiffness * y * y + model.mass_ratio * u * u)
+            support += energy if k == 0 else -energy
+    return ResponseIntegrals(
+        found.square, found.speed_square, found.work + on_mass, 0.0, support, 0.0, found.peak
+    )
+
+
+@compiled
+def _integrate_between_rigid_walls(model, tables, segment, low, high, peak):
+    if segment.mode == FLIGHT:
+        return integrate_flight(model, segment, low, high, peak)
+    return _integrate_contact(model, segment, low, high, peak)
+
+
+@compiled
+def _integrate_contact(model, s, low, high, peak):
+    """What both masses' centre adds, about its place of rest, and what bounces do about it."""
+    stuck = model.stuck
+    mass_ratio = model.mass_ratio
+    stiffness = mass_ratio * model.mass.stiffness
+    damping = mass_ratio * model.mass.damping
+    shift = stiffness / (1.0 + stiffness) * s.side * model.clearance
+    phase = phase_at(stuck.forcing, s.periods, s.time)
+    start = motion_from(stuck, s.x + shift, centre_velocity(s, mass_ratio), phase)
+    in_tail = s.mode == TAIL
+    moving = ShiftedOscillator(stuck, start, shift)
+    found = oscillation(moving, low, high, math.inf if in_tail else peak)
+    support = 0.0
+    if damping > 0.0:
+        support = 2.0 * damping * _mass_speed_square(model, s, low, high, found.speed_square)
+    push = model.free.strength + mass_ratio * model.mass.strength
+    found = ResponseIntegrals(
+        found.square, found.speed_square, push * found.work, 0.0, support, 0.0, found.peak
+    )
+    if in_tail:
+        found = with_bounces(found, tail_of(model, mass_ratio, s, start, shift), low, high, peak)
+    return found
+
+
+@compiled
+def _mass_speed_square(model, s, low, high, speed_square):
+    """Integral of the free mass's velocity squared in contact, from that of both masses' centre."""
+    if s.mode == TAIL:
+        heavier = 1.0 + model.mass_ratio
+        for k in range(2):
+            _, v, gap, rate = motion(model, s, high if k == 1 else low)
+            # The bounce under way has carried the free mass back from the centre.
+            centre = v - s.side * model.mass_ratio / heavier * rate
+            speed_square -= (1.0 if k == 1 else -1.0) * 2.0 * centre * s.side / heavier * gap
+    return speed_square
 
 
 class Tail(NamedTuple):
@@ -251,7 +380,8 @@ class Tail(NamedTuple):
     """As in `ShiftedOscillator`."""
     force: float
     force1: float
-    """The force on the primary, and its first derivative."""
+    """The force on the primary less that on a free mass of the same mass, and its derivative: what
+    does work on a bounce."""
     share: float
     """Part of the gap by which a bounce carries the primary; negative on the left wall."""
     restitution: float
@@ -267,7 +397,10 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     s = segment
     share = s.side * mass_ratio / (1.0 + mass_ratio)
     restitution = restitution_at(model.law, 0.0)
-    return Tail(start, shift, force, force1, share, restitution, s.gap_rate, s.completion)
+    apart = model.free.strength - model.mass.strength
+    return Tail(
+        start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.completion
+    )
 
 
 @compiled

@@ -11,9 +11,9 @@ from importlib import import_module
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.forcing import rate_of
+from damper.engine.forcing import bound_of, rate_of
 from damper.engine.impact import restitution_at
-from damper.engine.model import mass_ratio_at, motion
+from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.segment import (
     COLUMNS,
     CONTACT,
@@ -30,9 +30,8 @@ from damper.models.laws import (
     contact_force,
     contact_speed,
     flight_at,
-    flight_start,
-    support_speed,
-    support_stiffness,
+    force_bound,
+    mass_speed,
 )
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
@@ -126,9 +125,16 @@ def _add_energies(model, tables, s, is_last, found):
     part = integrate_segment(model, tables, s, 0.0, s.duration, math.inf)
     found.input += part.work + part.modulation
     # The work is at most this, however its parts cancel.
-    work_size = math.sqrt(s.duration * max(part.speed_square, 0.0))
-    work_size += s.duration * contact_speed(model, s)
-    found.input_size += work_size + abs(part.modulation)
+    way = math.sqrt(s.duration * max(part.speed_square, 0.0))
+    way += s.duration * contact_speed(model, s)
+    found.input_size += force_bound(model) * way + abs(part.modulation)
+    on_mass = model.mass.strength * bound_of(model.free.forcing, 0)
+    if on_mass > 0.0:
+        mass_ratio = mass_ratio_at(model, s.periods, s.time)
+        if s.mode == FLIGHT:
+            speed = mass_speed(model.mass, model.clearance, abs(s.x), abs(s.v), s.duration)
+            way = s.duration * (abs(s.v) + abs(s.gap_rate) + speed)
+        found.input_size += mass_ratio * on_mass * way
     found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
     # What an impact at the start of the first segment lost, is lost before the record.
     if s.cause == IMPACT and found.segments > 0.0:
@@ -162,15 +168,16 @@ def _compare(model, last, end, s, found):
     found.clock = _larger(found.clock, abs(passed - last.duration) / model.cycle)
     gap = end.gap
     rate = end.rate
-    size = end.terms + 1.0 + abs(end.x)
+    force = force_bound(model)
+    size = end.terms + force + abs(end.x)
     if s.side != last.side:
         gap = 2.0 * model.clearance - gap
         rate = -rate
         size += 2.0 * model.clearance
     # A velocity's terms: those of the start and what spring, force and dashpot add.
-    added = (1.0 + abs(last.x)) * min(last.duration, 1.0)
+    added = (force + abs(last.x)) * min(last.duration, 1.0)
     added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
-    added += support_speed(model, abs(end.x), abs(last.v), last.duration)
+    added += mass_speed(model.mass, model.clearance, abs(end.x), abs(last.v), last.duration)
     speeds = abs(last.v) + abs(last.gap_rate) + abs(end.v) + abs(rate) + added
     jump = _larger(_part(s.x - end.x, size), _part(s.v_before - end.v, speeds))
     if s.cause == IMPACT and s.mode != CONTACT:
@@ -196,7 +203,7 @@ def _sample_flight(model, s, found):
 
     Returns the sample at its end.
     """
-    start = flight_start(model, s)
+    start = begin(model, s)
     forcing_rate = rate_of(model.free.forcing)
     swings = s.duration * max(1.0, forcing_rate)
     samples = _SAMPLES
@@ -235,8 +242,9 @@ def _sample_flight(model, s, found):
 
 @compiled
 def _depth(model, at):
-    """Depth beyond either wall; negative between them."""
-    return max(-at.gap, at.gap - 2.0 * model.clearance) / (1.0 + abs(at.x) + at.terms)
+    """Depth beyond either wall, over the size of the lengths there; 0 between them."""
+    depth = max(-at.gap, at.gap - 2.0 * model.clearance)
+    return depth / (force_bound(model) + abs(at.x) + at.terms) if depth > 0.0 else 0.0
 
 
 @compiled
@@ -266,7 +274,7 @@ def _sample_contact(model, s, found):
             break
         if sticks:
             force, size = contact_force(model, s, tau, at)
-            found.tensile_force = _larger(found.tensile_force, max(-force, 0.0) / size)
+            found.tensile_force = _larger(found.tensile_force, _part(min(force, 0.0), size))
     return at
 
 
@@ -275,7 +283,7 @@ def _energy_size(model, s):
     """Sizes of the stored energy's terms, just before and after what begins a segment."""
     mass_ratio = mass_ratio_at(model, s.periods, s.time)
     y = abs(s.x) + model.clearance
-    springs = 0.5 * (s.x * s.x + support_stiffness(model) * y * y)
+    springs = 0.5 * (s.x * s.x + mass_ratio * model.mass.stiffness * y * y)
     kinetic = _kinetic_size(mass_ratio, s.v, s.gap_rate, s.v - s.side * s.gap_rate)
     if s.cause == IMPACT:
         before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)

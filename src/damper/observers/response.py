@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.forcing.harmonic import Harmonic
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
@@ -35,18 +36,23 @@ _TOTALS = record_type(
 
 _MODULATION_WORK = Variable(
     "modulation_work",
-    "energy that the free mass gains by its variation per forcing period",
+    "energy that the free mass gains by its variation per cycle",
     ENERGY,
     comment="mean of half the mass ratio's rate of change times the free velocity squared",
 )
+
+
+_RELATIVE = "relative to the base in runs in its frame"
 
 
 class Response(Observer):
     """How strongly the primary moves, and where the energy goes.
 
     The steady linear response without the damper has the amplitude
-    A = 1 / sqrt((1 - omega^2)^2 + (2 zeta omega)^2); the two ratios compare with it and are zero
-    where it is infinite. Energies are means per forcing period, in units of F0^2/K. An impact of
+    A = force_amplitude / sqrt((1 - omega^2)^2 + (2 zeta omega)^2) under one harmonic; the two
+    ratios compare with it, are zero where it is infinite, and missing under any other force.
+    Energies are means per cycle, in units of F0^2/K. In the frame of a base that moves all is
+    relative to the base, and the work is that of inertia on both masses. An impact of
     approach speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the
     record counts. The stored energy, of which the residual takes the change, is
     (1/2) (v^2 + x^2 + mu u^2). A free mass that varies takes mu at the moment, and the residual
@@ -64,31 +70,46 @@ class Response(Observer):
         "model.",
     )
     _always = (
-        Variable("rms_displacement", "root mean square of the primary displacement", LENGTH),
-        Variable("peak_displacement", "largest primary displacement, either way", LENGTH),
+        Variable(
+            "rms_displacement",
+            "root mean square of the primary displacement",
+            LENGTH,
+            comment=_RELATIVE,
+        ),
+        Variable(
+            "peak_displacement",
+            "largest primary displacement, either way",
+            LENGTH,
+            comment=_RELATIVE,
+        ),
         Variable(
             "amplitude_ratio",
             "peak displacement over the steady amplitude without damper",
             "1",
-            comment="0 where that amplitude is infinite",
+            comment="0 where that amplitude is infinite; missing but under one harmonic",
         ),
         Variable(
             "rms_ratio",
             "rms displacement over that of the steady response without damper",
             "1",
-            comment="0 where that response is infinite",
+            comment="0 where that response is infinite; missing but under one harmonic",
         ),
-        Variable("energy_input", "work of the force per forcing period", ENERGY),
-        Variable("dashpot_loss", "energy lost in the dashpot per forcing period", ENERGY),
+        Variable(
+            "energy_input",
+            "work of the force per cycle",
+            ENERGY,
+            comment="in the frame of a base that of inertia, on both masses",
+        ),
+        Variable("dashpot_loss", "energy lost in the dashpot per cycle", ENERGY),
         Variable(
             "impact_loss",
-            "energy lost in impacts per forcing period",
+            "energy lost in impacts per cycle",
             ENERGY,
             comment="all impacts, those of closed bursts included",
         ),
         Variable(
             "energy_residual",
-            "input less losses and change of the stored energy, per forcing period",
+            "input less losses and change of the stored energy, per cycle",
             ENERGY,
             comment="zero in exact arithmetic: shows how well the balance closes",
         ),
@@ -119,7 +140,9 @@ class Response(Observer):
         dashpot = 2.0 * free.damping * total.speed_square + total.support
         gained = total.stored_last - total.stored - total.modulation
         rms = math.sqrt(total.square / (length * self._model.cycle))
-        amplitude = steady_amplitude(free.damping, free.forcing.omega)
+        amplitude = math.nan
+        if isinstance(free.forcing, Harmonic):
+            amplitude = free.strength * steady_amplitude(free.damping, free.forcing.omega)
         self._put(
             {
                 "rms_displacement": rms,

@@ -2,27 +2,8 @@
 
 import math
 
-from damper.engine.model import begin
 from damper.models.compliant import Compliant
-from damper.models.laws import (
-    contact_force,
-    contact_speed,
-    flight_at,
-    flight_start,
-    support_speed,
-    support_stiffness,
-)
-from damper.models.rigid import Rigid
-from damper.models.rigid import laws as _rigid  # noqa: F401 - which is shared here
-
-flight_at.share(Compliant, Rigid)
-support_speed.share(Compliant, Rigid)
-support_stiffness.share(Compliant, Rigid)
-
-
-@flight_start.of(Compliant)
-def _flight_start(model, segment):
-    return begin(model, segment)
+from damper.models.laws import contact_force, contact_speed
 
 
 @contact_speed.of(Compliant)

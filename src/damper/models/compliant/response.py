@@ -48,9 +48,8 @@ from damper.models.response import (
     gauss_sums,
     impact_loss,
     integrands,
+    integrate_flight,
     integrate_segment,
-    oscillation,
-    shifted_oscillator,
 )
 
 #: Nodes for an interval of the propagators.
@@ -95,7 +94,7 @@ def _energy_in(model, segment, mass_ratio, state):
 def _integrate_segment(model, tables, segment, low, high, peak):
     if segment.mode != FLIGHT:
         return _contact(model, tables, segment, low, high, peak)
-    found = oscillation(shifted_oscillator(model, model.mass_ratio, segment, 0.0), low, high, peak)
+    found = integrate_flight(model, segment, low, high, peak)
     loss = 0.0
     if segment.gap < 0.0:
         for k in range(2):

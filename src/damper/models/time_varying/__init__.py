@@ -1,8 +1,8 @@
 """The impact damper with a time-varying free mass: rigid but for mu(t) at impacts and in contact.
 
 A free mass that consists of several bodies counts with its mean and one subharmonic of the
-forcing. Flight does not feel it. Impacts take mu at their instant, and sticking obeys
-(1 + mu(t)) x'' + 2 zeta x' + x = sin(omega t + phase); docs/models.md has the derivations.
+clock's cycle. Flight does not feel it. Impacts take mu at their instant, and sticking obeys
+(1 + mu(t)) x'' + 2 zeta x' + x = force; docs/models.md has the derivations.
 """
 
 import math
@@ -14,7 +14,7 @@ from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
 from damper.engine.segment import centre_velocity
 from damper.models import rigid, tangent, walls
-from damper.models.flights import End, completes
+from damper.models.flights import End, completes, relative_rates
 from damper.models.time_varying.motion import (
     MassLaw,
     advance_together,
@@ -65,9 +65,7 @@ tangent.have_rigid_walls(TimeVarying)
 def _stick(model, segment):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    tau, released, dx, v = step_together(
-        model.free, model.variation, s.periods, s.time, s.side, s.x, s.v, phase
-    )
+    tau, released, dx, v = step_together(model, s.periods, s.time, s.side, s.x, s.v, phase)
     return End(tau, released, 0.0, s.x + dx, v, 0.0, 0.0, 1)
 
 
@@ -80,7 +78,8 @@ def _time_to_completion(model, segment, start):
         swing = model.variation.mean * model.variation.depth / (1.0 + mass_ratio)
         angle = model.variation.frequency * duration
         change = swing * angle * (abs(sin) + angle)
-        lag = (abs(start.j / start.a) + 2.0 * model.free.damping) * duration
+        a, j, _, _ = relative_rates(start, model)
+        lag = (abs(j / a) + 2.0 * model.free.damping) * duration
         if not change < 0.5:
             return 0.0, math.inf
         error += duration * (2.0 * lag * change + change * change + swing * angle * angle)
@@ -93,9 +92,7 @@ def _centre(model, segment, tau):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     common = centre_velocity(s, mass_ratio)
-    dx, v = advance_together(
-        model.free, model.variation, s.periods, s.time, s.x, common, phase, tau
-    )
+    dx, v = advance_together(model, s.periods, s.time, s.x, common, phase, tau)
     return s.x + dx, v
 
 
@@ -115,7 +112,7 @@ def _mass_ratio_rate(model, periods, time):
 def _contact_flow(model, periods, time, tau):
     phase = phase_at(model.free.forcing, periods, time)
     # It is linear in the state: differences are exact but for roundoff.
-    x0, v0 = advance_together(model.free, model.variation, periods, time, 0.0, 0.0, phase, tau)
-    x1, v1 = advance_together(model.free, model.variation, periods, time, 1.0, 0.0, phase, tau)
-    x2, v2 = advance_together(model.free, model.variation, periods, time, 0.0, 1.0, phase, tau)
+    x0, v0 = advance_together(model, periods, time, 0.0, 0.0, phase, tau)
+    x1, v1 = advance_together(model, periods, time, 1.0, 0.0, phase, tau)
+    x2, v2 = advance_together(model, periods, time, 0.0, 1.0, phase, tau)
     return tangent.Flow(1.0 + (x1 - x0), x2 - x0, v1 - v0, v2 - v0)

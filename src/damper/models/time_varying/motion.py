@@ -1,24 +1,42 @@
 """Motion of both masses together where the free mass varies: a Taylor series for each step.
 
-    (1 + mu(t)) x'' + 2 zeta x' + x = sin(omega t + phase),
+    (1 + mu(t)) x'' + 2 zeta x' + x = S + mu(t) p,
     mu(t) = mean (1 + depth cos(frequency t + phase'))
 
-Nothing here is known in closed form. A step is the Taylor polynomial of x'' about its start, short
-enough for a remainder below roundoff, which docs/models.md proves.
+S is the force, and p what the free mass's acceleration would be in flight: zero, or S in the frame
+of a base that moves. The equation is solved for b = x'' - p, over which the contact force is -1:
+
+    (1 + mu(t)) b + 2 zeta x' + x = S - p
+
+Nothing here is known in closed form. A step is the Taylor polynomial of x'' and b about its start,
+short enough for a remainder below roundoff, which docs/models.md proves.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.bodies import Ballistic
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
-from damper.engine.forcing import turn_over, turned
-from damper.engine.forcing.harmonic import Phase
+from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.forcing import (
+    bound_of,
+    derivative_of,
+    force_rates,
+    horizon,
+    may_jump,
+    rate_of,
+    turn_over,
+    turned,
+)
+from damper.engine.forcing.harmonic import Harmonic
 from damper.engine.oscillator import Oscillator
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine
+from damper.models.flights import VANISHES
+from damper.models.rigid import pushed
 
 
 class MassLaw(NamedTuple):
@@ -83,25 +101,19 @@ def modulation(law: MassLaw, periods: float, time: float) -> tuple[float, ...]:
 
 @compiled
 def advance_together(
-    free: Oscillator,
-    law: MassLaw,
-    periods: float,
-    time: float,
-    x: float,
-    v: float,
-    phase: Phase,
-    tau: float,
+    model: Any, periods: float, time: float, x: float, v: float, phase: Any, tau: float
 ) -> tuple[float, ...]:
     """Change of the displacement, and velocity, of both masses as one after a time `tau`.
 
-    `free` is the primary's oscillator in flight; the start is at whole forcing periods plus a time.
+    The start is at whole cycles of the clock plus a time; the force is smooth all the time.
     """
-    terms = np.empty(DEGREE + 1)
+    terms = np.empty((2, DEGREE + 1))
+    forcing = model.free.forcing
     passed = 0.0
     dx = 0.0
     here = phase
     for _ in range(_STEPS):
-        step, _ = expand(free, law, periods, time + passed, x + dx, v, here, terms)
+        step, _ = expand(model, periods, time + passed, x + dx, v, here, HORIZON, terms)
         last = passed + step >= tau
         part = (tau - passed) / step if last else 1.0
         more, v = evaluate(terms, step, v, part)
@@ -109,32 +121,32 @@ def advance_together(
         if last:
             break
         passed += step
-        here = turned(free.forcing, phase, turn_over(free.forcing, passed))
+        here = turned(forcing, phase, turn_over(forcing, passed))
     return dx, v
 
 
 @compiled
 def step_together(
-    free: Oscillator,
-    law: MassLaw,
-    periods: float,
-    time: float,
-    side: float,
-    x: float,
-    v: float,
-    phase: Phase,
+    model: Any, periods: float, time: float, side: float, x: float, v: float, phase: Any
 ) -> tuple[float, ...]:
     """One step of sticking, up to the release if that comes first: tau, released, dx, v.
 
-    The release is the first root of x'', sought on the step's polynomial in the Bernstein basis,
+    The release is the first root of b, sought on the step's polynomial in the Bernstein basis,
     whose coefficients enclose it: none can be skipped. Without a wall (side = 0) there is none.
     """
-    terms = np.empty(DEGREE + 1)
-    step, roundoff = expand(free, law, periods, time, x, v, phase, terms)
+    free = model.free
+    terms = np.empty((2, DEGREE + 1))
+    limit = min(HORIZON, horizon(free.forcing, phase))
+    step, roundoff = expand(model, periods, time, x, v, phase, limit, terms)
     part = 1.0
     released = 0.0
     if side != 0.0:
-        part = _first_loss(terms, side, free.forcing.omega * phase.cos - v, roundoff)
+        # Where b is zero, its derivative has the sign of this.
+        _, force1, _, _, _ = force_rates(free.forcing, phase)
+        own, own1, _, _, _, _ = pushed(model.mass, phase)
+        jerk = (free.strength * force1 - own1) - 2.0 * free.damping * own - v
+        jumps = may_jump(free.forcing) and side * float(terms[1, 0]) > VANISHES * roundoff
+        part = 0.0 if jumps else _first_loss(terms[1], side, jerk, roundoff)
         if part <= 1.0:
             released = 1.0
         else:
@@ -149,7 +161,7 @@ def evaluate(terms: np.ndarray, step: float, v: float, part: float) -> tuple[flo
     dx = 0.0
     dv = 0.0
     for k in range(DEGREE, -1, -1):
-        share = float(terms[k]) / (k + 1.0)
+        share = float(terms[0, k]) / (k + 1.0)
         dv = dv * part + share
         dx = dx * part + share / (k + 2.0)
     reach = part * step
@@ -158,39 +170,42 @@ def evaluate(terms: np.ndarray, step: float, v: float, part: float) -> tuple[flo
 
 @compiled
 def expand(
-    free: Oscillator,
-    law: MassLaw,
+    model: Any,
     periods: float,
     time: float,
     x: float,
     v: float,
-    phase: Phase,
+    phase: Any,
+    limit: float,
     terms: np.ndarray,
 ) -> tuple[float, ...]:
-    """Length of the next step, and the Taylor polynomial of x'' on it.
+    """Length of the next step, at most `limit`, and the Taylor polynomials of x'' and b on it.
 
-    Into `terms` (DEGREE + 1,): x'' = sum of terms[k] (tau / step)^k for 0 <= tau <= step. Returns
-    the step; the velocity at its start, changed by roundoff where a dead mode is left out; the
-    roundoff of x''.
+    Into `terms` (2, DEGREE + 1): x'' = sum of terms[0, k] (tau / step)^k for 0 <= tau <= step, and
+    b by terms[1]. Returns the step, and the roundoff of b.
     """
+    free = model.free
+    law = model.variation
     zeta = free.damping
-    omega = free.forcing.omega
+    forcing_rate = rate_of(free.forcing)
     mass_ratio, sin_m, cos_m = modulation(law, periods, time)
     inertia = 1.0 + mass_ratio
     swing = law.mean * law.depth
     frequency = law.frequency
     fast = 2.0 * zeta / inertia
     weights = np.empty(DEGREE + 1)
-    roundoff = ROUNDOFF * ((1.0 + 2.0 * zeta * abs(v)) + abs(x)) / inertia
+    driving = (free.strength - model.mass.strength) * bound_of(free.forcing, 0)
+    roundoff = ROUNDOFF * ((driving + 2.0 * zeta * abs(v)) + abs(x)) / inertia
 
-    smooth = min(HORIZON, _REACH / omega)
+    smooth = min(limit, _REACH / forcing_rate) if forcing_rate > 0.0 else limit
     smooth = min(
         smooth, _steady_span(swing / inertia * abs(sin_m), swing / inertia * abs(cos_m), law)
     )
     step = min(smooth, _REACH / (fast + 1.0 / math.sqrt(inertia)))
     for _ in range(_HALVINGS):
         count = _weigh(swing, frequency * step, sin_m, cos_m, inertia, weights)
-        _fill_terms(zeta, omega, inertia, x, v, phase, step, weights, count, terms)
+        fill_force(free.forcing, phase, step, terms)
+        _fill_terms(model, inertia, x, v, step, weights, count, terms)
         largest, left = _sizes(terms)
         if left <= _REMAINDER * largest:
             break
@@ -233,33 +248,70 @@ def _weigh(swing, angle, sin, cos, inertia, weights):
     return count
 
 
-@compiled
-def _fill_terms(zeta, omega, inertia, x, v, phase, step, weights, count, terms):
-    """Taylor coefficients of x'' by the recurrence that the equation of motion is."""
+@by_class_or_default
+def fill_force(forcing: Any, phase: Any, step: float, terms: np.ndarray) -> None:
+    """Taylor coefficients of the force's shape on a step, into the first row of `terms`."""
+    size = 1.0
+    for k in range(DEGREE + 1):
+        terms[0, k] = derivative_of(forcing, phase, k) * size
+        size *= step / (k + 1.0)
+
+
+@fill_force.of(Harmonic)
+def _fill_harmonic(forcing, phase, step, terms):
     force = phase.sin
     following = phase.cos
     size = 1.0
+    for k in range(DEGREE + 1):
+        terms[0, k] = force * size
+        force, following = following, -force
+        size *= forcing.omega * step / (k + 1.0)
+
+
+@by_class
+def own_term(mass: Any, force: float, k: int) -> float:
+    """Coefficient of the free mass's own acceleration, from that of the force's shape."""
+
+
+@own_term.of(Ballistic)
+def _own_ballistic(mass, force, k):
+    return mass.acceleration if k == 0 else 0.0
+
+
+@own_term.of(Oscillator)
+def _own_driven(mass, force, k):
+    return mass.strength * force
+
+
+@compiled
+def _fill_terms(model, inertia, x, v, step, weights, count, terms):
+    """Taylor coefficients by the recurrence that the equation of motion is; those of the force's
+    shape stand in the first row before."""
+    strength = model.free.strength
+    drag = 2.0 * model.free.damping
     position = x
     velocity = v
     for k in range(DEGREE + 1):
-        rest = force * size - 2.0 * zeta * velocity - position
+        force = float(terms[0, k])
+        own = own_term(model.mass, force, k)
+        rest = (strength * force - own) - drag * velocity - position
         for j in range(1, min(k + 1, count)):
-            rest -= float(weights[j]) * float(terms[k - j])
+            rest -= float(weights[j]) * float(terms[1, k - j])
         term = rest / inertia
-        terms[k] = term
+        terms[1, k] = term
+        term += own
+        terms[0, k] = term
         position = step * velocity / (k + 1.0)
         velocity = step * term / (k + 1.0)
-        force, following = following, -force
-        size *= omega * step / (k + 1.0)
 
 
 @compiled
 def _sizes(terms):
-    """Largest coefficient, and a bound on the remainder by the decay of all of them."""
+    """Largest coefficient of b, and a bound on the remainder by the decay of all of them."""
     largest = 0.0
     envelope = 0.0
     for k in range(DEGREE + 1):
-        size = abs(float(terms[k]))
+        size = abs(float(terms[1, k]))
         largest = max(largest, size)
         envelope = max(DECAY * envelope, size)
     return largest, envelope * DECAY / (1.0 - DECAY)
@@ -269,8 +321,9 @@ def _sizes(terms):
 def _first_loss(terms, side, jerk, roundoff):
     """First part of a step at which the force -side x'' falls through zero; 2 if it does not.
 
-    `jerk` has the sign of the third derivative at the start if the second one is zero there, up to
-    roundoff, which heavy damping multiplies in the terms.
+    x'' is counted from what the free mass's acceleration would be in flight. `jerk` has the sign of
+    its derivative at the start if it is zero there, up to roundoff, which heavy damping multiplies
+    in the terms.
     The Bernstein coefficients of the force on an interval enclose it, and where they change sign
     once it has one root (Descartes' rule). Other intervals are halved.
     """

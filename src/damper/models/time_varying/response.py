@@ -8,49 +8,49 @@ time, u its velocity, in every segment alike. That is the work of the modulation
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.bodies import Ballistic
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at, turn_over, turned
-from damper.engine.forcing.harmonic import Harmonic, Phase
-from damper.engine.oscillator import Motion
+from damper.engine.oscillator import Motion, Oscillator
 from damper.engine.peak import Moment, bounds_of, moment_at
-from damper.engine.quadrature import MOST
-from damper.engine.segment import FLIGHT, TAIL, centre_velocity
+from damper.engine.quadrature import LONGEST_REACH, MOST
+from damper.engine.search import HORIZON
+from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
 from damper.models.response import (
     ResponseIntegrals,
-    energy_in,
+    ShiftedOscillator,
     gauss_sums,
-    impact_loss,
+    have_rigid_walls,
     integrands,
     integrate_segment,
-    lost_at_a_rigid_wall,
+    longest_rule,
+    longest_step,
+    mass_in_flight,
     oscillation,
-    primary_and_masses,
-    shifted_oscillator,
+    primary_in_flight,
     tail_of,
     with_bounces,
 )
+from damper.models.rigid import pushed
 from damper.models.time_varying import TimeVarying
 from damper.models.time_varying.motion import DEGREE, MassLaw, evaluate, expand, modulation
 
-impact_loss.of(TimeVarying)(lost_at_a_rigid_wall)
-energy_in.of(TimeVarying)(primary_and_masses)
+have_rigid_walls(TimeVarying)
 
 
 @integrate_segment.of(TimeVarying)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
     if s.mode == FLIGHT:
-        found = oscillation(shifted_oscillator(model, model.mass_ratio, s, 0.0), low, high, peak)
-        u = s.v - s.side * s.gap_rate
-        before, _, _ = modulation(model.variation, s.periods, s.time + low)
-        after, _, _ = modulation(model.variation, s.periods, s.time + high)
-        gain = 0.5 * u * u * (after - before)
+        found = primary_in_flight(model, s, low, high, peak)
+        work, gain = varying_in_flight(model.mass, model, s, low, high)
         return ResponseIntegrals(
-            found.square, found.speed_square, found.work, 0.0, 0.0, gain, found.peak
+            found.square, found.speed_square, found.work + work, 0.0, 0.0, gain, found.peak
         )
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     start = _centre(model, mass_ratio, s)
@@ -70,24 +70,94 @@ def _centre(model, mass_ratio, segment):
     drag = 2.0 * model.free.damping
     phase = phase_at(model.free.forcing, s.periods, s.time)
     force, force1, _, _, _ = force_rates(model.free.forcing, phase)
+    own, own1, _, _, _, _ = pushed(model.mass, phase)
+    strength = model.free.strength
     v = centre_velocity(s, mass_ratio)
-    a = (force - drag * v - s.x) / heavier
-    return Motion(s.x, v, a, (force1 - drag * a - v) / heavier, phase)
+    a = own + ((strength * force - own) - drag * v - s.x) / heavier
+    return Motion(s.x, v, a, own1 + ((strength * force1 - own1) - drag * a - v) / heavier, phase)
+
+
+@by_class
+def varying_in_flight(
+    mass: Any, model: Any, segment: Segment, low: float, high: float
+) -> tuple[float, float]:
+    """Work of the force on the free mass, and that of its modulation, over a part of a flight."""
+
+
+@varying_in_flight.of(Ballistic)
+def _varying_ballistic(mass, model, segment, low, high):
+    s = segment
+    u = s.v - s.side * s.gap_rate
+    before, _, _ = modulation(model.variation, s.periods, s.time + low)
+    after, _, _ = modulation(model.variation, s.periods, s.time + high)
+    return 0.0, 0.5 * u * u * (after - before)
+
+
+class VaryingMass(NamedTuple):
+    """The free mass in flight, where the force acts on it."""
+
+    body: ShiftedOscillator
+    law: MassLaw
+    periods: float
+    time: float
+
+
+@varying_in_flight.of(Oscillator)
+def _varying_driven(mass, model, segment, low, high):
+    moving = VaryingMass(
+        mass_in_flight(model, segment), model.variation, segment.periods, segment.time
+    )
+    found = oscillation(moving, low, high, math.inf)
+    return mass.strength * found.work, found.modulation
+
+
+@moment_at.of(VaryingMass)
+def _moment_of_mass(moving, tau):
+    return moment_at(moving.body, tau)
+
+
+@bounds_of.of(VaryingMass)
+def _bounds_of_mass(moving, moment, span):
+    return bounds_of(moving.body, moment, span)
+
+
+@longest_rule.of(VaryingMass)
+def _longest_rule(moving, tau):
+    # The mass turns beside what the force and the square of the velocity do.
+    step = longest_step(moving.body.osc, tau)
+    return LONGEST_REACH / (LONGEST_REACH / step + moving.law.frequency)
+
+
+@integrands.of(VaryingMass)
+def _integrands_of_mass(moving, moment):
+    square, speed_square, work, _ = integrands(moving.body, moment)
+    mass_ratio, rate = _mass_at(moving.law, moving.periods, moving.time + moment.tau)
+    return square, speed_square, mass_ratio * work, 0.5 * rate * speed_square
+
+
+@compiled
+def _mass_at(law, periods, time):
+    """Mass ratio at a moment, and its rate of change."""
+    mass_ratio, sin, _ = modulation(law, periods, time)
+    return mass_ratio, -law.mean * law.depth * law.frequency * sin
 
 
 class Polynomial(NamedTuple):
     """One step of both masses' common motion, from its start."""
 
     terms: np.ndarray
-    """Of x'', in parts of the step."""
+    """Of x'', in the first row, in parts of the step."""
     step: float
     x: float
     v: float
     bound2: float
     bound3: float
     """Bounds on |x''| and |x'''| on the step, by the sums of their terms."""
-    forcing: Harmonic
-    phase: Phase
+    driven: Oscillator
+    """The primary in flight: it has the force."""
+    on_mass: float
+    """Strength of the force on the free mass, over its mass."""
+    phase: Any
     mass: MassLaw
     periods: float
     time: float
@@ -99,7 +169,7 @@ def _moment_at(moving, tau):
     dx, v = evaluate(moving.terms, moving.step, moving.v, part)
     a = 0.0
     for k in range(DEGREE, -1, -1):
-        a = a * part + float(moving.terms[k])
+        a = a * part + float(moving.terms[0, k])
     return Moment(tau, moving.x + dx, v, a, 0.0)
 
 
@@ -110,28 +180,39 @@ def _bounds_of(moving, moment, span):
 
 @integrands.of(Polynomial)
 def _integrands(moving, moment):
-    phase = turned(moving.forcing, moving.phase, turn_over(moving.forcing, moment.tau))
-    force, _, _, _, _ = force_rates(moving.forcing, phase)
-    mass = moving.mass
-    _, sin, _ = modulation(mass, moving.periods, moving.time + moment.tau)
+    forcing = moving.driven.forcing
+    phase = turned(forcing, moving.phase, turn_over(forcing, moment.tau))
+    force, _, _, _, _ = force_rates(forcing, phase)
+    mass_ratio, rate = _mass_at(moving.mass, moving.periods, moving.time + moment.tau)
+    push = moving.driven.strength + mass_ratio * moving.on_mass
     speed_square = moment.v * moment.v
-    gain = -0.5 * mass.mean * mass.depth * mass.frequency * sin * speed_square
-    return moment.x * moment.x, speed_square, force * moment.v, gain
+    return moment.x * moment.x, speed_square, push * force * moment.v, 0.5 * rate * speed_square
 
 
 @compiled
 def _polynomial(model, periods, time, x, v, phase, terms):
     """The step from a state on; writes `terms`."""
-    free = model.free
-    step, _ = expand(free, model.variation, periods, time, x, v, phase, terms)
+    step, _ = expand(model, periods, time, x, v, phase, HORIZON, terms)
     bound2 = 0.0
     bound3 = 0.0
     for k in range(DEGREE + 1):
-        bound2 += abs(float(terms[k]))
-        bound3 += k * abs(float(terms[k]))
+        bound2 += abs(float(terms[0, k]))
+        bound3 += k * abs(float(terms[0, k]))
     bound3 /= step
+    on_mass = model.mass.strength
     return Polynomial(
-        terms, step, x, v, bound2, bound3, free.forcing, phase, model.variation, periods, time
+        terms,
+        step,
+        x,
+        v,
+        bound2,
+        bound3,
+        model.free,
+        on_mass,
+        phase,
+        model.variation,
+        periods,
+        time,
     )
 
 
@@ -142,7 +223,7 @@ def _contact(model, segment, start, low, high, peak):
     forcing = model.free.forcing
     x = start.x
     v = start.v
-    terms = np.empty(DEGREE + 1)
+    terms = np.empty((2, DEGREE + 1))
     square = 0.0
     speed_square = 0.0
     work = 0.0

@@ -16,7 +16,7 @@ LAW_VARIABLES = (
         "penetration",
         "largest distance beyond a wall in flight",
         "1",
-        comment="over 1 + |x| and the sizes of the gap's terms; a compliant contact has none",
+        comment="over the largest force, |x| and the gap's terms; a compliant contact has none",
     ),
     Variable(
         "touch",
@@ -53,7 +53,7 @@ LAW_VARIABLES = (
         "clock",
         "largest distance between a segment's length and that from its start to the next one's",
         "1",
-        comment="over the forcing period",
+        comment="over the cycle",
     ),
     Variable("not_finite", "segments with a number that is not finite", "1"),
 )
