@@ -22,6 +22,8 @@ from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters.dampers import BASIC
+from damper.parameters.forcing import FORCINGS
+from damper.parameters.models import MODELS
 from damper.parameters.state import INITIAL_QUANTITIES
 from damper.study import rules
 from damper.study.config import ConfigError, load_study
@@ -59,6 +61,17 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "initial_position": ({}, 0.5),
     "initial_relative_velocity": ({}, 0.1),
 }
+#: Forces that are no single harmonic.
+FORCES = (
+    damper.NoForce(),
+    damper.Harmonics((1, 2), (1.0, 0.5)),
+    damper.Base(),
+    damper.Base("base"),
+    damper.Unbalance(),
+    damper.Record([0.0, 5.0, 9.0, 30.0], [0.0, 2.0, -1.0, 3.0]),
+    damper.Record([0.0, 5.0, 9.0, 30.0], [0.0, 2.0, -1.0, 3.0], of="base_acceleration"),
+    damper.Noise(1, 0.2, 60.0, (0.0, 2.0)),
+)
 INITIAL = tuple(name for name in VALUES if name.startswith("initial_"))
 UNTIL = 60.0
 
@@ -91,7 +104,7 @@ def sensitivity(values: dict[str, float]) -> Any:
     """What becomes of the end of a run with each of the quantities that it is given."""
     p, state = start_of(values)
     found = []
-    for name in p.acting:
+    for name in (name for name in p.acting if name != "forcing"):
         trajectory = start_run(p, state)
         change, stencil = np.zeros((4, 1)), neighbours(p, {name: 1.0})
         for log in trajectory.segments(1.0, 20.0):
@@ -121,6 +134,7 @@ def gap(values: dict[str, float]) -> Any:
     return reduced_gap(Parameters(**values))
 
 
+TAKE_PARAMETERS = (motions, prediction, largest, gap)
 #: What takes quantities -> those that it does not depend on.
 CONSUMERS: dict[Callable[[dict[str, float]], Any], tuple[str, ...]] = {
     run: (),
@@ -155,10 +169,36 @@ def test_a_quantity_acts_or_is_refused(consumer: Callable, name: str) -> None:
         assert found != answer(consumer, QUIET | company)
 
 
+def test_every_force_is_here() -> None:
+    assert {type(force) for force in FORCES} == {*FORCINGS.values()} - {damper.Harmonic}
+
+
+@pytest.mark.parametrize("force", FORCES, ids=str)
+@pytest.mark.parametrize("consumer", CONSUMERS, ids=lambda consumer: consumer.__name__)
+def test_a_force_acts_or_is_refused(consumer: Callable, force: Any) -> None:
+    values = QUIET | {"forcing": force, "initial_relative_velocity": 0.2}
+    if consumer in TAKE_PARAMETERS:
+        values.pop("initial_relative_velocity")
+    found = answer(consumer, values)
+    if isinstance(found, str):
+        assert re.search(r"^forcing = |under a \w+: the force does not repeat", found), found
+    else:
+        assert found != answer(consumer, {n: v for n, v in values.items() if n != "forcing"})
+
+
 @pytest.mark.parametrize("name", VALUES)
 def test_the_energy_balance_closes_with_every_quantity(name: str) -> None:
     company, value = VALUES[name]
-    values = QUIET | company | {name: value}
+    check_energy(QUIET | company | {name: value})
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("force", FORCES, ids=str)
+def test_the_energy_balance_closes_with_every_force(force: Any, model: str) -> None:
+    check_energy(QUIET | MODELS[model].example | {"forcing": force, "initial_velocity": 1.0})
+
+
+def check_energy(values: dict[str, Any]) -> None:
     arrays, _ = plain(run_points)([values], ["response"], transient=1, periods=3)
     found = {name: float(array[0]) for name, array in arrays.items()}
     scale = abs(found["energy_input"]) + found["dashpot_loss"] + found["peak_displacement"] ** 2
