@@ -12,14 +12,16 @@ from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
-from damper.parameters.forcing import Harmonics
+from damper.parameters.forcing import Harmonics, Record
 from damper.parameters.named import value_of, with_values
 
 SCENES = 8
 KINDS = ("rigid", "yielding", "grounded", "time_varying", "compliant", "pulling")
 #: Models under two harmonics, of which the even one breaks the mirror.
 FORCED = tuple(f"{kind} under harmonics" for kind in ("rigid", "grounded", "compliant"))
-KINDS += FORCED
+#: Models under a record, whose jumps release masses that stick: at times that no deviation moves.
+RECORDED = ("rigid under a record", "time_varying under a record", "rigid on a base")
+KINDS += FORCED + RECORDED
 YIELDING_WALLS = ("compliant", "pulling", "compliant under harmonics")
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [
@@ -44,7 +46,7 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
     if kind.startswith("grounded"):
         given["support_stiffness_ratio"] = 10 ** rng.uniform(-3, -1)
         given["support_damping_ratio"] = 10 ** rng.uniform(-4, -2)
-    if kind == "time_varying":
+    if kind.startswith("time_varying"):
         given["modulation_depth"] = rng.uniform(0.1, 0.6)
         given["modulation_order"] = int(rng.integers(1, 4))
         given["modulation_phase"] = rng.uniform(0.0, 6.0)
@@ -55,6 +57,11 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
         phases = rng.uniform(0.0, 6.0), rng.uniform(0.0, 6.0)
         given["forcing"] = Harmonics((1, 2), (1.0, rng.uniform(0.2, 0.8)), phases)
         given["force_amplitude"] = rng.uniform(0.5, 2.0)
+    if kind in RECORDED:
+        times = np.cumsum(rng.uniform(0.2, 3.0, size=20))
+        of = "base_acceleration" if kind.endswith("base") else "force"
+        given["forcing"] = Record(times, rng.normal(size=20), of=of)
+        del given["phase"]
     x, v = rng.normal(size=2)
     y = x + given["clearance"] * rng.uniform(-0.99, 0.99)
     p = Parameters(**given)
@@ -147,6 +154,7 @@ BESIDES = {
     "time_varying": ("modulation_depth", "modulation_phase"),
     "compliant": ("contact_stiffness_ratio",),
     "pulling": ("contact_stiffness_ratio",),
+    **dict.fromkeys(RECORDED, ("force_amplitude",)),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),
 }
 
@@ -155,7 +163,9 @@ BESIDES = {
 @plain
 def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) -> None:
     rng = np.random.default_rng([block, KINDS.index(kind)])
-    for name in (*OF_ALL, *BESIDES.get(kind, ())):
+    # A record has no phase, and does not repeat with the clock.
+    names = [n for n in OF_ALL if kind not in RECORDED or n not in ("frequency_ratio", "phase")]
+    for name in (*names, *BESIDES.get(kind, ())):
         compared = 0
         while compared < (2 if block == 0 else SCENES):
             p, start, periods = draw(kind, rng)

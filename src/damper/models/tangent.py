@@ -10,8 +10,9 @@ Non-Smooth Mechanical Systems, Springer 2004): g is the jump and G its derivativ
 time derivative of the state before and after, n the gradient of the gap. Where the engine closes a
 complete chatter sequence, g also lets the masses join: their centre follows the flow of sticking
 from there on, so two directions vanish at once, and the completion time does not matter. A release
-changes no time derivative: nothing happens to a deviation. Derivations: docs/orbits.md. Compliant
-walls have functions of their own (`damper.models.compliant.tangent`).
+changes no time derivative: nothing happens to a deviation. Nor does it where the force jumps, even
+if that throws the masses apart: no deviation moves the time of a jump. Derivations: docs/orbits.md.
+Compliant walls have functions of their own (`damper.models.compliant.tangent`).
 """
 
 from typing import Any, NamedTuple
