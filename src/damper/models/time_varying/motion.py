@@ -4,8 +4,8 @@
     mu(t) = mean (1 + depth cos(frequency t + phase'))
 
 S is the force, and p what the free mass's acceleration would be in flight: zero, or S in the frame
-of a base that moves. The equation is solved for b = x'' - p, of which -1 on the right wall is the contact force over the
-free mass:
+of a base that moves. The equation is solved for b = x'' - p; -b is the contact force over the free
+mass on the right wall:
 
     (1 + mu(t)) b + 2 zeta x' + x = S - p
 
