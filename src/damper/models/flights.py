@@ -190,14 +190,14 @@ def fly(model: Any, segment: Segment, start: Any) -> End:
     if root.side == 0.0 and limit == HORIZON:
         x, v, gap, gap_rate = sum_after(moving, p.tau)
         return End(p.tau, NO_EVENT, 0.0, x, v, gap, gap_rate, root.steps)
-    # Where the force ceases to be smooth; a root behind that is one of another motion.
-    is_cut = limit < HORIZON and (root.side == 0.0 or tau > limit)
-    step = limit - p.tau if is_cut else root.step
-    dx, v, gap_rate = carried(p, step)
-    if is_cut:
+    if limit < HORIZON and (root.side == 0.0 or tau > limit):
+        # Where the force ceases to be smooth; a root behind that is one of another motion.
+        step = limit - p.tau
+        dx, v, gap_rate = carried(p, step)
         bend = p.second + step * (p.third * (1.0 / 3.0) + step * p.fourth * (1.0 / 12.0))
         gap = p.value + step * (p.slope + 0.5 * step * bend)
         return End(limit, NO_EVENT, 0.0, s.x + dx, v, gap, gap_rate, root.steps)
+    dx, v, gap_rate = carried(p, root.step)
     outcome = GAVE_UP if root.side == GAVE_UP else EVENT
     wall = root.side * s.side
     return End(tau, outcome, wall, s.x + dx, v, 0.0, gap_rate, root.steps)
