@@ -28,7 +28,7 @@ from damper.engine.forcing import (
 )
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.forcing.harmonics import harmonics
-from damper.engine.forcing.none import NoForce
+from damper.engine.forcing.none import ZeroForce
 from damper.engine.forcing.record import record
 from damper.engine.oscillator import arrive, displaced, increments, motion_from, oscillator
 
@@ -38,7 +38,7 @@ RECORD = record(
     CYCLE, np.array([0.5, 1.25, 40.0]), np.array([1.0, -0.5, 0.0]), np.array([-2.0, 0.25, 0.0])
 )
 FORCES: dict[str, Any] = {
-    "none": NoForce(0.0),
+    "none": ZeroForce(0.0),
     "harmonic": harmonic(OMEGA, 0.4),
     "two": harmonics(OMEGA, 0.4, np.array([1.0, 0.3]), np.array([0.0, -0.2])),
     "odd": harmonics(OMEGA, -2.0, np.array([0.8, 0.0, 0.4]), np.zeros(3)),

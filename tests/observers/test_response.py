@@ -16,7 +16,7 @@ from scipy.integrate import IntegrationWarning, quad
 from damper import Parameters, State
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
-from damper.engine.forcing.harmonic import Harmonic
+from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.oscillator import motion_from, oscillator
 from damper.engine.peak import highest, moment_at
 from damper.engine.segment import (
@@ -423,7 +423,7 @@ def test_peak_is_that_of_dense_samples(values: dict[str, float], transient: int)
 
 @compiled
 def swing(zeta, omega, x, v, phase):
-    osc = oscillator(zeta, 1.0, 1.0, Harmonic(omega, phase))
+    osc = oscillator(zeta, 1.0, 1.0, HarmonicForce(omega, phase))
     return ShiftedOscillator(osc, motion_from(osc, x, v, phase_at(osc.forcing, 0.0, 0.0)), 0.0)
 
 

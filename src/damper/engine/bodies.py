@@ -150,7 +150,7 @@ def longest_increments(osc: Oscillator) -> float:
     return _LONG / osc.rate if osc.rate > 0.0 else math.inf
 
 
-class Sums(NamedTuple):
+class TermSums(NamedTuple):
     """The terms of a sum, added up at a time."""
 
     value: float
@@ -175,12 +175,12 @@ class Instant(NamedTuple):
 
 
 @by_class
-def add_terms(terms: Any, sums: Sums, at: Instant) -> Sums:
+def add_terms(terms: Any, sums: TermSums, at: Instant) -> TermSums:
     """Add further oscillators at a time > 0."""
 
 
 @by_class
-def add_starts(terms: Any, sums: Sums) -> Sums:
+def add_starts(terms: Any, sums: TermSums) -> TermSums:
     """Add further oscillators at the start."""
 
 
@@ -228,7 +228,7 @@ def _add_start(term, sums):
 def _added(term, sums, motion, value, slope, size):
     osc, weight = term.osc, term.weight
     snap, crackle, _ = higher_derivatives(osc, motion)
-    return Sums(
+    return TermSums(
         sums.value + weight * value,
         sums.slope + weight * slope,
         sums.second + weight * motion.a,
@@ -253,7 +253,7 @@ def _add_way(term, way, rate, at):
 @compiled
 def start_point(moving: WeightedSum) -> EventPoint:
     """Where a distance is at the start."""
-    sums = Sums(moving.value, moving.slope, moving.acceleration, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    sums = TermSums(moving.value, moving.slope, moving.acceleration, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return _event_point(0.0, add_starts(moving.terms, sums), moving.terms, 0.0, moving.terms.start)
 
 
@@ -269,12 +269,12 @@ def _point_at(moving, tau):
     a, slope = moving.acceleration, moving.slope
     if at.as_such:
         own, rate, size = way, motion.v, 0.0
-        begun = Sums(moving.value, 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, abs(moving.value))
+        begun = TermSums(moving.value, 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0, abs(moving.value))
     else:
         own, rate = dx, dv
         value = moving.value + slope * tau + 0.5 * a * tau * tau
         size = abs(moving.value) + abs(slope) * tau
-        begun = Sums(value, slope + a * tau, a, 0.0, 0.0, 0.0, 0.0, 0.0, size)
+        begun = TermSums(value, slope + a * tau, a, 0.0, 0.0, 0.0, 0.0, 0.0, size)
     sums = add_terms(primary.rest, _added(primary, begun, motion, own, rate, abs(own)), at)
     return _event_point(tau, sums, primary, way, motion)
 

@@ -59,7 +59,7 @@ def drive(force: Forcing, parameters: Parameters) -> Drive:
 def _no_force(force: NoForce, parameters: Parameters) -> Drive:
     from damper.engine.forcing import none
 
-    return Drive(none.NoForce(0.0), 0.0, 0.0)
+    return Drive(none.ZeroForce(0.0), 0.0, 0.0)
 
 
 @drive.register

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.forcing.harmonic import Harmonic
+from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
@@ -141,7 +141,7 @@ class Response(Observer):
         gained = total.stored_last - total.stored - total.modulation
         rms = math.sqrt(total.square / (length * self._model.cycle))
         amplitude = math.nan
-        if isinstance(free.forcing, Harmonic):
+        if isinstance(free.forcing, HarmonicForce):
             amplitude = free.strength * steady_amplitude(free.damping, free.forcing.omega)
         self._put(
             {

@@ -10,10 +10,10 @@ from mpmath import mp, mpf
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of
-from damper.engine.forcing.harmonic import Harmonic, Phase
-from damper.engine.forcing.harmonics import Harmonics
-from damper.engine.forcing.none import NoForce
-from damper.engine.forcing.record import Place, Record
+from damper.engine.forcing.harmonic import HarmonicForce, Phase
+from damper.engine.forcing.harmonics import SumOfHarmonics
+from damper.engine.forcing.none import ZeroForce
+from damper.engine.forcing.record import PiecewiseLinear, RecordPhase
 from damper.models.compliant.flow import (
     ContactConstants,
     advance,
@@ -53,7 +53,7 @@ class Force(NamedTuple):
 def harmonic_force(omega: float) -> Force:
     phase = Phase(math.sin(THETA), math.cos(THETA))
     pair = (omega, -omega, phase.sin, phase.cos)
-    return Force(Harmonic(omega, 0.0), phase, 1.0, 0.0, [pair])
+    return Force(HarmonicForce(omega, 0.0), phase, 1.0, 0.0, [pair])
 
 
 def several(omega: float) -> Force:
@@ -63,17 +63,17 @@ def several(omega: float) -> Force:
         sin, cos = math.sin(k * THETA), math.cos(k * THETA)
         pairs.append((k * omega, -k * omega, a * sin + b * cos, a * cos - b * sin))
     phase = Phase(math.sin(THETA), math.cos(THETA))
-    return Force(Harmonics(omega, 0.0, sine, cosine), phase, 1.5, 1.0, pairs)
+    return Force(SumOfHarmonics(omega, 0.0, sine, cosine), phase, 1.5, 1.0, pairs)
 
 
 def recorded(omega: float) -> Force:
     pieces = np.zeros(1), np.zeros(1), np.array([0.6]), np.array([0.1])
-    forcing = Record(1.0, *pieces, 2.6, 0.1)
-    return Force(forcing, Place(0.6, 0.1, math.inf), 0.5, 1.0, [(1, 0, 0.6, 0.1)])
+    forcing = PiecewiseLinear(1.0, *pieces, 2.6, 0.1)
+    return Force(forcing, RecordPhase(0.6, 0.1, math.inf), 0.5, 1.0, [(1, 0, 0.6, 0.1)])
 
 
 def none(omega: float) -> Force:
-    return Force(NoForce(0.0), 0.0, 0.0, 0.0, [])
+    return Force(ZeroForce(0.0), 0.0, 0.0, 0.0, [])
 
 
 FORCES = [harmonic_force, several, recorded, none]

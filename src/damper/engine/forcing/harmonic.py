@@ -51,7 +51,7 @@ class Gain(NamedTuple):
     im: float
 
 
-class Harmonic(NamedTuple):
+class HarmonicForce(NamedTuple):
     """The force sin(omega t + phase)."""
 
     omega: float
@@ -60,37 +60,37 @@ class Harmonic(NamedTuple):
 
 
 @compiled
-def harmonic(omega: float, phase: float) -> Harmonic:
+def harmonic(omega: float, phase: float) -> HarmonicForce:
     """Make a harmonic forcing."""
-    return Harmonic(omega, math.atan2(math.sin(phase), math.cos(phase)))
+    return HarmonicForce(omega, math.atan2(math.sin(phase), math.cos(phase)))
 
 
-@repeats.of(Harmonic)
+@repeats.of(HarmonicForce)
 def _repeats(forcing):
     return True
 
 
-@is_odd.of(Harmonic)
+@is_odd.of(HarmonicForce)
 def _is_odd(forcing):
     return True
 
 
-@horizon.of(Harmonic)
+@horizon.of(HarmonicForce)
 def _horizon(forcing, phase):
     return math.inf
 
 
-@may_jump.of(Harmonic)
+@may_jump.of(HarmonicForce)
 def _may_jump(forcing):
     return False
 
 
-@rate_of.of(Harmonic)
+@rate_of.of(HarmonicForce)
 def _rate_of(forcing):
     return forcing.omega
 
 
-@bound_of.of(Harmonic)
+@bound_of.of(HarmonicForce)
 def _bound_of(forcing, order):
     bound = 1.0
     for _ in range(order):
@@ -98,31 +98,31 @@ def _bound_of(forcing, order):
     return bound
 
 
-@phase_at.of(Harmonic)
+@phase_at.of(HarmonicForce)
 def _phase_at(forcing, cycles, time):
     sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
     return Phase(sin, cos)
 
 
-@turn_over.of(Harmonic)
+@turn_over.of(HarmonicForce)
 def _turn_over(forcing, tau):
     sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
     return Turn(sin, cos, cos_less_1)
 
 
-@long_turn.of(Harmonic)
+@long_turn.of(HarmonicForce)
 def _long_turn(forcing, tau):
     return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
 
 
-@turned.of(Harmonic)
+@turned.of(HarmonicForce)
 def _turned(forcing, phase, turn):
     return Phase(
         phase.sin * turn.cos + phase.cos * turn.sin, phase.cos * turn.cos - phase.sin * turn.sin
     )
 
 
-@force_rates.of(Harmonic)
+@force_rates.of(HarmonicForce)
 def _force_rates(forcing, phase):
     omega = forcing.omega
     square = omega * omega
@@ -135,7 +135,7 @@ def _force_rates(forcing, phase):
     )
 
 
-@derivative_of.of(Harmonic)
+@derivative_of.of(HarmonicForce)
 def _derivative_of(forcing, phase, order):
     value = phase.sin if order % 2 == 0 else phase.cos
     for _ in range(order):
@@ -143,14 +143,14 @@ def _derivative_of(forcing, phase, order):
     return value if order % 4 < 2 else -value
 
 
-@filtered.of(Harmonic)
+@filtered.of(HarmonicForce)
 def _filtered(forcing, second, first, zeroth):
     even = zeroth - second * forcing.omega * forcing.omega
     odd = first * forcing.omega
     return harmonic(forcing.omega, forcing.phase + math.atan2(odd, even)), math.hypot(even, odd)
 
 
-@gain_of.of(Harmonic)
+@gain_of.of(HarmonicForce)
 def _gain_of(forcing, damping, stiffness, split):
     return gain_at(forcing.omega, damping, stiffness)
 
@@ -168,7 +168,7 @@ def gain_at(omega: float, damping: float, stiffness: float) -> Gain:
     return Gain(detuning / modulus / modulus, -loss / modulus / modulus)
 
 
-@driven.of(Harmonic)
+@driven.of(HarmonicForce)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     q_re, q_im, q_dot_re, q_dot_im = answer(forcing.omega, gain, osc, flow, turn, tau)
     return q_re * phase.sin + q_im * phase.cos, q_dot_re * phase.sin + q_dot_im * phase.cos
@@ -233,7 +233,7 @@ def _resonant(damping, split, omega, c_less_1, s, tau):
     return q_re, q_im, e_re - damping * q_re + split * q_im, e_im - damping * q_im - split * q_re
 
 
-@taylor.of(Harmonic)
+@taylor.of(HarmonicForce)
 def _taylor(forcing, osc, a, j, phase, tau):
     omega = forcing.omega
     force_even = -osc.strength * omega * omega * phase.sin

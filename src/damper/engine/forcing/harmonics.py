@@ -34,7 +34,7 @@ from damper.engine.forcing.harmonic import Gain, Phase, Turn, answer, gain_at
 from damper.engine.trigonometry import sine_cosine
 
 
-class Harmonics(NamedTuple):
+class SumOfHarmonics(NamedTuple):
     """Amplitudes of the harmonics of the orders 1 to n."""
 
     omega: float
@@ -53,17 +53,17 @@ class Gains(NamedTuple):
     im: np.ndarray
 
 
-def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) -> Harmonics:
+def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) -> SumOfHarmonics:
     """Make a sum of harmonics; the last one must not vanish."""
-    return Harmonics(omega, math.atan2(math.sin(phase), math.cos(phase)), sine, cosine)
+    return SumOfHarmonics(omega, math.atan2(math.sin(phase), math.cos(phase)), sine, cosine)
 
 
-@repeats.of(Harmonics)
+@repeats.of(SumOfHarmonics)
 def _repeats(forcing):
     return True
 
 
-@is_odd.of(Harmonics)
+@is_odd.of(SumOfHarmonics)
 def _is_odd(forcing):
     for k in range(1, len(forcing.sine), 2):
         if forcing.sine[k] != 0.0 or forcing.cosine[k] != 0.0:
@@ -71,22 +71,22 @@ def _is_odd(forcing):
     return True
 
 
-@horizon.of(Harmonics)
+@horizon.of(SumOfHarmonics)
 def _horizon(forcing, phase):
     return math.inf
 
 
-@may_jump.of(Harmonics)
+@may_jump.of(SumOfHarmonics)
 def _may_jump(forcing):
     return False
 
 
-@rate_of.of(Harmonics)
+@rate_of.of(SumOfHarmonics)
 def _rate_of(forcing):
     return forcing.omega * len(forcing.sine)
 
 
-@bound_of.of(Harmonics)
+@bound_of.of(SumOfHarmonics)
 def _bound_of(forcing, order):
     total = 0.0
     for k in range(len(forcing.sine)):
@@ -97,24 +97,24 @@ def _bound_of(forcing, order):
     return total
 
 
-@phase_at.of(Harmonics)
+@phase_at.of(SumOfHarmonics)
 def _phase_at(forcing, cycles, time):
     sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
     return Phase(sin, cos)
 
 
-@turn_over.of(Harmonics)
+@turn_over.of(SumOfHarmonics)
 def _turn_over(forcing, tau):
     sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
     return Turn(sin, cos, cos_less_1)
 
 
-@long_turn.of(Harmonics)
+@long_turn.of(SumOfHarmonics)
 def _long_turn(forcing, tau):
     return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
 
 
-@turned.of(Harmonics)
+@turned.of(SumOfHarmonics)
 def _turned(forcing, phase, turn):
     return _both(phase, turn)
 
@@ -135,7 +135,7 @@ def _twice(turn, first):
     return Turn(turn.sin * first.cos + turn.cos * first.sin, 1.0 + less_1, less_1)
 
 
-@force_rates.of(Harmonics)
+@force_rates.of(SumOfHarmonics)
 def _force_rates(forcing, phase):
     value = 0.0
     first = 0.0
@@ -158,7 +158,7 @@ def _force_rates(forcing, phase):
     return value, first, second, third, fourth
 
 
-@derivative_of.of(Harmonics)
+@derivative_of.of(SumOfHarmonics)
 def _derivative_of(forcing, phase, order):
     total = 0.0
     angle = phase
@@ -172,7 +172,7 @@ def _derivative_of(forcing, phase, order):
     return total if order % 4 < 2 else -total
 
 
-@gain_of.of(Harmonics)
+@gain_of.of(SumOfHarmonics)
 def _gain_of(forcing, damping, stiffness, split):
     count = len(forcing.sine)
     gains = Gains(np.empty(count), np.empty(count))
@@ -183,7 +183,7 @@ def _gain_of(forcing, damping, stiffness, split):
     return gains
 
 
-@driven.of(Harmonics)
+@driven.of(SumOfHarmonics)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     x = 0.0
     v = 0.0
@@ -204,7 +204,7 @@ def _driven(forcing, gain, osc, flow, phase, turn, tau):
     return x, v
 
 
-@filtered.of(Harmonics)
+@filtered.of(SumOfHarmonics)
 def _filtered(forcing, second, first, zeroth):
     sine = np.empty(len(forcing.sine))
     cosine = np.empty(len(forcing.sine))
@@ -215,4 +215,4 @@ def _filtered(forcing, second, first, zeroth):
         a, b = float(forcing.sine[k]), float(forcing.cosine[k])
         sine[k] = even * a - odd * b
         cosine[k] = even * b + odd * a
-    return Harmonics(forcing.omega, forcing.phase, sine, cosine), 1.0
+    return SumOfHarmonics(forcing.omega, forcing.phase, sine, cosine), 1.0

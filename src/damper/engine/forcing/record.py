@@ -35,7 +35,7 @@ from damper.engine.forcing import (
 _AT = 8.0 * 2.220446049250313e-16
 
 
-class Record(NamedTuple):
+class PiecewiseLinear(NamedTuple):
     """The pieces of a force; before the first one there is none, and the last one does not end."""
 
     cycle: float
@@ -54,7 +54,7 @@ class Record(NamedTuple):
     """Largest size of the slope."""
 
 
-class Place(NamedTuple):
+class RecordPhase(NamedTuple):
     """Where in its record the force is."""
 
     value: float
@@ -63,7 +63,7 @@ class Place(NamedTuple):
     """Time to the next sample."""
 
 
-def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray) -> Record:
+def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray) -> PiecewiseLinear:
     """Make a record from the times at which its pieces begin, their values and slopes."""
     cycles = np.floor(time / cycle)
     rest = np.fmod(time, cycle)
@@ -74,37 +74,39 @@ def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray)
     cycles, rest, value, slope = (
         np.ascontiguousarray(each, dtype=float) for each in (cycles, rest, value, slope)
     )
-    return Record(cycle, cycles, rest, value, slope, float(largest), float(np.abs(slope).max()))
+    return PiecewiseLinear(
+        cycle, cycles, rest, value, slope, float(largest), float(np.abs(slope).max())
+    )
 
 
-@repeats.of(Record)
+@repeats.of(PiecewiseLinear)
 def _repeats(forcing):
     return False
 
 
-@is_odd.of(Record)
+@is_odd.of(PiecewiseLinear)
 def _is_odd(forcing):
     return False
 
 
-@may_jump.of(Record)
+@may_jump.of(PiecewiseLinear)
 def _may_jump(forcing):
     return True
 
 
-@rate_of.of(Record)
+@rate_of.of(PiecewiseLinear)
 def _rate_of(forcing):
     return 0.0
 
 
-@bound_of.of(Record)
+@bound_of.of(PiecewiseLinear)
 def _bound_of(forcing, order):
     if order == 0:
         return forcing.largest
     return forcing.steepest if order == 1 else 0.0
 
 
-@bound_ahead.of(Record)
+@bound_ahead.of(PiecewiseLinear)
 def _bound_ahead(forcing, phase, order, span):
     if order == 0:
         return abs(phase.value) + abs(phase.slope) * span
@@ -119,7 +121,7 @@ def _since(forcing, index, cycles, time):
     )
 
 
-@phase_at.of(Record)
+@phase_at.of(PiecewiseLinear)
 def _phase_at(forcing, cycles, time):
     # How many pieces have begun, by bisection.
     low = 0
@@ -134,50 +136,50 @@ def _phase_at(forcing, cycles, time):
     if low < len(forcing.time):
         left = -_since(forcing, low, cycles, time)
     if low == 0:
-        return Place(0.0, 0.0, left)
+        return RecordPhase(0.0, 0.0, left)
     slope = float(forcing.slope[low - 1])
     since = _since(forcing, low - 1, cycles, time)
-    return Place(float(forcing.value[low - 1]) + slope * since, slope, left)
+    return RecordPhase(float(forcing.value[low - 1]) + slope * since, slope, left)
 
 
-@horizon.of(Record)
+@horizon.of(PiecewiseLinear)
 def _horizon(forcing, phase):
     return phase.left
 
 
-@turn_over.of(Record)
+@turn_over.of(PiecewiseLinear)
 def _turn_over(forcing, tau):
     return tau
 
 
-@long_turn.of(Record)
+@long_turn.of(PiecewiseLinear)
 def _long_turn(forcing, tau):
     return tau
 
 
-@turned.of(Record)
+@turned.of(PiecewiseLinear)
 def _turned(forcing, phase, turn):
-    return Place(phase.value + phase.slope * turn, phase.slope, phase.left - turn)
+    return RecordPhase(phase.value + phase.slope * turn, phase.slope, phase.left - turn)
 
 
-@force_rates.of(Record)
+@force_rates.of(PiecewiseLinear)
 def _force_rates(forcing, phase):
     return phase.value, phase.slope, 0.0, 0.0, 0.0
 
 
-@derivative_of.of(Record)
+@derivative_of.of(PiecewiseLinear)
 def _derivative_of(forcing, phase, order):
     if order == 0:
         return phase.value
     return phase.slope if order == 1 else 0.0
 
 
-@gain_of.of(Record)
+@gain_of.of(PiecewiseLinear)
 def _gain_of(forcing, damping, stiffness, split):
     return 0.0
 
 
-@driven.of(Record)
+@driven.of(PiecewiseLinear)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     step, ramp = held(osc, flow, tau)
     return phase.value * step + phase.slope * ramp, phase.value * flow.s + phase.slope * step
@@ -219,11 +221,11 @@ def _phi2(z, phi):
     return total
 
 
-@filtered.of(Record)
+@filtered.of(PiecewiseLinear)
 def _filtered(forcing, second, first, zeroth):
     value = zeroth * forcing.value + first * forcing.slope
     slope = zeroth * forcing.slope
     largest = abs(zeroth) * forcing.largest + abs(first) * forcing.steepest
     steepest = abs(zeroth) * forcing.steepest
     pieces = forcing.cycle, forcing.cycles, forcing.time, value, slope
-    return Record(*pieces, largest, steepest), 1.0
+    return PiecewiseLinear(*pieces, largest, steepest), 1.0

@@ -32,7 +32,7 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import bound_of, force_rates, rate_of
-from damper.engine.forcing.harmonics import Harmonics
+from damper.engine.forcing.harmonics import SumOfHarmonics
 from damper.engine.search import HORIZON
 from damper.models.compliant.pairs import (
     MASSES,
@@ -208,7 +208,7 @@ def _increment(forcing: Any, contact: ContactConstants, z: Pair, tau: float) -> 
     return _series(contact, z, up, down, tau)  # type: ignore[no-any-return]
 
 
-@_increment.of(Harmonics)
+@_increment.of(SumOfHarmonics)
 def _increment_of_many(forcing, contact, z, tau):
     # The motion under the first pair, and under each other one that from rest.
     p, q = z[4], z[5]

@@ -16,10 +16,10 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of
-from damper.engine.forcing.harmonic import Harmonic, Phase
-from damper.engine.forcing.harmonics import Harmonics
-from damper.engine.forcing.none import NoForce
-from damper.engine.forcing.record import Place, Record
+from damper.engine.forcing.harmonic import HarmonicForce, Phase
+from damper.engine.forcing.harmonics import SumOfHarmonics
+from damper.engine.forcing.none import ZeroForce
+from damper.engine.forcing.record import PiecewiseLinear, RecordPhase
 from damper.engine.trigonometry import sine_cosine
 
 #: Coefficients of the masses in a row.
@@ -73,38 +73,38 @@ def turn_over_pair(up: float, down: float, tau: float) -> tuple[float, float, fl
 # --- one harmonic
 
 
-@pair_count.of(Harmonic)
+@pair_count.of(HarmonicForce)
 def _one(forcing):
     return 1
 
 
-@pair_rates.of(Harmonic)
+@pair_rates.of(HarmonicForce)
 def _harmonic_rates(forcing, number):
     return forcing.omega, -forcing.omega
 
 
-@carried.of(Harmonic)
+@carried.of(HarmonicForce)
 def _harmonic_carried(forcing, phase):
     return phase.sin, phase.cos
 
 
-@phase_of.of(Harmonic)
+@phase_of.of(HarmonicForce)
 def _harmonic_phase(forcing, p, q):
     return Phase(p, q)
 
 
-@write_pairs.of(Harmonic)
+@write_pairs.of(HarmonicForce)
 def _write_one(forcing, p, q, row):
     row[MASSES] = p
     row[MASSES + 1] = q
 
 
-@product.of(Harmonic)
+@product.of(HarmonicForce)
 def _one_product(forcing, row, first, p, q):
     return float(row[first]) * p + float(row[first + 1]) * q
 
 
-@bound_of_sum.of(Harmonic)
+@bound_of_sum.of(HarmonicForce)
 def _harmonic_bound(forcing, row, order):
     return math.hypot(float(row[MASSES]), float(row[MASSES + 1])) * bound_of(forcing, order)
 
@@ -112,29 +112,31 @@ def _harmonic_bound(forcing, row, order):
 # --- several: sine and cosine of the first angle are carried
 
 
-@pair_count.of(Harmonics)
+@pair_count.of(SumOfHarmonics)
 def _many(forcing):
     return len(forcing.sine)
 
 
-@pair_rates.of(Harmonics)
+@pair_rates.of(SumOfHarmonics)
 def _harmonics_rates(forcing, number):
     rate = forcing.omega * (number + 1.0)
     return rate, -rate
 
 
-carried.share(Harmonics, Harmonic)
-phase_of.share(Harmonics, Harmonic)
+carried.share(SumOfHarmonics, HarmonicForce)
+phase_of.share(SumOfHarmonics, HarmonicForce)
 
 
 @compiled
-def harmonic_of(forcing: Harmonics, number: int, sin: float, cos: float) -> tuple[float, float]:
+def harmonic_of(
+    forcing: SumOfHarmonics, number: int, sin: float, cos: float
+) -> tuple[float, float]:
     """Pair of a harmonic, from sine and cosine of its own angle."""
     a, b = float(forcing.sine[number]), float(forcing.cosine[number])
     return a * sin + b * cos, a * cos - b * sin
 
 
-@write_pairs.of(Harmonics)
+@write_pairs.of(SumOfHarmonics)
 def _write_many(forcing, p, q, row):
     sin, cos = p, q
     for k in range(len(forcing.sine)):
@@ -142,7 +144,7 @@ def _write_many(forcing, p, q, row):
         sin, cos = sin * q + cos * p, cos * q - sin * p
 
 
-@product.of(Harmonics)
+@product.of(SumOfHarmonics)
 def _many_product(forcing, row, first, p, q):
     total = 0.0
     sin, cos = p, q
@@ -153,7 +155,7 @@ def _many_product(forcing, row, first, p, q):
     return total
 
 
-@bound_of_sum.of(Harmonics)
+@bound_of_sum.of(SumOfHarmonics)
 def _harmonics_bound(forcing, row, order):
     total = 0.0
     for k in range(len(forcing.sine)):
@@ -168,27 +170,27 @@ def _harmonics_bound(forcing, row, order):
 # --- a record
 
 
-pair_count.share(Record, Harmonic)
-write_pairs.share(Record, Harmonic)
-product.share(Record, Harmonic)
+pair_count.share(PiecewiseLinear, HarmonicForce)
+write_pairs.share(PiecewiseLinear, HarmonicForce)
+product.share(PiecewiseLinear, HarmonicForce)
 
 
-@pair_rates.of(Record)
+@pair_rates.of(PiecewiseLinear)
 def _record_rates(forcing, number):
     return 1.0, 0.0
 
 
-@carried.of(Record)
+@carried.of(PiecewiseLinear)
 def _record_carried(forcing, phase):
     return phase.value, phase.slope
 
 
-@phase_of.of(Record)
+@phase_of.of(PiecewiseLinear)
 def _record_phase(forcing, p, q):
-    return Place(p, q, math.inf)
+    return RecordPhase(p, q, math.inf)
 
 
-@bound_of_sum.of(Record)
+@bound_of_sum.of(PiecewiseLinear)
 def _record_bound(forcing, row, order):
     # The slope is the value's first derivative.
     of_value = abs(float(row[MASSES])) * bound_of(forcing, order)
@@ -198,30 +200,30 @@ def _record_bound(forcing, row, order):
 # --- none
 
 
-pair_count.share(NoForce, Harmonic)
-write_pairs.share(NoForce, Harmonic)
+pair_count.share(ZeroForce, HarmonicForce)
+write_pairs.share(ZeroForce, HarmonicForce)
 
 
-@pair_rates.of(NoForce)
+@pair_rates.of(ZeroForce)
 def _no_rates(forcing, number):
     return 0.0, 0.0
 
 
-@carried.of(NoForce)
+@carried.of(ZeroForce)
 def _nothing_carried(forcing, phase):
     return 0.0, 0.0
 
 
-@phase_of.of(NoForce)
+@phase_of.of(ZeroForce)
 def _no_phase(forcing, p, q):
     return 0.0
 
 
-@product.of(NoForce)
+@product.of(ZeroForce)
 def _no_product(forcing, row, first, p, q):
     return 0.0
 
 
-@bound_of_sum.of(NoForce)
+@bound_of_sum.of(ZeroForce)
 def _no_bound(forcing, row, order):
     return 0.0

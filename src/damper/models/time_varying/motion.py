@@ -32,7 +32,7 @@ from damper.engine.forcing import (
     turn_over,
     turned,
 )
-from damper.engine.forcing.harmonic import Harmonic
+from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.oscillator import Oscillator
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine
@@ -258,7 +258,7 @@ def fill_force(forcing: Any, phase: Any, step: float, terms: np.ndarray) -> None
         size *= step / (k + 1.0)
 
 
-@fill_force.of(Harmonic)
+@fill_force.of(HarmonicForce)
 def _fill_harmonic(forcing, phase, step, terms):
     force = phase.sin
     following = phase.cos
