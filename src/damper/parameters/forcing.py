@@ -223,7 +223,8 @@ class Base(Forcing):
     Parameters
     ----------
     frame : {"ground", "base"}
-        Whether x and y are those of the ground, or relative to the base: the motion is the same.
+        Whether x and y are those of the ground, or relative to the base. The motion is the same,
+        but for a free mass on a support: that stands on the ground, or on the base.
 
     Examples
     --------

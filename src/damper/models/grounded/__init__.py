@@ -7,6 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
+from damper.engine.bodies import longest_increments
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import (
@@ -17,14 +18,17 @@ from damper.engine.forcing import (
     may_jump,
     phase_at,
     rate_of,
+    turn_over,
+    turned,
 )
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
     advance,
+    displaced,
     higher_derivatives,
-    increments,
     motion_from,
+    moved,
     oscillator,
 )
 from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, point_at, rates_of
@@ -132,9 +136,15 @@ def _force_point(moving, tau, motion):
 
 @point_at.of(SupportedForce)
 def _point_of_force(moving, tau):
-    start = moving.start
-    dx, dv, phase = increments(moving.osc, start, tau)
-    motion = motion_from(moving.osc, start.x + (start.v * tau + dx), start.v + dv, phase)
+    osc, start = moving.osc, moving.start
+    turn = turn_over(osc.forcing, tau)
+    if tau > longest_increments(osc):
+        # As increments the way back and forth would round in units of its rate times the time.
+        way, v, _ = displaced(osc, start, turn, tau)
+    else:
+        dx, dv = moved(osc, start, turn, tau)
+        way, v = start.v * tau + dx, start.v + dv
+    motion = motion_from(osc, start.x + way, v, turned(osc.forcing, start.phase, turn))
     return _force_point(moving, tau, motion)
 
 
