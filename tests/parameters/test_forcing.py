@@ -186,7 +186,7 @@ def test_no_force_is_an_amplitude_of_zero() -> None:
         (lambda: Noise(1, 0.1, 9.0, (0, 1)), "Noise.duration = 9.0: too short for Noise.band = (0"),
         (lambda: Noise(1, 0.1, 1e9, (0, 1)), "Noise.duration = 1000000000.0 with Noise.step = 0.1"),
     ],
-    ids=str,
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_what_is_refused(make: Callable[[], Any], words: str) -> None:
     assert words in refused(make)
