@@ -13,6 +13,7 @@ from scenes import QUIET as SCENE
 
 from damper import Parameters, State, events, simulate
 from damper.engine.compiled import plain
+from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
     CAUSE,
@@ -32,6 +33,7 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
+from damper.models.forces import drive_of
 from damper.parameters.forcing import Base, Harmonics, NoForce, Record, Unbalance
 from damper.parameters.models import MODELS
 
@@ -200,6 +202,33 @@ def test_response_against_samples(name: str) -> None:
     assert np.abs(x).max() * (1 - 1e-15) <= peak == pytest.approx(np.abs(x).max(), rel=2e-6)
     mean = np.trapezoid(x * x) / (len(x) - 1)
     assert float(found.rms_displacement) == pytest.approx(math.sqrt(mean), rel=1e-6)
+
+
+@pytest.mark.parametrize("force", ["harmonics", "in its frame", "record", "of the base"])
+@pytest.mark.parametrize("name", ["rigid", "grounded"])
+def test_response_under_a_force_against_samples(name: str, force: str) -> None:
+    """Mean square, peak, work of the force on both masses and the dashpots' losses, as sampled."""
+    # A force that jumps between two samples is off by one of them.
+    samples = 64000 if force == "record" else 4000
+    observers = {"response": None, "trajectory": {"samples_per_period": samples, "events": 400}}
+    given = {**SCENE, **MADE[name], **FORCES[force]}
+    found = simulate(**given, transient=1, periods=1, observers=observers)
+    p = Parameters(**given)
+    sampled = found.isel(instant=np.isfinite(found.trajectory_time.values))
+    time, x = sampled.trajectory_time.values, sampled.trajectory_displacement.values
+    v, u = sampled.trajectory_velocity.values, sampled.trajectory_free_velocity.values
+    shape, amplitude, share = drive_of(p)
+    push = [
+        amplitude * derivative_of(shape, phase_at(shape, 1.0, float(now)), 0)
+        for now in time + float(found.trajectory_start)
+    ]
+    work = np.trapezoid(push * (v + share * p.mass_ratio * u), time)
+    loss = np.trapezoid(2.0 * p.damping_ratio * v * v + 2.0 * p.support_damping * u * u, time)
+    assert float(found.energy_input) == pytest.approx(work, rel=1e-5)
+    assert float(found.dashpot_loss) == pytest.approx(loss, rel=1e-5)
+    mean = np.trapezoid(x * x, time) / p.cycle
+    assert float(found.rms_displacement) == pytest.approx(math.sqrt(mean), rel=1e-6)
+    assert float(found.peak_displacement) == pytest.approx(abs(x).max(), rel=1e-5)
 
 
 # --- limits
