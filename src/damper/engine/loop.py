@@ -2,7 +2,7 @@
 
 Between events the motion is known in closed form or to roundoff, so a run *is* the list of its
 segments. A model says which segment follows which (`damper.engine.model`); the loop keeps log,
-budget and clock. Time is held as whole forcing periods plus a local time in [0, period), so
+budget and clock. Time is held as whole cycles plus a local time in [0, cycle), so
 nothing is lost to roundoff in long runs.
 """
 

@@ -20,9 +20,9 @@ class Segment(NamedTuple):
     """
 
     periods: float
-    """Whole forcing periods before the start."""
+    """Whole cycles of the clock before the start."""
     time: float
-    """Time since then, in [0, period)."""
+    """Time since then, in [0, cycle)."""
     x: float
     v: float
     """Displacement and velocity of the primary, just after what began the segment."""

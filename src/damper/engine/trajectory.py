@@ -79,7 +79,7 @@ class Trajectory:
         return int(self._counts[1])
 
     def whole_periods(self, time: float) -> tuple[float, float]:
-        """Split a time into whole forcing periods and the rest in [0, period)."""
+        """Split a time into whole cycles and the rest in [0, cycle)."""
         rest = math.fmod(time, self.cycle)
         periods = round((time - rest) / self.cycle)
         if rest < 0.0:
@@ -91,7 +91,7 @@ class Trajectory:
         return float(periods), rest
 
     def skip(self, periods: float, time: float = 0.0) -> None:
-        """Run to `periods` whole forcing periods plus `time` without keeping anything.
+        """Run to `periods` whole cycles plus `time` without keeping anything.
 
         The last segment before that time is computed again by what follows, so a run is
         bit-identical however it is split.
@@ -123,7 +123,7 @@ class Trajectory:
         Parameters
         ----------
         periods, time : float
-            Where to stop: whole forcing periods plus a time in [0, period).
+            Where to stop: whole cycles plus a time in [0, cycle).
         buffer : ndarray (rows, COLUMNS), optional
             Where to write; each piece is a view of it, valid until the next one.
 

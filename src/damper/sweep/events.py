@@ -107,7 +107,7 @@ def events(
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
         if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
         (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
-        primary's displacement and velocity just after; `period` whole forcing periods P from
+        primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
         time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
         any number of periods, while `time` is the rounded sum period * P + time_in_period. A
         completed burst is its individually resolved impacts and then one stick row at the
