@@ -112,10 +112,12 @@ def test_flow(name: str, damping: float, stiffness: float) -> None:
         dx, dv, _ = increments(osc, start, tau)
         assert abs(dx - way) <= 1e-14 * sizes * tau, tau
         assert abs(dv - change) <= 1e-14 * sizes, tau
-        ends = [arrive(osc, start, tau)[0]]
-        if osc.rate * tau > 0.5:  # or it would be formed by increments
-            ends.append(x + displaced(osc, start, turn_over(force, tau), tau)[0])
-        for end in ends:
+        if osc.rate * tau <= 0.5:
+            continue  # or it would be formed by increments
+        for end in (
+            arrive(osc, start, tau)[0],
+            x + displaced(osc, start, turn_over(force, tau), tau)[0],
+        ):
             assert abs(end - at) <= 1e-14 * (1.0 + abs(x) + sizes * tau), tau
 
 

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import (
-    HORIZON,
     TAYLOR_REMAINDER,
     FreeFlow,
     driven,
@@ -178,9 +177,6 @@ def arrive(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float]:
     -------
     x, v : float
     """
-    if osc.rate * tau <= TAYLOR_RANGE and tau < HORIZON:
-        dx, v = advance(osc, start, tau)
-        return start.x + dx, v
     turn = long_turn(osc.forcing, tau)
     flow = free_flow(osc, tau)
     forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)

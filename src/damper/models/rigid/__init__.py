@@ -162,10 +162,13 @@ def _stick(model, segment):
     root = first_root(moving, point, math.inf, lifts_off, limit, 0.0)
     p = root.point
     tau = p.tau + root.step
-    if root.side == 0.0 or (limit < HORIZON and tau > limit):
+    is_cut = limit < HORIZON and (root.side == 0.0 or tau > limit)
+    if root.side == 0.0 and not is_cut:
         x, v = arrive(model.stuck, start, limit)
         return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, root.steps)
-    dx, v, _ = carried(p, root.step)
+    dx, v, _ = carried(p, limit - p.tau if is_cut else root.step)
+    if is_cut:
+        return End(limit, NO_EVENT, 0.0, s.x + dx, v, 0.0, 0.0, root.steps)
     return End(tau, root.side, 0.0, s.x + dx, v, 0.0, 0.0, root.steps)
 
 
