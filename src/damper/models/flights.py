@@ -96,13 +96,11 @@ def _begin_both(mass, model, segment):
     y = s.x + s.side * (model.clearance - s.gap)
     u = s.v - s.side * s.gap_rate
     primary = motion_from(model.free, s.x, s.v, phase)
-    if s.cause == RELEASE:
+    other = motion_from(mass, y, u, phase)
+    if s.cause == RELEASE and _is_smooth(model.free, primary, other.a):
         # The contact force is zero: both masses have the same acceleration, exactly.
-        other = motion_from(mass, y, u, phase)
-        if _is_smooth(model.free, primary, other.a):
-            return Both(primary, motion_at_release(mass, y, u, primary.a, phase), phase)
-        return Both(primary, other, phase)
-    return Both(primary, motion_from(mass, y, u, phase), phase)
+        other = motion_at_release(mass, y, u, primary.a, phase)
+    return Both(primary, other, phase)
 
 
 @compiled

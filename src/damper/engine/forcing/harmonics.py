@@ -30,8 +30,7 @@ from damper.engine.forcing import (
     turn_over,
     turned,
 )
-from damper.engine.forcing.harmonic import Gain, Phase, Turn, answer, gain_at
-from damper.engine.trigonometry import sine_cosine
+from damper.engine.forcing.harmonic import Gain, HarmonicForce, Turn, answer, gain_at
 
 
 class SumOfHarmonics(NamedTuple):
@@ -58,9 +57,9 @@ def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) 
     return SumOfHarmonics(omega, math.atan2(math.sin(phase), math.cos(phase)), sine, cosine)
 
 
-@repeats.of(SumOfHarmonics)
-def _repeats(forcing):
-    return True
+# The angle of the first harmonic is all that moves.
+for each in (repeats, horizon, may_jump, phase_at, turn_over, long_turn, turned):
+    each.share(SumOfHarmonics, HarmonicForce)
 
 
 @is_odd.of(SumOfHarmonics)
@@ -69,16 +68,6 @@ def _is_odd(forcing):
         if forcing.sine[k] != 0.0 or forcing.cosine[k] != 0.0:
             return False
     return True
-
-
-@horizon.of(SumOfHarmonics)
-def _horizon(forcing, phase):
-    return math.inf
-
-
-@may_jump.of(SumOfHarmonics)
-def _may_jump(forcing):
-    return False
 
 
 @rate_of.of(SumOfHarmonics)
@@ -95,35 +84,6 @@ def _bound_of(forcing, order):
             bound *= forcing.omega * (k + 1.0)
         total += bound
     return total
-
-
-@phase_at.of(SumOfHarmonics)
-def _phase_at(forcing, cycles, time):
-    sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
-    return Phase(sin, cos)
-
-
-@turn_over.of(SumOfHarmonics)
-def _turn_over(forcing, tau):
-    sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
-    return Turn(sin, cos, cos_less_1)
-
-
-@long_turn.of(SumOfHarmonics)
-def _long_turn(forcing, tau):
-    return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
-
-
-@turned.of(SumOfHarmonics)
-def _turned(forcing, phase, turn):
-    return _both(phase, turn)
-
-
-@compiled
-def _both(phase, turn):
-    return Phase(
-        phase.sin * turn.cos + phase.cos * turn.sin, phase.cos * turn.cos - phase.sin * turn.sin
-    )
 
 
 @compiled
@@ -154,7 +114,7 @@ def _force_rates(forcing, phase):
         second -= square * even
         third -= square * odd
         fourth += square * square * even
-        angle = _both(angle, phase)
+        angle = turned(forcing, angle, phase)
     return value, first, second, third, fourth
 
 
@@ -168,7 +128,7 @@ def _derivative_of(forcing, phase, order):
         for _ in range(order):
             part *= forcing.omega * (k + 1.0)
         total += part
-        angle = _both(angle, phase)
+        angle = turned(forcing, angle, phase)
     return total if order % 4 < 2 else -total
 
 
@@ -199,7 +159,7 @@ def _driven(forcing, gain, osc, flow, phase, turn, tau):
             odd = a * angle.cos - b * angle.sin
             x += q_re * even + q_im * odd
             v += q_dot_re * even + q_dot_im * odd
-        angle = _both(angle, phase)
+        angle = turned(forcing, angle, phase)
         turning = _twice(turning, turn)
     return x, v
 

@@ -33,9 +33,7 @@ def _repeats(forcing):
     return True
 
 
-@is_odd.of(ZeroForce)
-def _is_odd(forcing):
-    return True
+is_odd.of(ZeroForce)(_repeats)
 
 
 @horizon.of(ZeroForce)
@@ -68,9 +66,7 @@ def _turn_over(forcing, tau):
     return 0.0
 
 
-@long_turn.of(ZeroForce)
-def _long_turn(forcing, tau):
-    return 0.0
+long_turn.of(ZeroForce)(_turn_over)
 
 
 @turned.of(ZeroForce)

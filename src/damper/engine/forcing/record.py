@@ -84,9 +84,7 @@ def _repeats(forcing):
     return False
 
 
-@is_odd.of(PiecewiseLinear)
-def _is_odd(forcing):
-    return False
+is_odd.of(PiecewiseLinear)(_repeats)
 
 
 @may_jump.of(PiecewiseLinear)
@@ -152,9 +150,7 @@ def _turn_over(forcing, tau):
     return tau
 
 
-@long_turn.of(PiecewiseLinear)
-def _long_turn(forcing, tau):
-    return tau
+long_turn.of(PiecewiseLinear)(_turn_over)
 
 
 @turned.of(PiecewiseLinear)
