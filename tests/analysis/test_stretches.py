@@ -101,7 +101,7 @@ def test_rows_between() -> None:
     assert rows_between(time, 0.0, None) == slice(0, 4)
     assert rows_between(time, 0.7, 1.2) == slice(1, 4)
     assert rows_between(time, 0.5, 0.6) == slice(1, 3)
-    with pytest.raises(ValueError, match=r"start = 1.5: the trajectory ends 1.5 forcing periods"):
+    with pytest.raises(ValueError, match=r"start = 1.5: the trajectory ends 1.5 cycles"):
         rows_between(time, 1.5, None)
     with pytest.raises(ValueError, match=r"start = 1, stop = 0.5: start must be less than stop"):
         rows_between(time, 1.0, 0.5)

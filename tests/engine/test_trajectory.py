@@ -234,7 +234,7 @@ def test_whole_periods(time: float) -> None:
         {},
         {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.02},
         {"contact_stiffness_ratio": 1e4},
-        {"modulation_depth": 0.4},  # a subharmonic one counts in forcing periods
+        {"modulation_depth": 0.4},  # a subharmonic one counts in cycles
     ],
     ids=["rigid", "grounded", "compliant", "time_varying"],
 )

@@ -15,13 +15,13 @@ from damper.figures.common.style import save, style
 from damper.parameters.variables import ENERGY, LENGTH, SPEED, Variable
 from damper.sweep.cube import dataset
 
-WHERE = "once per forcing period"
+WHERE = "once per cycle"
 VARIABLES = {
     variable.name: variable
     for variable in (
         Variable("rms_ratio", "rms displacement over that of the steady response", "1"),
         Variable("peak_displacement", "largest primary displacement, either way", LENGTH),
-        Variable("energy_input", "work of the force per forcing period", ENERGY),
+        Variable("energy_input", "work of the force per cycle", ENERGY),
         Variable("visible_impacts", "most visible impacts in one burst", "1", (), "i4"),
         Variable("chatter", "chatter: 0 none, 1 incomplete, 2 complete", "1", (), "i1"),
         Variable("displacement", f"primary displacement {WHERE}", LENGTH, ("sample",)),

@@ -101,7 +101,7 @@ def test_heading_names_every_other_parameter() -> None:
         assert text in heading
     assert r"$\omega$" not in heading
     assert "$r$" not in heading
-    assert "section once per forcing period" in heading
+    assert "section once per cycle" in heading
 
 
 # --- one panel alone, and a marked range

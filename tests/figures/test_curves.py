@@ -78,7 +78,7 @@ def test_a_panel_for_each_variable() -> None:
     assert labels == [
         r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)",
         r"rms displacement over that without damper $x_\mathrm{rms} / (A/\sqrt{2})$",
-        "work of the force per forcing period / ($F_0^2/K$)",
+        "work of the force per cycle / ($F_0^2/K$)",
         "chatter: 0 none, 1 incomplete, 2 complete",
     ]
     assert [ax.get_xlabel() for ax in figure.axes] == ["", "", "", r"frequency ratio $\omega$"]

@@ -116,7 +116,7 @@ def test_an_empty_panel_says_why(kind: str, stopped: xr.Dataset) -> None:
     settings = settings_of(kind, False, stopped)
     words = EMPTY[kind]
     if words is None:
-        with pytest.raises(ValueError, match=r"the run stopped before|ends 0 forcing periods"):
+        with pytest.raises(ValueError, match=r"the run stopped before|ends 0 cycles"):
             drawn(kind, stopped, **settings)
         return
     figure = drawn(kind, stopped, **settings)

@@ -106,7 +106,7 @@ def test_classes_and_legend(cube: xr.Dataset) -> None:
         assert ax.get_title(loc="right") == f"{text}, most visible impacts in a burst: {visible}"
     entries = ["free mass", "walls", "complete chatter", "incomplete chatter", "sticking"]
     assert legend_texts(figure) == entries
-    assert "each panel classed from 10 forcing periods" in figure.get_suptitle()
+    assert "each panel classed from 10 cycles" in figure.get_suptitle()
     assert_nothing_overlaps(figure)
     plain = drawn("histories", cube.sel(restitution=[0.3]), panels="restitution")
     assert legend_texts(plain) == ["free mass", "walls", "sticking"]

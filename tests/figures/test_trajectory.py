@@ -100,7 +100,7 @@ def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float |
 
 
 def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
-    with pytest.raises(ValueError, match=r"start = 5: .* ends 3 forcing periods"):
+    with pytest.raises(ValueError, match=r"start = 5: .* ends 3 cycles"):
         drawn("trajectory", cube, start=5.0)
 
 

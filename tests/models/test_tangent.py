@@ -32,7 +32,7 @@ CASES += [
 
 
 def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, float]:
-    """Parameters, a state in flight, and for how many forcing periods it runs."""
+    """Parameters, a state in flight, and for how many cycles it runs."""
     given: dict[str, Any] = {
         "mass_ratio": 10 ** rng.uniform(-2, 0),
         "damping_ratio": 10 ** rng.uniform(-3, -0.5),

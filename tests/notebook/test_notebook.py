@@ -75,7 +75,7 @@ def test_a_run_begins_at_the_time_of_its_state() -> None:
     [
         ({"until": -1.0}, "until = -1.0: must be a time >= 0.157"),
         ({"until": 0.1}, "until = 0.1: must be a time >= 0.157"),
-        ({"until": 1e300}, r"until = 1e\+300: ends after 3.18e\+298 forcing periods; at most"),
+        ({"until": 1e300}, r"until = 1e\+300: ends after 3.18e\+298 cycles; at most"),
         ({"samples_per_period": 0}, "samples_per_period = 0: must be a whole number >= 1"),
         ({"samples_per_period": "many"}, "samples_per_period = 'many': must be a real number"),
         ({"state": (0, 0, 0, 0)}, "must be a damper.State"),

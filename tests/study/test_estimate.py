@@ -105,7 +105,7 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
         (
             {"periods": 10**12},
             "large.yaml:17  periods\n"
-            "    150 + 1000000000000 forcing periods (transient + periods) take some 174 days a "
+            "    150 + 1000000000000 cycles (transient + periods) take some 174 days a "
             "run\n"
             "    allowed: at most 1000000000 in a run",
         ),

@@ -176,7 +176,7 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
 def test_reference_says_what_the_classes_say():
     text = (ROOT / "docs/reference.md").read_text()
     for row in (
-        "| `transient` | integer | forcing periods | **required** | >= 0 |",
+        "| `transient` | integer | cycles | **required** | >= 0 |",
         "| `clearance` | $d$ | F0/K | **required** | >= 0 |",
         "| `primary_mass` | $M$ | kg | **required** | > 0 |",
         r"| `yield_speed` | $v_\mathrm{y}$ | m/s | `inf` | > 0 (leave it out",
@@ -203,7 +203,7 @@ def test_schema_tells_ranges_units_and_defaults():
     mass_ratio = schema["$defs"]["mass_ratio"]
     assert (mass_ratio["minimum"], mass_ratio["maximum"]) == (1e-6, 1e18)
     assert schema["$defs"]["yield_speed"]["exclusiveMinimum"] == 0
-    assert study["periods"]["description"].endswith("[forcing periods]")
+    assert study["periods"]["description"].endswith("[cycles]")
     wall = schema["$defs"]["ImpactSection"]["properties"]["wall"]
     assert wall["enum"] == ["left", "right"]
     assert wall["default"] == "right"

@@ -51,9 +51,7 @@ def test_events_of_more_periods_than_end_are_refused() -> None:
     parameters = damper.Parameters(**{**POINT, "clearance": 1e4})
     late = damper.State(0.0, 0.0, 0.0, 0.0, time=1e15)
     assert len(damper.events(parameters, late, until=1e15 + 10.0)) == 0
-    with pytest.raises(
-        ValueError, match=r"^until = 1000000000000.0: ends after 2.07e\+11 forcing periods"
-    ):
+    with pytest.raises(ValueError, match=r"^until = 1000000000000.0: ends after 2.07e\+11 cycles"):
         damper.events(parameters, until=1e12)
     most = estimate.MOST_PERIODS * 2.0 * math.pi / 1.3
     with pytest.raises(ValueError, match=r"at most 1000000000$"):

@@ -18,7 +18,7 @@ SAME = 1e-6
 
 
 def section_period(cube: xr.Dataset, same: float = SAME) -> xr.DataArray:
-    """Forcing periods (or impacts) after which a motion repeats on its section.
+    """Cycles (or impacts) after which a motion repeats on its section.
 
     Parameters
     ----------

@@ -98,7 +98,7 @@ def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:
 
 
 def forcing_frequency(place: xr.Dataset) -> str:
-    """Name of the coordinate that gives the forcing period."""
+    """Name of the coordinate that gives the cycle."""
     return "frequency_ratio" if "frequency_ratio" in place.coords else "forcing_frequency"
 
 
@@ -110,7 +110,7 @@ def half_gap(place: xr.Dataset) -> float:
 def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
     """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges.
 
-    Times are in forcing periods, NaN in unused rows, which come last; ValueError when the rows end
+    Times are in cycles, NaN in unused rows, which come last; ValueError when the rows end
     before `start`, or `stop` is no later.
     """
     time = time[np.isfinite(time)]
@@ -119,9 +119,7 @@ def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
         raise ValueError(f"start = {start:g}, stop = {stop:g}: start must be less than stop")
     if not time.size or time[-1] <= start:
         end = f"{time[-1]:g}" if time.size else "0"
-        raise ValueError(
-            f"start = {start:g}: the trajectory ends {end} forcing periods after its start"
-        )
+        raise ValueError(f"start = {start:g}: the trajectory ends {end} cycles after its start")
     first = max(int(np.searchsorted(time, start, "right")) - 1, 0)
     last = time.size if stop is None else int(np.searchsorted(time, stop, "right")) + 1
     return slice(first, min(last, time.size))

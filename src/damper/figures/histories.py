@@ -128,7 +128,7 @@ def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
 
 def _remarks(place: xr.Dataset) -> list[str]:
     recorded = place.attrs.get("recorded_periods")
-    return [] if recorded is None else [f"each panel classed from {recorded} forcing periods"]
+    return [] if recorded is None else [f"each panel classed from {recorded} cycles"]
 
 
 def _ordinate(place: xr.Dataset) -> str:

@@ -53,7 +53,7 @@ class TrajectoryFigure(FigureSettings):
         float,
         Field(
             ge=0,
-            description="Where the figure starts, in forcing periods since the start of the "
+            description="Where the figure starts, in cycles since the start of the "
             "stretch that the observer samples.",
         ),
     ] = 0.0
@@ -110,7 +110,7 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
 
 
 def in_periods(run: xr.Dataset) -> np.ndarray:
-    """Time since the start of the sampled stretch, in forcing periods."""
+    """Time since the start of the sampled stretch, in cycles."""
     period = 2.0 * math.pi / float(run[forcing_frequency(run)])
     return run.trajectory_time.values / period
 
@@ -118,7 +118,7 @@ def in_periods(run: xr.Dataset) -> np.ndarray:
 def time_label(place: xr.Dataset) -> str:
     """Label of an axis of this time."""
     frequency = SYMBOLS[forcing_frequency(place)]
-    return f"time $(t - t_0)/T$ (forcing period $T$ = $2\\pi$/{frequency})"
+    return f"time $(t - t_0)/T$ (cycle $T$ = $2\\pi$/{frequency})"
 
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:

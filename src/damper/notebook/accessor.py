@@ -75,7 +75,7 @@ class CubeAccessor:
         return recorded(parameters, trajectory=sampled, state=state, **settings_of(self._cube))
 
     def history(self, *, start: float = 0.0, stop: float = 10.0, **point: Any) -> Figure:
-        """Draw both masses of one point over so many forcing periods of its record."""
+        """Draw both masses of one point over so many cycles of its record."""
         return self.run(**point).plot(start, stop)
 
     def portrait(self, **point: Any) -> Figure:

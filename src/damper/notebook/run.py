@@ -93,7 +93,7 @@ class Run:
         return transient + (self.state.time if self.state else 0.0)
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
-        """Draw both masses over time, from and to so many forcing periods of the record."""
+        """Draw both masses over time, from and to so many cycles of the record."""
         return drawn("trajectory", self.cube, start=start, stop=stop)
 
     def portrait(self) -> Figure:
@@ -127,7 +127,7 @@ def run(
     state : State, optional
         Where it starts; at rest, with the free mass in the middle, when not given.
     samples_per_period : int, default 200
-        Steps of the motion in a forcing period. They move no event.
+        Steps of the motion in a cycle. They move no event.
 
     Returns
     -------
@@ -159,7 +159,7 @@ restitution=0.6)
         raise ValueError(f"until = {until!r}: must be a time >= {first!r}, the first step")
     if length > MOST_PERIODS:
         raise ValueError(
-            f"until = {until!r}: ends after {length:.3g} forcing periods; at most {MOST_PERIODS}"
+            f"until = {until!r}: ends after {length:.3g} cycles; at most {MOST_PERIODS}"
         )
     steps = math.floor(length * samples_per_period)
     return recorded(

@@ -51,7 +51,7 @@ _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 #: What is known of one burst, in the order of the columns.
 RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
-    Variable("burst_onset_period", "whole forcing periods in the time of the first impact", "1"),
+    Variable("burst_onset_period", "whole cycles in the time of the first impact", "1"),
     Variable(
         "burst_onset_time_in_period",
         "rest of the time of the first impact, sharp in long records",
@@ -107,7 +107,7 @@ class Bursts(Observer):
             Variable("chatter", kinds, "1", dtype="i1", comment=f"{chatter}; {seen}"),
             Variable(
                 "bursts_per_period",
-                "bursts per forcing period",
+                "bursts per cycle",
                 "1",
                 comment="those that begin in the record",
             ),

@@ -24,7 +24,7 @@ class ChatterBursts(EachBurst):
         (0.0,),
         "Starts of the parts of the record in which to count, each to its end, along the dimension "
         "`since`.",
-        "forcing periods",
+        "cycles",
         ge=0,
         least=1,
     )

@@ -23,7 +23,7 @@ _TOTALS = record_type("impacts", "visible", "in_tails", "speeds", "largest")
 
 
 class Impacts(Observer):
-    """Visible impacts per forcing period, their mean and largest approach speed.
+    """Visible impacts per cycle, their mean and largest approach speed.
 
     A complete burst has infinitely many impacts, so only visible ones can be counted.
     """
@@ -38,7 +38,7 @@ class Impacts(Observer):
         """What it writes."""
         seen = describe(self.threshold)
         made = [
-            Variable("impacts_per_period", "visible impacts per forcing period", "1", comment=seen),
+            Variable("impacts_per_period", "visible impacts per cycle", "1", comment=seen),
             Variable(
                 "mean_approach_speed",
                 "mean approach speed of visible resolved impacts",

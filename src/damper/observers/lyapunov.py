@@ -21,7 +21,7 @@ _SHRUNK = 10.0
 
 
 class Lyapunov(Observer):
-    """All four Lyapunov exponents over the record, per forcing period, the largest first.
+    """All four Lyapunov exponents over the record, per cycle, the largest first.
 
     They are those of both masses' displacements and velocities. A positive one means chaos.
     A chatter sequence that completes lets two directions vanish: the last two exponents are then
@@ -38,8 +38,8 @@ class Lyapunov(Observer):
     """
 
     variables = (
-        Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per forcing period", "1"),
-        Variable("lyapunov_exponents", "Lyapunov exponent per forcing period", "1", _DIM),
+        Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
+        Variable("lyapunov_exponents", "Lyapunov exponent per cycle", "1", _DIM),
         Variable(
             "lyapunov_drift",
             "Lyapunov exponent of the record's second half less that of the first",

@@ -1,4 +1,4 @@
-"""Motion: after how many forcing periods it repeats, and what the free mass does in that time."""
+"""Motion: after how many cycles it repeats, and what the free mass does in that time."""
 
 from collections.abc import Mapping
 
@@ -20,21 +20,21 @@ _COUNTS = record_type("left", "right", "left_complete", "right_complete", "open"
 
 
 class ObservedMotion(Observer):
-    """After how many forcing periods the motion repeats, and what happens in that time.
+    """After how many cycles the motion repeats, and what happens in that time.
 
-    The record's end is compared with itself half a forcing period by half a forcing period: a
+    The record's end is compared with itself half a cycle by half a cycle: a
     motion of n periods is one whose last n periods are those before. Others are quasi-periodic or
     chaotic, or have not settled: `lyapunov` tells which.
     """
 
-    longest = Setting(8, "Longest period to look for.", "forcing periods", ge=1, le=1000)
+    longest = Setting(8, "Longest period to look for.", "cycles", ge=1, le=1000)
     tolerance = Setting(
         1e-6, "Largest difference, over the largest displacement or velocity.", gt=0, le=0.1
     )
     variables = (
         Variable(
             "motion_period",
-            "forcing periods after which the motion repeats",
+            "cycles after which the motion repeats",
             "1",
             dtype="i4",
             comment="0: it does not within the longest period looked for, or half of the record",

@@ -50,7 +50,7 @@ class Segments(Observer):
     Where there are too many, the first ones are missing.
     """
 
-    periods = Setting(5, "Length of the stretch, at most the record's.", "forcing periods", ge=1)
+    periods = Setting(5, "Length of the stretch, at most the record's.", "cycles", ge=1)
     rows = Setting(200, "Most segments to keep.", ge=1, le=1_000_000)
 
     @property

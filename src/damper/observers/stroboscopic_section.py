@@ -1,4 +1,4 @@
-"""Stroboscopic section: the state once per forcing period."""
+"""Stroboscopic section: the state once per cycle."""
 
 import numpy as np
 
@@ -11,10 +11,10 @@ from damper.observers.common.settings import Setting
 
 
 class StroboscopicSection(Section):
-    """The state once per forcing period."""
+    """The state once per cycle."""
 
-    at = Setting(0.0, "When in each period to look.", "forcing periods", ge=0, lt=1)
-    where = "once per forcing period"
+    at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
+    where = "once per cycle"
 
     def size(self, dim: str, window_length: int) -> int:
         """One sample per recorded period."""

@@ -51,17 +51,17 @@ class SampledTrajectory(Observer):
         When the stretch leaves the record, as soon as its length is known.
     """
 
-    samples_per_period = Setting(100, "Equal time steps per forcing period.", ge=1, le=1_000_000)
+    samples_per_period = Setting(100, "Equal time steps per cycle.", ge=1, le=1_000_000)
     start = Setting(
         0.0,
         "Where the stretch begins, counted from the start of the record.",
-        "forcing periods",
+        "cycles",
         ge=0,
     )
     length = Setting(
         None,
         "Length of the stretch, rounded to whole steps; without it, to the end of the record.",
-        "forcing periods",
+        "cycles",
         gt=0,
     )
     events = Setting(1000, "Most events to write; those beyond are counted.", ge=0, le=10_000_000)

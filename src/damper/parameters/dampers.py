@@ -188,7 +188,7 @@ class Parameters(Declared):
     )
     modulation_order: float = quantity(
         "$n$",
-        "forcing periods in one period of the modulation",
+        "cycles in one period of the modulation",
         minimum=1.0,
         maximum=1000.0,
         whole=True,

@@ -40,12 +40,13 @@ class RunLength(_Checked):
 
     transient: int = _number(
         200,
-        "How long each run goes on before it is recorded.",
-        "forcing periods",
+        "How long each run goes on before it is recorded. A cycle is 2 pi over the frequency, the "
+        "period of a harmonic force.",
+        "cycles",
         ge=0,
         stated=True,
     )
-    periods: int = _number(50, "How long the record is.", "forcing periods", ge=1, stated=True)
+    periods: int = _number(50, "How long the record is.", "cycles", ge=1, stated=True)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,7 +57,7 @@ OWN_DIMENSIONS = {
     "sample": ("sample on the section", "1"),
     "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
     "burst": ("burst in the record", "1"),
-    "since": ("start of the part of the record, in forcing periods", "1"),
+    "since": ("start of the part of the record, in cycles", "1"),
     "direction": ("direction in which the followed axis is run through", ""),
     "draw": ("random draw", "1"),
     "complete_burst": ("complete burst in the record, from 1", "1"),

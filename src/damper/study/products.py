@@ -103,7 +103,7 @@ class StudyContents:
 
     @property
     def stretch(self) -> float | None:
-        """Forcing periods of the motion that are sampled; None if none lie in the record."""
+        """Cycles of the motion that are sampled; None if none lie in the record."""
         sampled = self.observers.get("trajectory")
         if sampled is None:
             return None

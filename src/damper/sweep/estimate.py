@@ -26,7 +26,7 @@ MOST_MEMORY = 256 * 10**9
 """Bytes of a job: a large node of a cluster."""
 
 IMPACTS_PER_PERIOD = 20.0
-"""Impacts resolved in a forcing period: the mean over the studies of the default run.
+"""Impacts resolved in a cycle: the mean over the studies of the default run.
 
 In the seven cubes of these with `impacts_per_period`, which counts visible impacts alone, the means
 go from 1.2 to 12. All events, counted in up to 1000 runs of each of the 21 studies with a cube, are
@@ -68,7 +68,7 @@ class Workload:
     sizes : mapping of str to int
         Dimension of the runs -> its length, see `run_sizes`.
     transient, periods : int
-        Forcing periods of each run, discarded and recorded.
+        Cycles of each run, discarded and recorded.
     observers : sequence of Observer
         As made by `damper.observers.make_observers`.
     model : str, default "rigid"
@@ -121,7 +121,7 @@ class Workload:
         if periods > MOST_PERIODS:
             return Excess(
                 "periods" if self.periods >= self.transient else "transient",
-                f"{self.transient} + {self.periods} forcing periods (transient + periods) take "
+                f"{self.transient} + {self.periods} cycles (transient + periods) take "
                 f"some {duration(self._run_seconds)} a run",
                 f"at most {MOST_PERIODS} in a run",
             )

@@ -116,8 +116,8 @@ def events(
     Raises
     ------
     ValueError
-        When the state is outside the box, `until` is before it, not finite or a billion forcing
-        periods after it, or `accuracy` or `max_events` is out of range.
+        When the state is outside the box, `until` is before it, not finite or a billion
+        cycles after it, or `accuracy` or `max_events` is out of range.
     TypeError
         For what is not a number, or not of these classes.
 
@@ -152,7 +152,7 @@ def events(
     periods = (end / units.time - start) / trajectory.cycle
     if periods > MOST_PERIODS:
         raise ValueError(
-            f"until = {until!r}: ends after {periods:.3g} forcing periods; at most {MOST_PERIODS}"
+            f"until = {until!r}: ends after {periods:.3g} cycles; at most {MOST_PERIODS}"
         )
     pieces = []
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):

@@ -56,7 +56,7 @@ class Point(NamedTuple):
             place = math.copysign(1.0, apart)
         x, v = length * end.x, speed * end.v
         y = x + place * self.parameters.clearance
-        # The local time again is a part of the forcing period, whatever its length now is.
+        # The local time again is a part of the cycle, whatever its length now is.
         part = end.time / before.parameters.cycle
         return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.cycle)
 

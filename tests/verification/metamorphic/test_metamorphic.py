@@ -123,7 +123,7 @@ def test_other_models_are_compared_too():
     found = run_metamorphic([modulated], events=12)
     assert np.isnan(found["backward_error"]).all()
     assert found["mirrored_verdict"] == found["shifted_far_verdict"] == [PASSED]
-    # Three forcing periods are no whole number of the modulation's.
+    # Three cycles are no whole number of the modulation's.
     assert found["shifted_verdict"] == [NOT_APPLICABLE]
 
 

@@ -195,7 +195,7 @@ def edges(values: np.ndarray) -> np.ndarray:
 
 def section_text(array: xr.DataArray) -> list[str]:
     """Say for a heading where a section lies, from what its samples are."""
-    text = array.attrs.get("long_name", "")  # "primary displacement once per forcing period"
+    text = array.attrs.get("long_name", "")  # "primary displacement once per cycle"
     where = text.removeprefix("primary displacement ").removeprefix("primary velocity ")
     return [f"section {where}"] if where else []
 

@@ -48,7 +48,7 @@ class MassLaw(NamedTuple):
     depth: float
     frequency: float
     order: float
-    """Forcing periods in one period of the variation."""
+    """Cycles in one period of the variation."""
     phase: float
     """At time 0."""
 
@@ -77,8 +77,8 @@ def mass_law(
 ) -> MassLaw:
     """Constants of the free mass's variation.
 
-    `depth` is its amplitude as a part of the mean mass ratio, `order` its period in forcing
-    periods, `phase` its phase at time 0 in radians.
+    `depth` is its amplitude as a part of the mean mass ratio, `order` its period in
+    cycles, `phase` its phase at time 0 in radians.
     """
     reduced = math.atan2(math.sin(phase), math.cos(phase))
     return MassLaw(mean, depth, frequency_ratio / order, order, reduced)

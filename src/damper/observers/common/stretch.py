@@ -9,7 +9,7 @@ SLACK = 1e-9
 def sample_steps(rate: int, start: float, length: float | None, periods: int) -> int:
     """Whole sample steps of a stretch, once it is known to lie in the record; ValueError if not.
 
-    `start`, `length` and the record's `periods` are in forcing periods, without a length to the
+    `start`, `length` and the record's `periods` are in cycles, without a length to the
     record's last whole step; `rate` is in samples per period.
     """
     last = math.floor((periods - start) * rate + SLACK)

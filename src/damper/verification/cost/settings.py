@@ -106,7 +106,7 @@ class Cost(Verification):
     ] = 10
     periods: Annotated[
         int,
-        Unit("forcing periods"),
+        Unit("cycles"),
         Field(ge=1, le=MOST_PERIODS, description="Length of each of these runs."),
     ] = 200
     repeats: Annotated[

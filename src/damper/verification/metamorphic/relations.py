@@ -1,6 +1,6 @@
 """Metamorphic tests: points run again in ways that must give the same events.
 
-Mirrored (phase + pi, all signs changed), started some whole forcing periods later, taken to SI
+Mirrored (phase + pi, all signs changed), started some whole cycles later, taken to SI
 units and back, and with a sharper and a looser accuracy, a run must give the same events. How
 closely is a matter of its condition (`damper.verification.metamorphic.condition`); where that
 leaves nothing to compare, both runs are judged step by step: by the laws that a log must keep (the
@@ -202,7 +202,7 @@ def _compare(source: _Source, other: Events, error: float) -> tuple[float, float
         return math.nan, math.nan, agrees
     found = differences(own, other, of_own, of_other, source.scale)
     growth = source.condition.growth[of_own]
-    # The error is in units of time; of the forcing period's, where that is shorter.
+    # The error is in units of time; of the cycle's, where that is shorter.
     ratio = float(np.max(found / (ALLOWANCE * EPS * growth + error * (1.0 + growth))))
     return float(found.max()), ratio, agrees and ratio <= 1.0
 

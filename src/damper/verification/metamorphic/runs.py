@@ -62,7 +62,7 @@ def short_run(
     events: int,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> ShortRun:
-    """Run a point over whole forcing periods, or fewer if that takes more than `events` events.
+    """Run a point over whole cycles, or fewer if that takes more than `events` events.
 
     The log ends at `ROWS_PER_EVENT` times as many segments.
     """
