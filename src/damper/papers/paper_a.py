@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from damper.analysis.places import within
@@ -89,7 +90,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise", rows)
 
 
-def _score_a1(cube: xr.Dataset, contact: bool = False) -> Scored:
+def _score_a1(cube: xr.Dataset, tolerances: Tolerances, contact: bool = False) -> Scored:
     chatters = cube.chatter >= 1
     in_range = within(cube.clearance, high=CHATTER_UP_TO)
     # Without clearance the masses are one.
@@ -234,7 +235,7 @@ def _judge_a5(cubes: Cubes) -> Verdict:
     return Verdict(measured, READING, "after the transient; some bursts before do complete")
 
 
-def _score_a5(cube: xr.Dataset, late: bool = True) -> Scored:
+def _score_a5(cube: xr.Dataset, tolerances: Tolerances, late: bool = True) -> Scored:
     here = cube.isel(since=-1 if late else 0).sel(frequency_ratio=HIGH)
     incomplete = here.chatter_bursts - here.chatter_complete
     value = _part(incomplete, incomplete + here.sticking_bursts)
@@ -456,13 +457,13 @@ PAPER_A = (
                 f"{WIDEST:g}",
                 ("bursts",),
                 _CLEARANCES,
-                lambda cube, tolerances: _score_a1(cube),
+                _score_a1,
             ),
             "A1_contact": Score(
                 f"as A1, and beyond {CHATTER_UP_TO:g} there are impacts still",
                 ("bursts", "impacts"),
                 _CLEARANCES,
-                lambda cube, tolerances: _score_a1(cube, contact=True),
+                partial(_score_a1, contact=True),
             ),
         },
     ),
@@ -526,13 +527,13 @@ PAPER_A = (
                 f"at {HIGH:.2f}, after the transient, chatter is incomplete and nothing sticks",
                 ("chatter_bursts",),
                 _at(HIGH),
-                lambda cube, tolerances: _score_a5(cube),
+                _score_a5,
             ),
             "A5_record": Score(
                 f"at {HIGH:.2f}, from the start on, chatter is incomplete and nothing sticks",
                 ("chatter_bursts",),
                 _at(HIGH),
-                lambda cube, tolerances: _score_a5(cube, late=False),
+                partial(_score_a5, late=False),
             ),
         },
     ),

@@ -6,7 +6,8 @@ J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -105,28 +106,6 @@ def _judge_b1(cubes: Cubes) -> Verdict:
     return Verdict(found, READING, why, rows)
 
 
-def _judge_b2(cubes: Cubes) -> Verdict:
-    """Length of the interval over the mass ratio, at each frequency."""
-
-    def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-        masses = sorted(cube.mass_ratio.values.tolist())
-        for frequency in cube.frequency_ratio.values.tolist():
-            yield f"{frequency:g}", [(mass, frequency) for mass in masses]
-
-    return _falling(cubes, groups, "frequency ratio")
-
-
-def _judge_b3(cubes: Cubes) -> Verdict:
-    """Length of the interval over the frequency ratio, at each mass ratio."""
-
-    def groups(cube: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-        frequencies = sorted(cube.frequency_ratio.values.tolist())
-        for mass in cube.mass_ratio.values.tolist():
-            yield f"{mass:g}", [(mass, frequency) for frequency in frequencies]
-
-    return _falling(cubes, groups, "mass ratio")
-
-
 def _judge_b4(cubes: Cubes) -> Verdict:
     """How much of the large restitutions chatters, over the mass ratio."""
     masses = sorted(cubes[ABOVE].mass_ratio.values)
@@ -143,24 +122,22 @@ def _judge_b4(cubes: Cubes) -> Verdict:
     return _summed(f"part of the restitutions from {_LARGE:g} on that chatter", held, rows)
 
 
-def _falling(
-    cubes: Cubes,
-    groups: Callable[[xr.Dataset], Iterator[tuple[str, list[tuple[float, float]]]]],
-    name: str,
-) -> Verdict:
-    """Judge whether lengths fall along each group of (mass ratio, frequency ratio), both rising."""
-    other = "mass ratio" if name == "frequency ratio" else "frequency ratio"
-    head = f"length (span) from the smallest {other} to the largest"
-    rows = [("reading", name, head, "falls")]
+def _judge_trend(cubes: Cubes, axis: str) -> Verdict:
+    """Whether the interval gets shorter along an axis, at each value of the other one."""
+    other = "frequency_ratio" if axis == "mass_ratio" else "mass_ratio"
+    head = f"length (span) from the smallest {axis.replace('_', ' ')} to the largest"
+    rows = [("reading", other.replace("_", " "), head, "falls")]
     held = []
     for reading in _readings(cubes):
         step = float(abs(reading.cube.restitution.diff("restitution")).min())
         fall = []
-        for label, places in groups(reading.cube):
-            found = [reading.ranges[place] for place in places]
+        for value in reading.cube[other].values.tolist():
+            # Ranges are those of (mass ratio, frequency ratio).
+            pairs = ((one, value) for one in sorted(reading.cube[axis].values.tolist()))
+            found = [reading.ranges[pair if axis == "mass_ratio" else pair[::-1]] for pair in pairs]
             fall.append(_falls([one.length for one in found], step))
             sizes = " ".join(f"{one.length:.3f} ({one.span:.3f})" for one in found)
-            rows.append((reading.words, label, sizes, "yes" if fall[-1] else "no"))
+            rows.append((reading.words, f"{value:g}", sizes, "yes" if fall[-1] else "no"))
         if all(fall):
             held.append(reading.words)
     return _summed(
@@ -257,7 +234,7 @@ def _score_b1(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
     return Scored(value, ends)
 
 
-def _score_trend(cube: xr.Dataset, axis: str) -> Scored:
+def _score_trend(cube: xr.Dataset, tolerances: Tolerances, axis: str) -> Scored:
     """Score that the part of all restitutions that chatters falls along an axis.
 
     Of the steps between neighbouring values, at each value of the other axis, those that fall less
@@ -308,13 +285,13 @@ PAPER_B = (
         stated=f"mass ratios {', '.join(map(str, MASS_RATIOS))}",
         studies=(ABOVE, BELOW),
         figures=_DIAGRAMS,
-        judge=_judge_b2,
+        judge=partial(_judge_trend, axis="mass_ratio"),
         scores={
             "B2": Score(
                 "the interval of restitution that chatters widens as the mass ratio falls",
                 ("bursts",),
                 _AXES,
-                lambda cube, tolerances: _score_trend(cube, "mass_ratio"),
+                partial(_score_trend, axis="mass_ratio"),
             )
         },
     ),
@@ -325,13 +302,13 @@ PAPER_B = (
         stated="no number",
         studies=(ABOVE, BELOW),
         figures=_DIAGRAMS,
-        judge=_judge_b3,
+        judge=partial(_judge_trend, axis="frequency_ratio"),
         scores={
             "B3": Score(
                 "it narrows as the frequency ratio rises",
                 ("bursts",),
                 _AXES,
-                lambda cube, tolerances: _score_trend(cube, "frequency_ratio"),
+                partial(_score_trend, axis="frequency_ratio"),
             )
         },
     ),
