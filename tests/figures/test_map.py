@@ -37,7 +37,8 @@ def chatter(**settings: Any) -> Figure:
 
 
 def ratio(**settings: Any) -> Figure:
-    return the_map(made_up(AXES, rms_ratio=RATIO.T), "rms_ratio", **settings)
+    """What has no value is zero, as the ratio to an infinite amplitude is."""
+    return the_map(made_up(AXES, rms_ratio=np.nan_to_num(RATIO.T)), "rms_ratio", **settings)
 
 
 def mesh(ax: Axes) -> QuadMesh:
@@ -103,14 +104,6 @@ def test_motions_have_names() -> None:
     assert len({tuple(cell) for cell in cells.reshape(-1, 4)}) == 4
 
 
-def test_cells_of_equal_size() -> None:
-    axes = {"frequency_ratio": [0.5, 1.0, 2.5], "clearance": [0.1, 1.0, 10.0]}
-    ax = the_map(made_up(axes, chatter=1), "chatter", equal=True).axes[0]
-    corners = mesh(ax).get_coordinates()
-    np.testing.assert_allclose(corners[0, :, 0], [-0.5, 0.5, 1.5, 2.5])
-    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.1", "1", "10"]
-
-
 def test_status_in_classes() -> None:
     cube = made_up(AXES, chatter=0)
     cube["status"][1, 2] = 1
@@ -120,20 +113,15 @@ def test_status_in_classes() -> None:
 
 
 def test_continuous_colours_and_their_bar() -> None:
-    values = np.arange(12.0).reshape(4, 3)
-    figure = the_map(made_up(AXES, peak_displacement=values), "peak_displacement")
-    ax, bar = figure.axes
-    np.testing.assert_array_equal(mesh(ax).get_array(), values.T)
-    label = " ".join(bar.get_ylabel().split())
-    assert label == r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)"
-    assert figure.legends == []
-
-
-def test_stopped_runs_are_grey() -> None:
+    """Stopped runs are grey."""
     values = np.arange(12.0).reshape(4, 3)
     values[2, 1] = np.nan
-    figure = the_map(made_up(AXES, energy_input=values), "energy_input")
-    assert tuple(colours(figure.axes[0])[1, 2]) == to_rgba(MISSING)
+    figure = the_map(made_up(AXES, peak_displacement=values), "peak_displacement")
+    ax, bar = figure.axes
+    np.testing.assert_array_equal(np.ma.filled(mesh(ax).get_array(), np.nan), values.T)
+    assert tuple(colours(ax)[1, 2]) == to_rgba(MISSING)
+    label = " ".join(bar.get_ylabel().split())
+    assert label == r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)"
     assert legend_texts(figure) == ["run stopped"]
 
 
@@ -156,6 +144,7 @@ def test_ratios_are_white_at_one_with_a_line() -> None:
     blue, orange = cells.cmap(cells.norm(0.3)), cells.cmap(cells.norm(1.5))
     assert blue[2] > blue[0]
     assert orange[0] > orange[2]
+    assert tuple(colours(ax)[2, 3]) == to_rgba(MISSING)
     assert legend_texts(figure) == ["no value", "ratio = 1"]
 
 
@@ -167,20 +156,17 @@ def test_no_line_where_the_masses_never_touch() -> None:
     assert len(figure.axes[0].collections) == 1
 
 
-def test_ratio_to_an_infinite_amplitude_is_missing() -> None:
-    values = RATIO.T.copy()
-    values[0, 0] = 0.0
-    ax = the_map(made_up(AXES, rms_ratio=values), "rms_ratio").axes[0]
-    assert tuple(colours(ax)[0, 0]) == to_rgba(MISSING)
-
-
-def test_cells_are_as_wide_as_their_place() -> None:
+def test_cells_are_as_wide_as_their_place_or_of_equal_size() -> None:
     cube = made_up({"frequency_ratio": [0.5, 1.0, 2.5], "clearance": [0.1, 1.0, 10.0]}, chatter=0)
     ax = the_map(cube, "chatter").axes[0]
     corners = mesh(ax).get_coordinates()
     np.testing.assert_allclose(corners[0, :, 0], [0.25, 0.75, 1.75, 3.25])
     np.testing.assert_allclose(corners[:, 0, 1], np.array([0.1, 1.0, 10.0, 100.0]) / 10**0.5)
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+    ax = the_map(cube, "chatter", equal=True).axes[0]
+    corners = mesh(ax).get_coordinates()
+    np.testing.assert_allclose(corners[0, :, 0], [-0.5, 0.5, 1.5, 2.5])
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.1", "1", "10"]
 
 
 def test_values_in_any_order_and_dimensions_too() -> None:
