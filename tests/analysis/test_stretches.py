@@ -10,14 +10,7 @@ from plain_events import Scene
 from scenes import PAPER_A, SLOW
 
 from damper import simulate
-from damper.analysis.stretches import (
-    Burst,
-    half_gap,
-    listed_bursts,
-    listed_until,
-    rows_between,
-    sticking,
-)
+from damper.analysis import stretches
 
 PERIODS, START, LENGTH = 9, 1.25, 3
 
@@ -40,7 +33,7 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
     cube = run(values, start=START, length=LENGTH)
     scene = Scene(values, 0, PERIODS)
     expected = scene.ended
-    found = listed_bursts(cube)
+    found = stretches.listed_bursts(cube)
     assert len(found) == len(expected) > 5
     for burst, plain in zip(found, expected, strict=True):
         assert burst.end == pytest.approx(plain.end)
@@ -48,7 +41,9 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
         if not math.isnan(burst.sticking):
             assert burst.release == pytest.approx(plain.release)
     known = np.isfinite(cube.trajectory_time.values)
-    stuck = sticking(cube.trajectory_time.values[known], cube.trajectory_mode.values[known])
+    stuck = stretches.sticking(
+        cube.trajectory_time.values[known], cube.trajectory_mode.values[known]
+    )
     zero, end = START * scene.cycle, LENGTH * scene.cycle
     whole = [(b.stick - zero, b.release - zero) for b in expected if b.complete]
     inside = [(a, b) for a, b in whole if b > 0.0 and a < end]
@@ -62,13 +57,13 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
 
 
 def test_an_incomplete_burst_has_no_release_of_its_own() -> None:
-    burst = Burst(2.0, -1, 3.0, 6, False, math.nan)
+    burst = stretches.Burst(2.0, -1, 3.0, 6, False, math.nan)
     assert burst.end == burst.release == 5.0
 
 
 def test_times_count_from_the_start_of_the_record_wherever_sampling_starts() -> None:
     late, whole = run(SLOW, start=1.5), run(SLOW)
-    np.testing.assert_array_equal(listed_bursts(whole), listed_bursts(late))
+    np.testing.assert_array_equal(stretches.listed_bursts(whole), stretches.listed_bursts(late))
     period = 2 * math.pi / SLOW["frequency_ratio"]
     assert float(late.trajectory_start) == pytest.approx(1.5 * period, rel=1e-14)
     assert float(whole.trajectory_start) == 0.0
@@ -79,31 +74,31 @@ def test_times_count_from_the_start_of_the_record_wherever_sampling_starts() -> 
 
 
 def test_a_full_list_ends_with_its_last_burst() -> None:
-    assert listed_until(run(SLOW)) == math.inf
+    assert stretches.listed_until(run(SLOW)) == math.inf
     few = run(SLOW, records=3)
-    assert len(listed_bursts(few)) == 3
-    assert listed_until(few) == listed_bursts(few)[-1].end
+    assert len(stretches.listed_bursts(few)) == 3
+    assert stretches.listed_until(few) == stretches.listed_bursts(few)[-1].end
 
 
 def test_sticking_at_both_ends() -> None:
     time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
-    assert sticking(time, np.array([1, 1, 0, 0, 1])) == [(0.0, 2.0), (4.0, 4.0)]
-    assert sticking(time, np.zeros(5)) == []
+    assert stretches.sticking(time, np.array([1, 1, 0, 0, 1])) == [(0.0, 2.0), (4.0, 4.0)]
+    assert stretches.sticking(time, np.zeros(5)) == []
 
 
 def test_half_gap_in_either_system() -> None:
-    assert half_gap(xr.Dataset(coords={"clearance": 0.3})) == 0.3
-    assert half_gap(xr.Dataset(coords={"gap": 0.3})) == 0.15
+    assert stretches.half_gap(xr.Dataset(coords={"clearance": 0.3})) == 0.3
+    assert stretches.half_gap(xr.Dataset(coords={"gap": 0.3})) == 0.15
 
 
 def test_rows_between() -> None:
     time = np.array([0.0, 0.5, 1.0, 1.5, np.nan])
-    assert rows_between(time, 0.0, None) == slice(0, 4)
-    assert rows_between(time, 0.7, 1.2) == slice(1, 4)
-    assert rows_between(time, 0.5, 0.6) == slice(1, 3)
+    assert stretches.rows_between(time, 0.0, None) == slice(0, 4)
+    assert stretches.rows_between(time, 0.7, 1.2) == slice(1, 4)
+    assert stretches.rows_between(time, 0.5, 0.6) == slice(1, 3)
     with pytest.raises(ValueError, match=r"start = 1.5: the trajectory ends 1.5 cycles"):
-        rows_between(time, 1.5, None)
+        stretches.rows_between(time, 1.5, None)
     with pytest.raises(ValueError, match=r"start = 1, stop = 0.5: start must be less than stop"):
-        rows_between(time, 1.0, 0.5)
+        stretches.rows_between(time, 1.0, 0.5)
     with pytest.raises(TypeError, match="stop = 'end': must be a real number"):
-        rows_between(time, 1.0, "end")  # type: ignore[arg-type]
+        stretches.rows_between(time, 1.0, "end")  # type: ignore[arg-type]

@@ -10,16 +10,8 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.completion import BURST, IMPACT, ORDERS, PREDICTED, SHARP, Errors, errors_of
+from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.panels import (
-    finish,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    panel_grid,
-    parts,
-    title,
-)
 from damper.figures.common.style import BLACK, BLUE, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.fields import Text
@@ -83,16 +75,16 @@ def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
     cube, rows, at = results["cube"], settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
-    shown = parts(place, rows)
-    figure, axes = panel_grid(len(shown), 2, height=1.0 + 2.1 * len(shown))
+    shown = panels.parts(place, rows)
+    figure, axes = panels.panel_grid(len(shown), 2, height=1.0 + 2.1 * len(shown))
     for row, (text, panel) in zip(axes, shown, strict=True):
         for ax, quantity in zip(row, PREDICTED, strict=True):
             _panel(ax, panel, quantity)
-        title(row[0], text)
+        panels.title(row[0], text)
     units = units_of(place.rebound_speed.attrs)
     for ax in axes[-1]:
         ax.set_xlabel(label("rebound speed", "$w$", units))
-    return finish(figure, place, settings.caption, _handles())
+    return panels.finish(figure, place, settings.caption, _handles())
 
 
 def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
@@ -102,7 +94,7 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     drawn = {order: errors_of(panel, quantity, order) for order in ORDERS}
     shown = [found for found in drawn.values() if _visible(found).any()]
     if not shown:
-        note_empty_panel(ax, "no complete burst with a prediction here")
+        panels.note_empty_panel(ax, "no complete burst with a prediction here")
         return
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -151,14 +143,16 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
         ax.plot(ends, law, zorder=2.8, scalex=False, scaley=False, **style)
     fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
-    return legend_line(text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
+    return panels.legend_line(text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
 
 
 def _handles() -> list[Artist]:
     rim: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mew": 0.7, "mec": BLACK}
     slopes = [(f"slope {exponent}", dashes) for _, _, exponent, dashes in _ORDERS.values()]
     return [
-        legend_line("first impact of a burst (black rim)", color="#BBBBBB", **rim),
-        *(legend_line(text, ls=dashes, **_GUIDE) for text, dashes in slopes),
-        legend_patch(f"below {SHARP:.0f} times the uncertainty of the simulation", **_ROUNDOFF),
+        panels.legend_line("first impact of a burst (black rim)", color="#BBBBBB", **rim),
+        *(panels.legend_line(text, ls=dashes, **_GUIDE) for text, dashes in slopes),
+        panels.legend_patch(
+            f"below {SHARP:.0f} times the uncertainty of the simulation", **_ROUNDOFF
+        ),
     ]

@@ -11,14 +11,7 @@ from pydantic import Field
 
 from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
-from damper.figures.common.layout import (
-    edges,
-    few_decades,
-    geometric,
-    place_label,
-    section_text,
-    select,
-)
+from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
     legend_line,
@@ -42,21 +35,9 @@ from damper.figures.common.style import (
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
+from damper.study import products
 from damper.study.fields import Pair, Some, Text, one_of
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    MOST_PANELS,
-    SECTION_VARIABLES,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Interactive,
-    Role,
-    StudyContents,
-    need,
-    need_orbits,
-)
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
 
@@ -83,7 +64,7 @@ _MEANINGS = {
     "rms_displacement": "rms displacement\n",
     _MULTIPLIER: "size of the multipliers\n",
 }
-_DRAWN = (*SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC, _MULTIPLIER)
+_DRAWN = (*products.SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC, _MULTIPLIER)
 _CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
@@ -103,25 +84,25 @@ _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
 
 
-class Bifurcation(FigureSettings):
+class Bifurcation(products.FigureSettings):
     """The section over one axis, with a row of panels for each value of a second one.
 
     Both directions of a continuation are drawn, and all draws over each other.
     """
 
-    roles: ClassVar[Mapping[str, Role]] = {
-        "along": Role(),
-        "each": Role(),
-        "rows": Role(most=MOST_PANELS),
+    roles: ClassVar[Mapping[str, products.Role]] = {
+        "along": products.Role(),
+        "each": products.Role(),
+        "rows": products.Role(most=products.MOST_PANELS),
     }
     overlays: ClassVar[bool] = True
 
     along: Annotated[Text, Field(description="Axis of the abscissa.")]
-    each: Each = None
+    each: products.Each = None
     rows: Annotated[
         Text | None, Field(description="Axis of whose values each makes a row of panels.")
     ] = None
-    at: At = None
+    at: products.At = None
     variables: Annotated[
         Some[Annotated[str, one_of(_DRAWN)]],
         Field(
@@ -131,7 +112,7 @@ class Bifurcation(FigureSettings):
             "motion. multiplier: sizes of the multipliers of the orbits that are drawn, all of "
             "which are below 1 where the motion is stable."
         ),
-    ] = SECTION_VARIABLES
+    ] = products.SECTION_VARIABLES
     mark: Annotated[
         Pair[float] | None,
         Field(
@@ -151,28 +132,28 @@ class Bifurcation(FigureSettings):
         bool,
         Field(description="Whether to draw the study's orbits over it, with their special points."),
     ] = False
-    interactive: Interactive = False
-    caption: Caption = None
+    interactive: products.Interactive = False
+    caption: products.Caption = None
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
         """Files of the study that it shows."""
         return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         self._need_variables(study, mistakes)
         if self.orbits:
-            need_orbits(("orbits",), study, mistakes)
+            products.need_orbits(("orbits",), study, mistakes)
         if self.mark and "bursts" not in study.observers:
             mistakes.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
-    def _need_variables(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def _need_variables(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         shown = set(self.variables)
-        if self.orbits or shown & {*SECTION_VARIABLES, *_RELATIVE}:
-            need(study, mistakes, SECTIONS)
+        if self.orbits or shown & {*products.SECTION_VARIABLES, *_RELATIVE}:
+            products.need(study, mistakes, SECTIONS)
         if shown & set(_AMPLITUDES):
-            need(study, mistakes, "response")
+            products.need(study, mistakes, "response")
         if "approach_speed" in shown and not study.asks("impacts", "speeds"):
             message = "needs impacts that lists them among the observers, for approach_speed"
             mistakes.add(("variables",), message, "impacts: {speeds: 60}")
@@ -216,7 +197,7 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(_ordinate(place, name))
     for ax in axes[-1]:
-        ax.set_xlabel(place_label(place, settings.along, 0.8 * width / len(variables)))
+        ax.set_xlabel(layout.place_label(place, settings.along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
     return finish(figure, place, settings.caption, handles, _remarks(place, variables))
 
@@ -231,7 +212,7 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     there = cube[[name for name in known if name in cube]].dims
     own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in there]
     kept = (dim for dim in own if dim not in (settings.at or {}))
-    return select(cube, known, settings.at, (settings.along, settings.rows, *kept))
+    return layout.select(cube, known, settings.at, (settings.along, settings.rows, *kept))
 
 
 def _title(row: np.ndarray, text: str, panel: xr.Dataset, settings: Bifurcation) -> None:
@@ -297,11 +278,11 @@ def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     grid = panel[along].values
-    if geometric(grid):
+    if layout.geometric(grid):
         ax.set_xscale("log")
     if len(grid) > 1:
         ax.set_xlim(grid.min(), grid.max())
-    few_decades(ax)
+    layout.few_decades(ax)
     if name == _MULTIPLIER:
         ax.axhline(1.0, color=BLACK, lw=0.6)
         ax.set_ylim(0.0, 2.0)
@@ -328,7 +309,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     if name in LOGARITHMIC and (finite := finite[finite > 0.0]).size:
         ax.set_yscale("log")
         ax.set_ylim(finite.min() / 1.2, finite.max() * 1.2)
-        few_decades(ax)
+        layout.few_decades(ax)
         return
     low, high = finite.min(), finite.max()
     margin = 0.06 * (high - low) or 0.1 * max(abs(high), 1.0)
@@ -340,7 +321,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
     if "chatter" not in panel:
         return
     grid = panel[along].values
-    borders = np.concatenate([grid[:1], edges(grid)[1:-1], grid[-1:]])
+    borders = np.concatenate([grid[:1], layout.edges(grid)[1:-1], grid[-1:]])
     for direction, branch in _directions(panel):
         # Of several draws, the one with the most chatter.
         chatter = branch.chatter.max([dim for dim in branch.chatter.dims if dim != along]).values
@@ -397,7 +378,7 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
         what = "initial states" if set(drawn) <= {*INITIAL_NAMES} else "draws"
         remarks += [f"{place.sizes['draw']} random {what}"]
     sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]
-    return remarks + (section_text(place[sampled[0]]) if sampled else [])
+    return remarks + (layout.section_text(place[sampled[0]]) if sampled else [])
 
 
 def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:

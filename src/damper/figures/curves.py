@@ -11,36 +11,12 @@ from pydantic import Field
 from damper.analysis.optimum import least
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import reduced, runs_over
-from damper.figures.common.layout import (
-    few_decades,
-    geometric,
-    numbers,
-    place_label,
-    place_text,
-    select,
-    variable_label,
-    whole,
-)
+from damper.figures.common import layout
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
+from damper.study import products
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    MOST_LINES,
-    MOST_VARIABLES,
-    REDUCTIONS,
-    Above,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-    Share,
-    StudyContents,
-    Worst,
-    check_reduction,
-    check_written,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,25 +30,25 @@ _ABSCISSA = 2.1
 """Inches about the middle of a panel that a label has before it is cut off on the right."""
 
 
-class Curves(FigureSettings):
+class Curves(products.FigureSettings):
     """Variables over one axis, each in a panel of its own, with a line for each value of another.
 
     Amplitudes have that without damper beside them, their ratios a thin line at 1.
     """
 
-    roles: ClassVar[Mapping[str, Role]] = {
-        "along": Role(least=2),
-        "lines": Role(most=MOST_LINES, branches=True),
-        "each": Role(),
-        "best": Role(),
-        **REDUCTIONS,
+    roles: ClassVar[Mapping[str, products.Role]] = {
+        "along": products.Role(least=2),
+        "lines": products.Role(most=products.MOST_LINES, branches=True),
+        "each": products.Role(),
+        "best": products.Role(),
+        **products.REDUCTIONS,
     }
 
     variables: Annotated[
         Some[Text],
         Field(
             description="Variables of the cube, each with one value at each point; a panel each, "
-            f"{MOST_VARIABLES} at most."
+            f"{products.MOST_VARIABLES} at most."
         ),
     ]
     along: Annotated[Text, Field(description="Axis of the abscissa.")]
@@ -80,11 +56,11 @@ class Curves(FigureSettings):
         Text | None,
         Field(
             description="Axis, or direction or draw, of whose values each makes a line; "
-            f"{MOST_LINES} at most."
+            f"{products.MOST_LINES} at most."
         ),
     ] = None
-    each: Each = None
-    at: At = None
+    each: products.Each = None
+    at: products.At = None
     best: Annotated[
         Text | None,
         Field(
@@ -93,22 +69,22 @@ class Curves(FigureSettings):
             "finished."
         ),
     ] = None
-    worst: Worst = None
-    share: Share = None
-    above: Above = None
+    worst: products.Worst = None
+    share: products.Share = None
+    above: products.Above = None
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
-    caption: Caption = None
+    caption: products.Caption = None
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         for i, name in enumerate(self.variables):
-            check_written(("variables", i), name, study, mistakes)
+            products.check_written(("variables", i), name, study, mistakes)
 
     def check_together(self, mistakes: Mistakes) -> None:
-        check_reduction(self.variables, self, mistakes)
-        if len(self.variables) > MOST_VARIABLES:
+        products.check_reduction(self.variables, self, mistakes)
+        if len(self.variables) > products.MOST_VARIABLES:
             message = f"{len(self.variables)} variables are too many for one figure"
-            mistakes.add(("variables",), message, f"at most {MOST_VARIABLES}")
+            mistakes.add(("variables",), message, f"at most {products.MOST_VARIABLES}")
 
 
 def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
@@ -125,12 +101,12 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
             ax.plot(line[along].values, _ordinates(line[name], along, settings.log), **style)
             highest = _highest(line[name], along)
             if best is not None and name == variables[0] and highest is not None:
-                top = line[along].values[highest], numbers(line[name], along)[highest]
+                top = line[along].values[highest], layout.numbers(line[name], along)[highest]
                 ax.plot(*top, **_WORST | {"color": style["color"]})
         if _OVER.get(name) in place:
             ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
         _dress(ax, place, name, along, settings.log)
-    axes[-1, 0].set_xlabel(place_label(place, along, _ABSCISSA))
+    axes[-1, 0].set_xlabel(layout.place_label(place, along, _ABSCISSA))
     remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
     if best:
         symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
@@ -154,7 +130,7 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
         settings.best,
         *(n for some in reduce for n in some or ()),
     )
-    place = select(cube, names, settings.at, keep).sortby(settings.along)
+    place = layout.select(cube, names, settings.at, keep).sortby(settings.along)
     place, names = reduced(place, names, *reduce, settings.above)
     return in_millimetres(place), names[: len(settings.variables)]
 
@@ -173,7 +149,7 @@ def _undamped(place: xr.Dataset, name: str, along: str) -> np.ndarray:
 
 def _highest(array: xr.DataArray, along: str) -> int | None:
     """Index of a line's highest point."""
-    values = numbers(array, along)
+    values = layout.numbers(array, along)
     return int(np.nanargmax(values)) if np.isfinite(values).any() else None
 
 
@@ -187,12 +163,14 @@ def _lines(
         line, texts = place, []
         if lines is not None:
             line = line.sel({lines: value})
-            texts.append(place_text(place, lines, value))
+            texts.append(layout.place_text(place, lines, value))
         if best is not None:
             line = line.sel({best: _best(line[first], along, best)})
-            texts.append(f"best {place_text(place, best, float(f'{line[best].item():.4g}'))}")
+            texts.append(
+                f"best {layout.place_text(place, best, float(f'{line[best].item():.4g}'))}"
+            )
             if (highest := _highest(line[first], along)) is not None:
-                worst = place_text(place, along, line[along].values[highest])
+                worst = layout.place_text(place, along, line[along].values[highest])
                 texts.append(f"highest at {worst}")
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
         drawn.append((line, style))
@@ -202,7 +180,7 @@ def _lines(
 def _best(array: xr.DataArray, along: str, best: str) -> float:
     """Value of an axis at which the greatest value along another is least; of equals the first."""
     # NaN where some run stopped.
-    greatest = numbers(array, best, along).max(axis=1)
+    greatest = layout.numbers(array, best, along).max(axis=1)
     return float(array[best].values[least(greatest)])
 
 
@@ -218,7 +196,7 @@ def _style(index: int, count: int) -> dict[str, Any]:
 
 
 def _ordinates(array: xr.DataArray, along: str, log: bool) -> np.ndarray:
-    values = numbers(array, along)
+    values = layout.numbers(array, along)
     return np.where(values > 0.0, values, np.nan) if log else values
 
 
@@ -227,16 +205,16 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
     from matplotlib.ticker import MaxNLocator
 
     grid = place[along].values
-    if geometric(grid):
+    if layout.geometric(grid):
         ax.set_xscale("log")
     ax.set_xlim(grid.min(), grid.max())
     if not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
         note_empty_panel(ax)
     elif log:
         ax.set_yscale("log")
-    elif whole(place[name]):
+    elif layout.whole(place[name]):
         ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    few_decades(ax)
+    layout.few_decades(ax)
     if name in RATIOS:
         ax.axhline(1.0, zorder=1.0, **_REFERENCE)
-    ax.set_ylabel(variable_label(place[name], 0.72 * _PANEL))
+    ax.set_ylabel(layout.variable_label(place[name], 0.72 * _PANEL))

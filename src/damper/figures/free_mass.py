@@ -16,29 +16,14 @@ from damper.analysis.stretches import (
     listed_until,
     sticking,
 )
+from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.panels import (
-    finish,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    panel_grid,
-    title,
-)
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, YELLOW, label
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
+from damper.study import products
 from damper.study.fields import Pair, Unit
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Role,
-    StudyContents,
-    need_listed_bursts,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,17 +63,17 @@ _STATED: dict[str, Any] = {"color": PURPLE, "marker": "|", "lw": 1.8, "mew": 1.8
 _MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
 
 
-class FreeMass(FigureSettings):
+class FreeMass(products.FigureSettings):
     """The free mass in time, absolute and relative: the whole history beside one burst.
 
     Onset, duration and sticking of that burst are annotated, chatter and sticking are shaded.
     """
 
     needs = ("trajectory",)
-    roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
+    roles: ClassVar[Mapping[str, products.Role]] = {"each": products.Role()}
 
-    each: Each = None
-    at: At = None
+    each: products.Each = None
+    at: products.At = None
     near: Annotated[
         float | None,
         Unit(f"{TIME}, {SI_UNITS[TIME]}"),
@@ -113,11 +98,11 @@ class FreeMass(FigureSettings):
         Unit(f"{TIME}, {SI_UNITS[TIME]}"),
         Field(description="Onset and end of a burst that the source states, to draw beside ours."),
     ] = None
-    caption: Caption = None
+    caption: products.Caption = None
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_listed_bursts(study, mistakes)
+        products.need_listed_bursts(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
@@ -141,7 +126,7 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     bursts = listed_bursts(place)
     within = [burst for burst in bursts if burst.onset >= start and burst.end <= end]
     chosen = _nearest(within, settings.near)
-    figure, axes = panel_grid(5, 2, height=8.4, sharex="col")
+    figure, axes = panels.panel_grid(5, 2, height=8.4, sharex="col")
     left, right = axes.T
     for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
         whole.set_ylabel(name)
@@ -153,11 +138,11 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
             ax.axhline(wall, **_WALL)
     units = units_of(place.trajectory_time.attrs)
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
-    title(left[0], "whole history")
+    panels.title(left[0], "whole history")
     left[0].set_xlim(start, stop)
     if chosen is None:
         for ax in right:
-            note_empty_panel(ax, "no burst in this stretch")
+            panels.note_empty_panel(ax, "no burst in this stretch")
     else:
         _dimensions(right[0], chosen)
         _impacts(right[4], run, chosen)
@@ -167,7 +152,7 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     handles = _handles(bursts, bool((run.trajectory_mode == _STICKING).any()))
     if settings.stated is not None:
         handles.append(_draw_stated(left[4], right, settings.stated))
-    return finish(figure, place, settings.caption, handles, _left_out(place))
+    return panels.finish(figure, place, settings.caption, handles, _left_out(place))
 
 
 def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, float]) -> Artist:
@@ -179,7 +164,7 @@ def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, fl
     for ax in (large[0], large[-1]):  # elsewhere it would lie on a wall
         ax.plot([onset, end], [0.04, 0.04], transform=ax.get_xaxis_transform(), **_STATED)
     words = f"as the paper's text states: onset {onset:g}, duration {end - onset:g}"
-    return legend_line(words, **_STATED)
+    return panels.legend_line(words, **_STATED)
 
 
 def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
@@ -248,7 +233,7 @@ def _dimensions(ax: Axes, burst: Burst) -> None:
     kind = "complete " if burst.complete else "incomplete "
     kind += "chatter" if burst.chatter else "burst, no chatter"
     kind += "" if burst.complete else "; no sticking follows"
-    title(ax, f"{first}\n{kind}", fontsize=7.0, pad=23.0)
+    panels.title(ax, f"{first}\n{kind}", fontsize=7.0, pad=23.0)
     over = ax.get_xaxis_transform()
     for moment in (burst.onset, burst.end):
         ax.plot([moment, moment], [0.0, 1.1], transform=over, clip_on=False, **_MARK)
@@ -278,7 +263,7 @@ def _impacts(ax: Axes, run: xr.Dataset, burst: Burst) -> None:
     if seen.any():
         ax.set_yscale("log")
     else:
-        note_empty_panel(ax, "its impacts are not among the listed events")
+        panels.note_empty_panel(ax, "its impacts are not among the listed events")
     units = units_of(run.trajectory_velocity.attrs)
     ax.set_ylabel(label("approach speed\nof each impact", "\n", units))
 
@@ -295,7 +280,7 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
         ax.set_ylim(0.0, 1.12 * max(burst.duration for burst in shown))
     else:
         ax.set_yticks([])
-        note_empty_panel(ax, "no chatter in this stretch")
+        panels.note_empty_panel(ax, "no chatter in this stretch")
 
 
 def _left_out(place: xr.Dataset) -> list[str]:
@@ -313,9 +298,9 @@ def _handles(bursts: Sequence[Burst], stuck: bool) -> list[Artist]:
     shades, durations = [], []
     for complete, (text, colour) in _CHATTER.items():
         if complete in kinds:
-            shades.append(legend_patch(text, color=colour, alpha=_SHADE["alpha"], lw=0.0))
+            shades.append(panels.legend_patch(text, color=colour, alpha=_SHADE["alpha"], lw=0.0))
             duration = f"its duration ({text.split()[0]})"
-            durations.append(legend_line(duration, mfc=colour, **_DURATIONS[complete]))
+            durations.append(panels.legend_line(duration, mfc=colour, **_DURATIONS[complete]))
     if stuck:
-        shades.append(legend_patch("sticking", **_STUCK))
-    return [*shades, legend_line(r"walls $y-x = \pm d$", **_WALL), *durations]
+        shades.append(panels.legend_patch("sticking", **_STUCK))
+    return [*shades, panels.legend_line(r"walls $y-x = \pm d$", **_WALL), *durations]

@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.stretches import (
-    BURST_VARIABLES,
-    forcing_frequency,
-    half_gap,
-    listed_bursts,
-    listed_until,
-    rows_between,
-    sticking,
-)
+from damper.analysis import stretches
 from damper.figures.common.layout import select
 from damper.figures.common.panels import (
     finish,
@@ -49,7 +41,7 @@ _VARIABLES = (
     "trajectory_events_left_out",
     "chatter",
     "visible_impacts",
-    *BURST_VARIABLES,
+    *stretches.BURST_VARIABLES,
 )
 _CLASSES = {0: "no chatter", 1: "incomplete chatter", 2: "complete chatter"}
 #: Whether a burst completes -> its shade. Hatched as well: orange on paper is close to yellow.
@@ -140,12 +132,12 @@ def _history(
     ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
-    period = 2.0 * math.pi / float(run[forcing_frequency(run)])
+    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)])
     time = in_periods(run)
     if not np.isfinite(time).any():
         note_empty_panel(ax)
         return start, {}
-    piece = run.isel(instant=rows_between(time, start, stop))
+    piece = run.isel(instant=stretches.rows_between(time, start, stop))
     time = in_periods(piece)
     end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
     shown: dict[str, Artist] = {
@@ -155,19 +147,19 @@ def _history(
     for wall in (-1.0, 1.0):
         ax.axhline(wall, zorder=1.0, **_WALL)
     relative = piece.trajectory_free_displacement.values - piece.trajectory_displacement.values
-    clearance = half_gap(run)
+    clearance = stretches.half_gap(run)
     if clearance > 0.0:  # else the free mass is on both walls at once
         relative = relative / clearance
     # More vector points make files that no reader opens.
     ax.plot(time, relative, zorder=2.0, rasterized=points > _MOST_POINTS, **_FREE)
-    for burst in listed_bursts(run):
+    for burst in stretches.listed_bursts(run):
         first = burst.onset - float(run.trajectory_start)
         last = first + burst.duration
         if burst.chatter and first / period < end and last / period > start:
             name = "complete" if burst.complete else "incomplete"
             ax.axvspan(first / period, last / period, zorder=0.7, **_SHADES[burst.complete])
             shown[name] = legend_patch(f"{name} chatter", **_SHADES[burst.complete])
-    for first, last in sticking(time, piece.trajectory_mode.values):
+    for first, last in stretches.sticking(time, piece.trajectory_mode.values):
         ax.axvspan(first, last, zorder=0.7, **STUCK)
         shown["sticking"] = legend_patch("sticking", **STUCK)
     _note_what_is_missing(ax, run, end * period)
@@ -179,7 +171,7 @@ def _note_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
     missing = []
     if left_out := int(run.trajectory_events_left_out):
         missing.append(f"{left_out} events did not fit (observers: trajectory: events)")
-    if listed_until(run) - float(run.trajectory_start) < end:
+    if stretches.listed_until(run) - float(run.trajectory_start) < end:
         missing.append("later bursts are not listed (observers: bursts: records)")
     if missing:
         paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}

@@ -12,16 +12,7 @@ from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest, least
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import reduced, runs_over, worst
-from damper.figures.common.layout import (
-    edges,
-    few_decades,
-    geometric,
-    numbers,
-    place_label,
-    select,
-    variable_label,
-    whole,
-)
+from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
     label_outer,
@@ -49,27 +40,9 @@ from damper.figures.common.style import (
     YELLOW,
 )
 from damper.figures.overlays import Panels, draw_overlays
+from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    FREE_TRAVEL,
-    MOST_PANELS,
-    REDUCTIONS,
-    Above,
-    At,
-    Caption,
-    Each,
-    FigureSettings,
-    Interactive,
-    Role,
-    Share,
-    StudyContents,
-    Worst,
-    check_reduction,
-    check_written,
-    need,
-    need_orbits,
-)
 from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
@@ -117,15 +90,15 @@ _MOST_STEPS = 12
 _OF_BURSTS = ("complete_fraction", "chatter")
 
 
-class Map(FigureSettings):
+class Map(products.FigureSettings):
     """One variable in colour over two axes."""
 
-    roles: ClassVar[Mapping[str, Role]] = {
-        "x": Role(least=2),
-        "y": Role(least=2),
-        "panels": Role(most=MOST_PANELS, branches=True),
-        "each": Role(),
-        **REDUCTIONS,
+    roles: ClassVar[Mapping[str, products.Role]] = {
+        "x": products.Role(least=2),
+        "y": products.Role(least=2),
+        "panels": products.Role(most=products.MOST_PANELS, branches=True),
+        "each": products.Role(),
+        **products.REDUCTIONS,
     }
 
     variable: Annotated[
@@ -142,11 +115,11 @@ class Map(FigureSettings):
         Text | None,
         Field(description="Axis, or direction or draw, of whose values each makes a panel."),
     ] = None
-    each: Each = None
-    at: At = None
-    worst: Worst = None
-    share: Share = None
-    above: Above = None
+    each: products.Each = None
+    at: products.At = None
+    worst: products.Worst = None
+    share: products.Share = None
+    above: products.Above = None
     best: Annotated[
         Literal["min", "max"] | None,
         Field(
@@ -168,7 +141,7 @@ class Map(FigureSettings):
         bool,
         Field(description="Whether to draw the curves of special points of the study's orbits."),
     ] = False
-    interactive: Interactive = False
+    interactive: products.Interactive = False
     equal: Annotated[
         bool,
         Field(
@@ -176,24 +149,24 @@ class Map(FigureSettings):
             "suits a few listed values."
         ),
     ] = False
-    caption: Caption = None
+    caption: products.Caption = None
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
         """Files of the study that it shows."""
         return ("cube.nc", "orbits.nc") if self.orbits else ("cube.nc",)
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         if self.orbits:
-            need_orbits(("orbits",), study, mistakes)
+            products.need_orbits(("orbits",), study, mistakes)
         if self.variable == _ATTRACTOR:
-            need(study, mistakes, "motion")
+            products.need(study, mistakes, "motion")
         else:
-            check_written(("variable",), self.variable, study, mistakes)
+            products.check_written(("variable",), self.variable, study, mistakes)
 
     def check_together(self, mistakes: Mistakes) -> None:
-        check_reduction([self.variable], self, mistakes)
+        products.check_reduction([self.variable], self, mistakes)
         if self.variable == _ATTRACTOR and self.share is not None:
             message = "motions are above no limit"
             mistakes.add(("share",), message, "kind: basins, for the part that ends in each")
@@ -209,7 +182,7 @@ class Map(FigureSettings):
         if self.variable not in _OF_BURSTS:
             message = f"the small-mass limit does not speak of '{self.variable}'"
             mistakes.add(("theory",), message, f"a map of {join_names(_OF_BURSTS)}")
-        if "restitution" not in axes or not any(name in axes for name in FREE_TRAVEL):
+        if "restitution" not in axes or not any(name in axes for name in products.FREE_TRAVEL):
             message = f"the small-mass limit has no place over {join_names(axes)}"
             mistakes.add(("theory",), message, "restitution and clearance (or gap) as x and y")
 
@@ -234,11 +207,11 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     colours, norm = _colours(place[variable], classes)
     handles = _classes(place[variable], classes)
     for ax, (text, panel) in zip(axes, shown, strict=True):
-        values = numbers(panel[variable], y, x)
+        values = layout.numbers(panel[variable], y, x)
         mesh = _cells(ax, panel, x, y, values, colours, norm)
         known = values
         if touched is not None:
-            contacts = numbers(panel.touched, y, x)
+            contacts = layout.numbers(panel.touched, y, x)
             known = np.where(contacts > 0.0, values, np.nan)
             handles += [] if classes else _hatch(ax, panel, x, y, contacts == 0.0, never)
         handles += _marks(ax, panel, variable, known, settings)
@@ -247,7 +220,7 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
         _note_one_colour(ax, values, classes)
         title(ax, text)
     width, height = (0.9 * size for size in panel_size(axes, _HEIGHTS))
-    label_outer(axes, place_label(place, x, width), place_label(place, y, height))
+    label_outer(axes, layout.place_label(place, x, width), layout.place_label(place, y, height))
     for ax in axes if settings.equal else ():
         ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
@@ -267,7 +240,7 @@ def _marks(
         # A ratio itself, or any variable beside the ratio of amplitudes.
         own = variable if variable in RATIOS else "amplitude_ratio"
         if own in panel:
-            values = np.where(numbers(panel[own], y, x) < 1.0, values, np.nan)
+            values = np.where(layout.numbers(panel[own], y, x) < 1.0, values, np.nan)
         marks += _best(ax, panel, x, y, values, settings.best, variable)
     return marks
 
@@ -293,7 +266,7 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
     worst_over, share_over = settings.get("worst"), settings.get("share")
     over = [*(worst_over or ()), *(share_over or ())]
-    place = select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
+    place = layout.select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
     place = place.sortby([settings["x"], settings["y"]])
     touched = contact(place)
     if share_over:
@@ -343,14 +316,14 @@ def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Col
         ratios = LinearSegmentedColormap.from_list("ratios", ABOUT_ONE)
         return ratios.with_extremes(bad=MISSING), LogNorm(1.0 / most, most)
     colours = colormaps["cividis"].with_extremes(bad=MISSING)
-    if whole(array) and high - low < _MOST_STEPS:
+    if layout.whole(array) and high - low < _MOST_STEPS:
         return colours, BoundaryNorm(np.arange(low, high + 2.0) - 0.5, colours.N)
     return colours, Normalize(low, high if high > low else low + 1.0)
 
 
 def _range(array: xr.DataArray) -> tuple[float, float]:
     """Least and greatest value."""
-    values = numbers(array)
+    values = layout.numbers(array)
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if values.size else (1.0, 1.0)
 
@@ -359,13 +332,13 @@ def _cells(
     ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, colours: Colormap, norm: Any
 ) -> QuadMesh:
     """Draw each value in a cell as large as its place on the axes."""
-    ends = [edges(panel[name].values) for name in (x, y)]
+    ends = [layout.edges(panel[name].values) for name in (x, y)]
     # Rasterised: a vector cell each makes files that no reader opens.
     mesh = ax.pcolormesh(*ends, values, cmap=colours, norm=norm, rasterized=True)
     for name, axis in ((x, "x"), (y, "y")):
-        if geometric(panel[name].values):
+        if layout.geometric(panel[name].values):
             ax.set(**{f"{axis}scale": "log"})
-    few_decades(ax)
+    layout.few_decades(ax)
     ax.spines[:].set_visible(True)
     return mesh
 
@@ -432,7 +405,7 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
     beyond = {(True, False): "min", (False, True): "max", (True, True): "both"}
     extend = beyond.get((low < first, high > last), "neither")
     bar = figure.colorbar(mesh, ax=axes, aspect=30, pad=0.02, extend=extend)
-    bar.set_label(variable_label(array, figure.get_figheight() - 1.4))
+    bar.set_label(layout.variable_label(array, figure.get_figheight() - 1.4))
     bar.outline.set_linewidth(0.6)
     if array.name in RATIOS:
         ticks = _ratio_ticks(first, last)
@@ -441,7 +414,7 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
             bar.ax.set_ylim(first, last)
     elif isinstance(norm, BoundaryNorm):
         bar.set_ticks(0.5 * (norm.boundaries[1:] + norm.boundaries[:-1]))
-    elif whole(array):
+    elif layout.whole(array):
         bar.locator = MaxNLocator(integer=True, min_n_ticks=1)
     bar.minorticks_off()
 
@@ -457,7 +430,7 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
 
 def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
     """Legend entries of the classes that occur, and of points without a value."""
-    values, rim = numbers(array), {"edgecolor": BLACK, "lw": 0.4}
+    values, rim = layout.numbers(array), {"edgecolor": BLACK, "lw": 0.4}
     handles = [
         legend_patch(text, facecolor=colour, **rim)
         for index, (text, colour) in enumerate(classes)

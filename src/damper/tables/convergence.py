@@ -9,17 +9,9 @@ from pydantic import Field
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.parameters.quantities import MODEL_NAMES
+from damper.study import products
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    BURST_RECORDS,
-    MOST_VARIABLES,
-    Product,
-    Role,
-    StudyContents,
-    check_written,
-    need_listed_bursts,
-)
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
 from damper.tables import Table, number, place_cells, readable
@@ -34,7 +26,7 @@ STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
 _RECORDED = {
     "displacement": SECTIONS,
     "velocity": SECTIONS,
-    **dict.fromkeys(BURST_RECORDS, ("bursts",)),
+    **dict.fromkeys(products.BURST_RECORDS, ("bursts",)),
 }
 
 Compared = Annotated[
@@ -53,20 +45,20 @@ Conventions = Annotated[
 ]
 
 
-def check_convergence(settings: Any, study: StudyContents, mistakes: Mistakes) -> None:
+def check_convergence(settings: Any, study: products.StudyContents, mistakes: Mistakes) -> None:
     """Note what a study lacks for a comparison with the rigid damper."""
     for i, name in enumerate(settings.variables):
         needed = _RECORDED.get(name)
         if needed is None:
-            check_written(("variables", i), name, study, mistakes)
+            products.check_written(("variables", i), name, study, mistakes)
         elif not any(observer in study.observers for observer in needed):
             message = f"'{name}' needs {' or '.join(needed)} among the observers"
             mistakes.add(("variables", i), message, " or ".join(needed))
-    if "bursts" in study.observers and set(settings.variables).intersection(BURST_RECORDS):
-        need_listed_bursts(study, mistakes)
-    if len(settings.variables) > MOST_VARIABLES:
+    if "bursts" in study.observers and set(settings.variables).intersection(products.BURST_RECORDS):
+        products.need_listed_bursts(study, mistakes)
+    if len(settings.variables) > products.MOST_VARIABLES:
         message = f"{len(settings.variables)} variables are too many for one figure"
-        mistakes.add(("variables",), message, f"at most {MOST_VARIABLES}")
+        mistakes.add(("variables",), message, f"at most {products.MOST_VARIABLES}")
     if settings.along in study.axes and settings.along not in STIFFNESSES:
         message = f"'{settings.along}' is no stiffness of the contact"
         mistakes.add(("along",), message, join_names(STIFFNESSES))
@@ -76,16 +68,19 @@ def check_convergence(settings: Any, study: StudyContents, mistakes: Mistakes) -
             mistakes.add((), message, "a study with no axes but those of the contact")
 
 
-class ConvergenceTable(Product):
+class ConvergenceTable(products.Product):
     """The same as a table: value, rigid value and distance at each stiffness, and the order."""
 
-    roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+    roles: ClassVar[Mapping[str, products.Role]] = {
+        "along": products.Role(least=2),
+        "lines": products.Role(most=2),
+    }
 
     variables: Compared
     along: Stiffness
     lines: Conventions = None
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         check_convergence(self, study, mistakes)
 

@@ -9,15 +9,8 @@ from pydantic import Field
 
 from damper.analysis.places import places, rows_at
 from damper.analysis.small_mass_limit import gap_axis, small_mass_border
+from damper.study import products
 from damper.study.messages import Mistakes
-from damper.study.products import (
-    FREE_TRAVEL,
-    Product,
-    Role,
-    StudyContents,
-    count_values,
-    need_one_run,
-)
 from damper.study.yaml_file import join_names
 from damper.tables import Table, number, place_cells, readable
 
@@ -25,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class SmallMassLimit(Product):
+class SmallMassLimit(products.Product):
     """The border between complete and incomplete bursts beside its small-mass limit."""
 
     needs = ("bursts",)
@@ -35,15 +28,17 @@ class SmallMassLimit(Product):
         float, Field(gt=0, description="Restitution to which borders are bisected.")
     ] = 1e-4
 
-    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_one_run(study, mistakes, bisected="borders")
-        for names in (("restitution",), FREE_TRAVEL):
+        products.need_one_run(study, mistakes, bisected="borders")
+        for names in (("restitution",), products.FREE_TRAVEL):
             found = next((name for name in names if name in study.axes), None)
             if found is None:
                 mistakes.add((), f"needs an axis of the {' or '.join(names)}", join_names(names))
             else:
-                count_values((), found, study.axes[found], Role(least=2), mistakes)
+                products.count_values(
+                    (), found, study.axes[found], products.Role(least=2), mistakes
+                )
 
 
 def make(results: Mapping[str, Any], settings: SmallMassLimit) -> Table:

@@ -7,13 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damper.verification.comparison.errors import (
-    MEASURES,
-    MISSES,
-    counted_impacts,
-    measure_errors,
-    outcome,
-)
+from damper.verification.comparison import errors
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.solution import FAILED, STALLED, Solution
 
@@ -72,8 +66,8 @@ def solution(keep: Any = slice(None), **changes: Any) -> Solution:
 
 
 def check(given: Solution, **expected: float) -> None:
-    found = measure_errors(SCENE, REFERENCE, given)
-    assert list(found) == list(MEASURES)
+    found = errors.measure_errors(SCENE, REFERENCE, given)
+    assert list(found) == list(errors.MEASURES)
     assert all(type(value) is float for value in found.values())
     assert found == pytest.approx(NOTHING_WRONG | expected, nan_ok=True, rel=1e-9, abs=1e-15)
 
@@ -84,7 +78,7 @@ def without(*lost: int) -> np.ndarray:
 
 def test_the_reference_itself_has_no_error() -> None:
     check(solution())
-    assert counted_impacts(REFERENCE) == COUNTED
+    assert errors.counted_impacts(REFERENCE) == COUNTED
 
 
 def test_shifted_impacts_have_the_largest_shift_as_error() -> None:
@@ -186,7 +180,9 @@ def test_late_burst_is_matched_by_speed() -> None:
     # By speeds that do not fit it is not.
     speeds = SPEEDS.copy()
     speeds[3:8] *= 0.3
-    found = measure_errors(SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds))
+    found = errors.measure_errors(
+        SCENE, REFERENCE, solution(impact_times=times, approach_speeds=speeds)
+    )
     assert found["extra_impacts"] == 1.0
 
 
@@ -199,12 +195,12 @@ def test_speeds_do_not_match_across_sticking() -> None:
     wanted.impact_sides = np.where(np.arange(10) == 8, 1, SIDES)
     keep = without(3, 4, 5, 6, 7, 8)
     closed = solution(keep, impact_sides=wanted.impact_sides[keep], approach_speeds=speeds[keep])
-    found = measure_errors(SCENE, wanted, closed)  # type: ignore[arg-type]
+    found = errors.measure_errors(SCENE, wanted, closed)  # type: ignore[arg-type]
     assert found["missed_impacts"] == 1.0  # the one at 9
     assert found["impact_time_error"] == 0.0
     # Nor where no sticking was found, once times have matched it to a later one.
     never = replace(closed, stick_times=np.empty(0))
-    found = measure_errors(SCENE, wanted, never)  # type: ignore[arg-type]
+    found = errors.measure_errors(SCENE, wanted, never)  # type: ignore[arg-type]
     assert found["impact_time_error"] == 0.0
     assert found["missed_impacts"] == 3.0
 
@@ -239,8 +235,8 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
         release_times=np.array([3.0]),
         final_state=np.zeros(4),
     )
-    assert counted_impacts(plastic) == 1  # type: ignore[arg-type]
-    found = measure_errors(
+    assert errors.counted_impacts(plastic) == 1  # type: ignore[arg-type]
+    found = errors.measure_errors(
         SCENE,
         plastic,  # type: ignore[arg-type]
         Solution(
@@ -262,7 +258,7 @@ def test_plastic_impact_is_a_burst_of_one() -> None:
         approach_speeds=np.array([0.5]),
         reached=20.0,
     )
-    found = measure_errors(SCENE, plastic, far)  # type: ignore[arg-type]
+    found = errors.measure_errors(SCENE, plastic, far)  # type: ignore[arg-type]
     assert found["missed_impacts"] == found["extra_impacts"] == 1.0
 
 
@@ -270,12 +266,12 @@ def test_outcomes() -> None:
     good = solution()
     stalled = solution(outcome=STALLED)
     nothing = dict(NOTHING_WRONG)
-    assert outcome(SCENE, good, nothing) == "good"
-    assert len(MISSES) == 5
-    for name in MISSES:
-        assert outcome(SCENE, good, nothing | {name: 1.0}) == "missed"
+    assert errors.outcome(SCENE, good, nothing) == "good"
+    assert len(errors.MISSES) == 5
+    for name in errors.MISSES:
+        assert errors.outcome(SCENE, good, nothing | {name: 1.0}) == "missed"
     outside = nothing | {"penetration": 0.0026}
-    assert outcome(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
-    assert outcome(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
-    assert outcome(SCENE, stalled, outside) == "stalled"
-    assert outcome(SCENE, good, outside | {"state_error": np.nan}) == FAILED
+    assert errors.outcome(SCENE, good, nothing | {"penetration": 0.0024}) == "good"
+    assert errors.outcome(SCENE, good, outside | {"missed_impacts": 3.0}) == "left_box"
+    assert errors.outcome(SCENE, stalled, outside) == "stalled"
+    assert errors.outcome(SCENE, good, outside | {"state_error": np.nan}) == FAILED

@@ -17,14 +17,14 @@ from damper.verification.metamorphic.condition import (
     differences,
     scale_of,
 )
-from damper.verification.metamorphic.relations import (
+from damper.verification.metamorphic.verdicts import (
+    EPS,
     FAILED,
     NOT_APPLICABLE,
     PASSED,
     PASSED_BY_STEPS,
     RELATIONS,
 )
-from damper.verification.metamorphic.verdicts import EPS
 
 # To compile it takes longer than these runs.
 run_metamorphic = plain(relations.run_metamorphic)

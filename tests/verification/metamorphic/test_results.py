@@ -11,6 +11,7 @@ from damper.parameters.quantities import ALL
 from damper.study.study_file import Made
 from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
+from damper.verification.metamorphic import verdicts
 from damper.verification.metamorphic.cube import (
     METAMORPHIC_VARIABLES,
     POINT_NAMES,
@@ -19,15 +20,6 @@ from damper.verification.metamorphic.cube import (
 )
 from damper.verification.metamorphic.figures import metamorphic as metamorphic_figure
 from damper.verification.metamorphic.tables import metamorphic as metamorphic_table
-from damper.verification.metamorphic.verdicts import (
-    CHECKS,
-    FAILED,
-    NOT_APPLICABLE,
-    PASSED,
-    PASSED_BY_STEPS,
-    RELATIONS,
-    SOUND,
-)
 
 #: Run that fails in one way, one that is refused, one that is judged by the laws alone.
 BAD, OUT, OTHER = 4, 7, 2
@@ -39,14 +31,17 @@ DRAWN = draw({"count": COUNT, "seed": 1, **{name: {"range": (0.5, 0.9)} for name
 @pytest.fixture(scope="module")
 def again() -> xr.Dataset:
     arrays = {variable.name: np.linspace(1.0, 2.0, COUNT) for variable in METAMORPHIC_VARIABLES}
-    arrays |= {f"{name}_verdict": np.full(COUNT, PASSED, dtype="i1") for name in RELATIONS}
-    arrays["units_verdict"][BAD] = FAILED
-    arrays["mirrored_verdict"][BAD] = PASSED_BY_STEPS
+    arrays |= {
+        f"{name}_verdict": np.full(COUNT, verdicts.PASSED, dtype="i1")
+        for name in verdicts.RELATIONS
+    }
+    arrays["units_verdict"][BAD] = verdicts.FAILED
+    arrays["mirrored_verdict"][BAD] = verdicts.PASSED_BY_STEPS
     arrays["backward_error"] = np.array([1.0, 2.0, np.nan, 4.0, 3000.0, 6.0, 7.0, np.nan])
     arrays["backward_motion"][3] = 55.0
     arrays["growth"][OUT] = np.nan
-    for name in RELATIONS:
-        arrays[f"{name}_verdict"][OUT] = NOT_APPLICABLE
+    for name in verdicts.RELATIONS:
+        arrays[f"{name}_verdict"][OUT] = verdicts.NOT_APPLICABLE
         arrays[f"{name}_ratio"][OUT] = arrays[f"{name}_difference"][OUT] = np.nan
     arrays |= {name: np.full(COUNT, ALL[name].default, dtype=float) for name in POINT_NAMES}
     arrays |= {name: np.array(values) for name, values in DRAWN.items()}
@@ -58,7 +53,7 @@ def again() -> xr.Dataset:
 def test_stretches_come_back_in_order(again):
     for number in range(COUNT):
         assert point_of(again, number) == {name: v[number] for name, v in DRAWN.items()}
-    assert again.units_verdict.min() == PASSED  # what is not applicable is missing
+    assert again.units_verdict.min() == verdicts.PASSED  # what is not applicable is missing
     for name, array in again.variables.items():
         assert array.attrs["long_name"], name
         assert array.attrs["units"], name
@@ -67,7 +62,7 @@ def test_stretches_come_back_in_order(again):
 def test_table_of_the_relations(again):
     table = metamorphic_table.make({"cube": again}, None)
     found = table.data.set_index("relation")
-    assert list(found.index) == list(RELATIONS)
+    assert list(found.index) == list(verdicts.RELATIONS)
     counts = {"compared outright": 6, "failed": 1, "step by step": 0, "not applicable": 1}
     assert {name: found[name]["units"] for name in counts} == counts
     assert found["step by step"]["mirrored"] == 1
@@ -79,7 +74,7 @@ def test_table_of_the_relations(again):
     assert "1 fail. 1 were refused" in markdown
     rows = [line.strip("| ").split(" | ") for line in markdown.splitlines() if line[:1] == "|"]
     cells = {row[0]: row for row in rows}
-    assert cells[f"{CHECKS['motion']} [2^-52]"][3:5] == ["55", "3"]
+    assert cells[f"{verdicts.CHECKS['motion']} [2^-52]"][3:5] == ["55", "3"]
     failed = markdown.split("## Failed")[1]
     assert "SI units and back" in failed
     assert "mirrored" not in failed
@@ -100,5 +95,5 @@ def test_figure_of_the_differences(again):
         lines["step by step"].get_ydata(), again.units_difference.values[[BAD]]
     )
     assert right.lines[0].get_xdata().max() == 3000.0
-    assert list(right.lines[1].get_xdata()) == [SOUND, SOUND]
+    assert list(right.lines[1].get_xdata()) == [verdicts.SOUND, verdicts.SOUND]
     assert "1 failed" in left.figure.get_suptitle()

@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.figures.common.style import (
-    RATIOS,
-    SYMBOLS,
-    VARIABLE_MEANINGS,
-    VARIABLE_SYMBOLS,
-    axis_label,
-    label,
-    value_text,
-)
+from damper.figures.common import style
 from damper.parameters.quantities import unknown_name
 from damper.parameters.units import units_of
 
@@ -87,7 +79,7 @@ def numbers(array: xr.DataArray, *dims: str | None) -> np.ndarray:
     values = array.transpose(*(dim for dim in dims if dim is not None)).values
     values = np.asarray(values, dtype=float)
     # Zero stands for the ratio to an infinite amplitude.
-    return np.where(values == 0.0, np.nan, values) if array.name in RATIOS else values
+    return np.where(values == 0.0, np.nan, values) if array.name in style.RATIOS else values
 
 
 def whole(array: xr.DataArray) -> bool:
@@ -97,21 +89,21 @@ def whole(array: xr.DataArray) -> bool:
 
 def place_label(place: xr.Dataset, name: str, inches: float) -> str:
     """Label of an axis of the cube, in the cube's units, on as many lines as it needs."""
-    text = axis_label(name, units_of(place[name].attrs))
+    text = style.axis_label(name, units_of(place[name].attrs))
     return wrap(_words(text.replace(" / ", "\xa0/\xa0")), inches * _LABEL)
 
 
 def place_text(place: xr.Dataset, name: str, value: Any) -> str:
     """Write the value of an axis of the cube, in the cube's units."""
-    return value_text(name, value, units_of(place[name].attrs))
+    return style.value_text(name, value, units_of(place[name].attrs))
 
 
 def variable_label(array: xr.DataArray, inches: float) -> str:
     """Label of a variable, on as many lines as it needs."""
     attrs = array.attrs
     name = str(array.name)
-    meaning = VARIABLE_MEANINGS.get(name, attrs.get("long_name", name))
-    rest = label("", VARIABLE_SYMBOLS.get(name, ""), units_of(attrs))
+    meaning = style.VARIABLE_MEANINGS.get(name, attrs.get("long_name", name))
+    rest = style.label("", style.VARIABLE_SYMBOLS.get(name, ""), units_of(attrs))
     return wrap([*_words(meaning), *([rest] if rest else [])], inches * _LABEL)
 
 
@@ -122,7 +114,7 @@ def head(
     coords = place.coords
     values = [
         place_text(place, name, coords[name].item())
-        for name in (*SYMBOLS, "direction", "draw")
+        for name in (*style.SYMBOLS, "direction", "draw")
         if name in coords and coords[name].ndim == 0
     ]
     values += remarks

@@ -9,13 +9,7 @@ from typing import Any
 import numpy as np
 
 from damper.sweep.parts import PartData
-from damper.verification.comparison.errors import (
-    MEASURES,
-    OUTCOMES,
-    counted_impacts,
-    measure_errors,
-    outcome,
-)
+from damper.verification.comparison import errors
 from damper.verification.comparison.reference import Reference, as_floats
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solvers import in_order, load
@@ -45,19 +39,21 @@ def run_scene(
     """
     names = in_order(settings)
     shape = len(names), max(map(len, settings.values()))
-    arrays = {name: np.full(shape, nan) for name in (*MEASURES, "reached")}
+    arrays = {name: np.full(shape, nan) for name in (*errors.MEASURES, "reached")}
     arrays["outcome"] = np.full(shape, -1, dtype="i1")
     for row, name in enumerate(names):
         solver = load(name)
         for level, setting in enumerate(settings[name]):
             solution = solver.solve(scene, setting, solver.most_evaluations(cap))
-            measured = measure_errors(scene, reference, solution)
+            measured = errors.measure_errors(scene, reference, solution)
             for key, value in measured.items():
                 arrays[key][row, level] = value
-            arrays["outcome"][row, level] = OUTCOMES.index(outcome(scene, solution, measured))
+            arrays["outcome"][row, level] = errors.OUTCOMES.index(
+                errors.outcome(scene, solution, measured)
+            )
             arrays["reached"][row, level] = solution.reached
     return arrays | {
-        "reference_impacts": np.array(counted_impacts(reference)),
+        "reference_impacts": np.array(errors.counted_impacts(reference)),
         "sensitivity": np.array(float(reference.sensitivity)),
         "until": np.array(scene.until),
         "periods": np.array(scene.periods),

@@ -17,15 +17,7 @@ from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
-from damper.verification.base import (
-    DIMENSIONLESS,
-    DRAWN,
-    TABULATED,
-    Made,
-    Verification,
-    require,
-    values_of,
-)
+from damper.verification import base
 from damper.verification.comparison.solvers import SOLVERS, module_of
 
 _NONE: dict[str, Any] = {}
@@ -38,7 +30,7 @@ class SceneSettings(Strict):
     title: Annotated[Text, Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
         dict[str, Fixed],
-        NamedMapping("parameter", DIMENSIONLESS),
+        NamedMapping("parameter", base.DIMENSIONLESS),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
             "is not zero of the initial state. Of the rigid damper."
@@ -53,7 +45,7 @@ class SceneSettings(Strict):
     @property
     def values(self) -> dict[str, float]:
         """Value of every quantity that is given."""
-        return values_of(self.parameters)
+        return base.values_of(self.parameters)
 
     def settings(self) -> dict[str, Any]:
         """Return the arguments of `damper.verification.comparison.scene.read_scene`."""
@@ -61,7 +53,7 @@ class SceneSettings(Strict):
 
     def check_together(self, mistakes: Mistakes) -> None:
         given = {n: value for n, value in self.values.items() if n not in INITIAL_NAMES}
-        require(given, mistakes)
+        base.require(given, mistakes)
         if mistakes:
             return
         try:
@@ -75,16 +67,16 @@ class SceneSettings(Strict):
             mistakes.add(("parameters",), str(error))
 
 
-FIGURES = Kinds(Made, "damper.verification.comparison.figures")
-TABLES = Kinds(Made, "damper.verification.comparison.tables")
+FIGURES = Kinds(base.Made, "damper.verification.comparison.figures")
+TABLES = Kinds(base.Made, "damper.verification.comparison.tables")
 
 
-class Comparison(Verification):
+class Comparison(base.Verification):
     """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
 
     entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": SceneSettings}
-    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
-    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+    figure_kinds: ClassVar[Mapping[str, type[base.Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[base.Made]]] = TABLES
     models: ClassVar[tuple[str, ...]] = ("rigid",)
 
     kind: Annotated[Literal["comparison"], Field(description="That it is such a study.")]
@@ -125,8 +117,12 @@ class Comparison(Verification):
         Unit("s"),
         Field(gt=0, description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
-    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
-    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
+    figures: Annotated[
+        dict[str, Annotated[base.Made, FIGURES]], NamedMapping("figure"), base.DRAWN
+    ] = _NONE
+    tables: Annotated[
+        dict[str, Annotated[base.Made, TABLES]], NamedMapping("table"), base.TABULATED
+    ] = _NONE
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         """Return for each scene its reference, and the runs of all solvers, which need it."""

@@ -9,15 +9,7 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.observers import OBSERVERS
-from damper.parameters import Parameters, SIParameters
-from damper.parameters.quantities import (
-    ALL,
-    INITIAL_NAMES,
-    MODEL_NAMES,
-    QUANTITIES,
-    SI_QUANTITIES,
-    is_si,
-)
+from damper.parameters import Parameters, SIParameters, quantities
 from damper.study.fields import NamedMapping, Strict, Unit
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
@@ -41,7 +33,7 @@ class Case(Strict):
 
     parameters: Annotated[
         dict[str, Fixed],
-        NamedMapping("parameter", tuple(ALL)),
+        NamedMapping("parameter", tuple(quantities.ALL)),
         Field(description="Dimensionless or SI parameters, and initial quantities."),
     ]
     observers: Annotated[
@@ -71,11 +63,11 @@ class Case(Strict):
 def _check(parameters: Mapping[str, Fixed], mistakes: Mistakes) -> None:
     """Note what is wrong with the parameters of one scene, in either system of units."""
     try:
-        si = is_si(parameters)
-        require(parameters, mistakes, SI_QUANTITIES if si else QUANTITIES)
+        si = quantities.is_si(parameters)
+        require(parameters, mistakes, quantities.SI_QUANTITIES if si else quantities.QUANTITIES)
         if not mistakes.lines:
             values = values_of(parameters)
-            given = {name: values[name] for name in values if name not in INITIAL_NAMES}
+            given = {name: values[name] for name in values if name not in quantities.INITIAL_NAMES}
             (SIParameters if si else Parameters)(**given)
     except ValueError as error:
         mistakes.add(("parameters",), str(error))
@@ -128,7 +120,7 @@ class Cost(Verification):
         return found | {"repeats": str(self.repeats)}
 
     def timed(self) -> dict[str, Job]:
-        models = (f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES))
+        models = (f"damper.models.{name}" for name in ("rigid", *quantities.MODEL_NAMES))
         observers = (f"damper.observers.{name}" for name in OBSERVERS)
         loads = (*models, *observers)
         job = Job("damper.verification.cost.measure", self.settings(), loads=loads)

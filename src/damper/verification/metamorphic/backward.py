@@ -14,22 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import (
-    CAUSE,
-    DURATION,
-    FLIGHT,
-    GAP,
-    GAP_RATE,
-    IMPACT,
-    MODE,
-    RELEASE,
-    SIDE,
-    SPEED,
-    TAIL,
-    TIME,
-    V,
-    X,
-)
+from damper.engine import segment
 from damper.parameters import Parameters
 from damper.verification.metamorphic.verdicts import EPS
 
@@ -64,32 +49,35 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
         for name in ("mass_ratio", "damping_ratio", "frequency_ratio", "force_amplitude")
     )
     x, v, gap, rate, tau = (
-        rows[:, c].astype(np.longdouble) for c in (X, V, GAP, GAP_RATE, DURATION)
+        rows[:, c].astype(np.longdouble)
+        for c in (segment.X, segment.V, segment.GAP, segment.GAP_RATE, segment.DURATION)
     )
-    side, mode = rows[:, SIDE], rows[:, MODE]
-    flies = mode == FLIGHT
+    side, mode = rows[:, segment.SIDE], rows[:, segment.MODE]
+    flies = mode == segment.FLIGHT
     share = mu / (1 + mu)
     # In a tail the pair moves with its common velocity.
-    v = np.where(mode == TAIL, v - side * share * rate, v)
+    v = np.where(mode == segment.TAIL, v - side * share * rate, v)
     heavier = np.where(flies, np.longdouble(1), 1 + mu)
     osc = Oscillators(zeta / heavier, 1 / heavier, amplitude / heavier, omega)
-    theta = np.longdouble(p.phase) + omega * rows[:, TIME].astype(np.longdouble)
-    released = rows[:, CAUSE] == RELEASE
+    theta = np.longdouble(p.phase) + omega * rows[:, segment.TIME].astype(np.longdouble)
+    released = rows[:, segment.CAUSE] == segment.RELEASE
     starts = _released(zeta, x, v, amplitude * np.sin(theta), released)
     bend, dv, a = _motion(osc, *starts, theta, tau)
 
     position, velocity, near, speed, force = _sizes(p, x, v, gap, rate, tau, bend, dv)
-    hits = flies & (after[:, CAUSE] == IMPACT)
-    wall = after[:, SIDE]
-    approach = after[:, SPEED].astype(np.longdouble)
+    hits = flies & (after[:, segment.CAUSE] == segment.IMPACT)
+    wall = after[:, segment.SIDE]
+    approach = after[:, segment.SPEED].astype(np.longdouble)
     kick = wall * share * (1 + _restitution(p, approach)) * approach
     # The engine adds v0 tau and the rest; where damping is heavy the two all but cancel.
-    off = _part(after[:, X] - (x + (v * tau + bend)), position + _double(abs(v * tau)))
+    off = _part(after[:, segment.X] - (x + (v * tau + bend)), position + _double(abs(v * tau)))
     # The impact's change of velocity is a term of its own, and may cancel the rest.
-    lost = after[:, V] - (v + dv + np.where(hits, kick, 0))
+    lost = after[:, segment.V] - (v + dv + np.where(hits, kick, 0))
     lost = _part(lost, velocity + np.where(hits, _double(abs(kick)), 0.0))
     gap1, rate1 = gap + (rate * tau + side * bend), rate + side * dv
-    free = np.maximum(_part(after[:, GAP] - gap1, near), _part(after[:, GAP_RATE] - rate1, speed))
+    free = np.maximum(
+        _part(after[:, segment.GAP] - gap1, near), _part(after[:, segment.GAP_RATE] - rate1, speed)
+    )
     # At the wall from which it came the gap itself vanishes, at the other one what is left.
     across = wall != side
     left = np.where(across, 2 * np.longdouble(p.clearance) - gap1, gap1)
@@ -101,7 +89,7 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     found = {
         "motion": np.maximum.reduce([off, lost, np.where(flies & ~hits, free, 0.0)]),
         "contact": np.where(hits, contact, 0.0),
-        "release": np.where(after[:, CAUSE] == RELEASE, release, 0.0),
+        "release": np.where(after[:, segment.CAUSE] == segment.RELEASE, release, 0.0),
     }
     return {name: values / EPS for name, values in found.items()}
 

@@ -26,6 +26,7 @@ from damper.parameters.quantities import ALL
 from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
+from damper.verification.metamorphic import verdicts
 from damper.verification.metamorphic.backward import LONG, residuals
 from damper.verification.metamorphic.condition import (
     Condition,
@@ -37,17 +38,6 @@ from damper.verification.metamorphic.condition import (
 )
 from damper.verification.metamorphic.cube import POINT_NAMES
 from damper.verification.metamorphic.runs import END, REST, Events, ShortRun, events_of, short_run
-from damper.verification.metamorphic.verdicts import (
-    ALLOWANCE,
-    CHECKS,
-    EPS,
-    FAILED,
-    NOT_APPLICABLE,
-    PASSED,
-    PASSED_BY_STEPS,
-    RELATIONS,
-    SOUND,
-)
 
 #: Whole periods by which a run is shifted. Of the second one the time is exact.
 SHIFT, FAR_SHIFT = 3.0, 2.0**20
@@ -58,12 +48,12 @@ _DRAWS = 20
 #: Short runs.
 RUN_PERIODS, RUN_EVENTS = 20, 100
 
-_BACKWARD = tuple(f"backward_{name}" for name in (*CHECKS, "error"))
+_BACKWARD = tuple(f"backward_{name}" for name in (*verdicts.CHECKS, "error"))
 #: What is known of a point that is refused with an error.
 _REFUSED_ROW: dict[str, float] = {
     **dict.fromkeys(("growth", *_BACKWARD, "laws_excess"), math.nan),
-    **{f"{name}_{of}": math.nan for name in RELATIONS for of in ("difference", "ratio")},
-    **{f"{name}_verdict": NOT_APPLICABLE for name in RELATIONS},
+    **{f"{name}_{of}": math.nan for name in verdicts.RELATIONS for of in ("difference", "ratio")},
+    **{f"{name}_verdict": verdicts.NOT_APPLICABLE for name in verdicts.RELATIONS},
     "comparable_events": 0,
     "compared_of_events": 0,
 }
@@ -148,24 +138,26 @@ def _row(
         "comparable_events": condition.comparable,
         "compared_of_events": len(events.kind),
     }
-    for name in RELATIONS:
+    for name in verdicts.RELATIONS:
         other = _FOLLOW_UPS[name](source, random)
         if other is None:
             continue
         error = max(ACCURACIES[name], DEFAULT_ACCURACY) if name in ACCURACIES else 0.0
         difference, ratio, agrees = _compare(source, other.events, error)
-        verdict = PASSED
+        verdict = verdicts.PASSED
         if not agrees:
             # A step of the other run is as right or wrong as one of this one.
             theirs = _judged(other.run, other.state, max(error, DEFAULT_ACCURACY))
-            verdict = PASSED_BY_STEPS if _sound(own) and _sound(theirs) else FAILED
+            verdict = (
+                verdicts.PASSED_BY_STEPS if _sound(own) and _sound(theirs) else verdicts.FAILED
+            )
         found = {"difference": difference, "ratio": ratio, "verdict": verdict}
         row |= {f"{name}_{what}": value for what, value in found.items()}
     return row
 
 
 def _sound(found: Mapping[str, float]) -> bool:
-    return found["laws_excess"] <= 1.0 and not found["backward_error"] > SOUND
+    return found["laws_excess"] <= 1.0 and not found["backward_error"] > verdicts.SOUND
 
 
 def _judged(run: ShortRun, state: State, accuracy: float) -> dict[str, float]:
@@ -203,7 +195,9 @@ def _compare(source: _Source, other: Events, error: float) -> tuple[float, float
     found = differences(own, other, of_own, of_other, source.scale)
     growth = source.condition.growth[of_own]
     # The error is in units of time; of the cycle's, where that is shorter.
-    ratio = float(np.max(found / (ALLOWANCE * EPS * growth + error * (1.0 + growth))))
+    ratio = float(
+        np.max(found / (verdicts.ALLOWANCE * verdicts.EPS * growth + error * (1.0 + growth)))
+    )
     return float(found.max()), ratio, agrees and ratio <= 1.0
 
 

@@ -5,20 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine import segment
 from damper.engine.loop import FINISHED, TOO_MANY_EVENTS, run
-from damper.engine.segment import (
-    CAUSE,
-    COLUMNS,
-    DURATION,
-    GAP_RATE,
-    IMPACT,
-    PERIODS,
-    SIDE,
-    SPEED,
-    TIME,
-    V,
-    X,
-)
 from damper.engine.trajectory import DEFAULT_ACCURACY, Trajectory
 from damper.models import model_of, start_run
 from damper.models.walls import slack
@@ -68,14 +56,14 @@ def short_run(
     """
     trajectory = start_run(parameters, state, accuracy, events)
     first, time = trajectory.start
-    buffer = np.empty((ROWS_PER_EVENT * events, COLUMNS))
+    buffer = np.empty((ROWS_PER_EVENT * events, segment.COLUMNS))
     log = next(trajectory.segments(first + periods, time, buffer))
     whole = trajectory.status == FINISHED and len(log) < len(buffer)
     return ShortRun(parameters, log, _end_of(trajectory, log) if whole else None)
 
 
 def _end_of(trajectory: Trajectory, log: np.ndarray) -> tuple[float, float]:
-    x, v, _, _ = trajectory.motion_in(log[-1], log[-1, DURATION])
+    x, v, _, _ = trajectory.motion_in(log[-1], log[-1, segment.DURATION])
     return x, v
 
 
@@ -111,8 +99,8 @@ def noisy_run(
     trajectory = Trajectory(model_of(parameters), start)
     model, (first, time) = trajectory.model, trajectory.start
     # The initial segment.
-    [row] = next(trajectory.segments(first, time, np.empty((1, COLUMNS))))
-    log = np.empty((ROWS_PER_EVENT * events, COLUMNS))
+    [row] = next(trajectory.segments(first, time, np.empty((1, segment.COLUMNS))))
+    log = np.empty((ROWS_PER_EVENT * events, segment.COLUMNS))
     counts = np.zeros(3, dtype=np.int64)
     factors = _factors((events, 4), size, random)
     shifts = size * model.cycle * random.uniform(-1.0, 1.0, events)
@@ -126,8 +114,8 @@ def noisy_run(
             break
         # The segment in which it stopped is run again, from a start that is a little off.
         done -= 1
-        row[X : GAP_RATE + 1] *= factors[event]
-        row[TIME] = min(max(row[TIME] + shifts[event], 0.0), latest)
+        row[segment.X : segment.GAP_RATE + 1] *= factors[event]
+        row[segment.TIME] = min(max(row[segment.TIME] + shifts[event], 0.0), latest)
     log = log[:done]
     return ShortRun(parameters, log, _end_of(trajectory, log) if code == FINISHED else None)
 
@@ -157,13 +145,13 @@ def _factors(count: int | tuple[int, ...], size: float, random: np.random.Genera
 def events_of(run: ShortRun) -> Events:
     """List the events of a run, and its end if it came that far."""
     log = run.log
-    rows = log[log[:, CAUSE] >= IMPACT]
-    kind, side = rows[:, CAUSE], rows[:, SIDE]
-    periods, time = rows[:, PERIODS], rows[:, TIME]
-    values = rows[:, [X, V, SPEED]].T
+    rows = log[log[:, segment.CAUSE] >= segment.IMPACT]
+    kind, side = rows[:, segment.CAUSE], rows[:, segment.SIDE]
+    periods, time = rows[:, segment.PERIODS], rows[:, segment.TIME]
+    values = rows[:, [segment.X, segment.V, segment.SPEED]].T
     if run.end is not None:
         kind = np.append(kind, END)
-        side = np.append(side, log[-1, SIDE])
+        side = np.append(side, log[-1, segment.SIDE])
         # The end is a given time: it is not compared.
         periods, time = np.append(periods, 0.0), np.append(time, 0.0)
         values = np.column_stack((values, (*run.end, 0.0)))

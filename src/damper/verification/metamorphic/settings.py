@@ -14,26 +14,18 @@ from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Draws, draw_settings, drawn_of
-from damper.verification.base import (
-    DIMENSIONLESS,
-    DRAWN,
-    TABULATED,
-    Made,
-    Verification,
-    models_of,
-    require,
-)
+from damper.verification import base
 
 _NONE: dict[str, Any] = {}
-FIGURES = Kinds(Made, "damper.verification.metamorphic.figures")
-TABLES = Kinds(Made, "damper.verification.metamorphic.tables")
+FIGURES = Kinds(base.Made, "damper.verification.metamorphic.figures")
+TABLES = Kinds(base.Made, "damper.verification.metamorphic.tables")
 
 
-class Metamorphic(Verification):
+class Metamorphic(base.Verification):
     """Random runs made again: mirrored, later, in SI units, with other accuracies, with noise."""
 
-    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
-    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+    figure_kinds: ClassVar[Mapping[str, type[base.Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[base.Made]]] = TABLES
 
     kind: Annotated[Literal["metamorphic"], Field(description="That it is such a study.")]
     sets: Annotated[
@@ -47,13 +39,17 @@ class Metamorphic(Verification):
     jobs: Annotated[
         int, Field(ge=1, le=1000, description="How many jobs share the runs of each set.")
     ] = 1
-    figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
-    tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
+    figures: Annotated[
+        dict[str, Annotated[base.Made, FIGURES]], NamedMapping("figure"), base.DRAWN
+    ] = _NONE
+    tables: Annotated[
+        dict[str, Annotated[base.Made, TABLES]], NamedMapping("table"), base.TABULATED
+    ] = _NONE
 
     @property
     def models(self) -> tuple[str, ...]:
         """Models of the damper that its runs ask for."""
-        return models_of(name for draws in self.sets.values() for name in draws)
+        return base.models_of(name for draws in self.sets.values() for name in draws)
 
     @property
     def values(self) -> dict[str, str]:
@@ -87,7 +83,7 @@ class Metamorphic(Verification):
             mistakes.add(("sets",), "no runs are given", "a name and its draws")
         for name, draws in self.sets.items():
             with mistakes.at("sets", name):
-                require(drawn_of(draws), mistakes, at=())
+                base.require(drawn_of(draws), mistakes, at=())
                 for one in drawn_of(draws):
-                    if one not in DIMENSIONLESS:
-                        mistakes.unknown((one,), "dimensionless quantity", one, DIMENSIONLESS)
+                    if one not in base.DIMENSIONLESS:
+                        mistakes.unknown((one,), "dimensionless quantity", one, base.DIMENSIONLESS)

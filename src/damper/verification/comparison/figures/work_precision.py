@@ -9,14 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.labels import capital
+from damper.figures.common import panels
 from damper.figures.common.layout import wrap
-from damper.figures.common.panels import (
-    finish,
-    label_outer,
-    legend_line,
-    note_empty_panel,
-    wrapped_panels,
-)
 from damper.figures.common.style import PALE, label
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
@@ -68,17 +62,17 @@ def draw(results: Mapping[str, Any], settings: WorkPrecision) -> Figure:
     names = errors.scene.values[known] if known.any() else errors.scene.values
     place = errors.sel(scene=names).assign(run_time=timings.run_time.sel(scene=names))
     strips = _strips(place)
-    figure, axes = wrapped_panels(len(names), _HEIGHTS, rest=_REST)
+    figure, axes = panels.wrapped_panels(len(names), _HEIGHTS, rest=_REST)
     # Before anything is drawn: where all errors are missing, no limits follow from them.
     _scales(axes[0], place.run_time.values, strips)
     for ax, name in zip(axes, names, strict=True):
         _panel(ax, place.sel(scene=name), error, strips)
         ax.set_title(capital(str(place.title.sel(scene=name).item())), pad=3.0)
-    label_outer(axes, "run time / s")
+    panels.label_outer(axes, "run time / s")
     words = [*_MEANINGS[error].split(), label("", "", units_of(errors[error].attrs))]
     height = figure.get_figheight() - _REST
     figure.supylabel(wrap(words, 15.0 * height), fontsize=8.0)
-    return finish(figure, place, settings.caption, _handles(place), _remarks(timings))
+    return panels.finish(figure, place, settings.caption, _handles(place), _remarks(timings))
 
 
 def _strips(place: xr.Dataset) -> dict[str, float]:
@@ -106,7 +100,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, strips: dict[str, float]) ->
                 marks = look | {"ls": "none", "mew": 0.6, "mfc": "none"}
                 ax.plot(time[at], np.full(at.sum(), height), **marks, zorder=2)
     if nothing:
-        note_empty_panel(ax, "nothing to compare")
+        panels.note_empty_panel(ax, "nothing to compare")
 
 
 def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
@@ -128,7 +122,7 @@ def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
 
 def _handles(place: xr.Dataset) -> list[Artist]:
     return [
-        legend_line(label, **line_of(solver))
+        panels.legend_line(label, **line_of(solver))
         for solver, label in zip(place.solver.values, place.label.values, strict=True)
     ]
 

@@ -6,20 +6,8 @@ complete chatter sequence begins. It is the bare engine; events and end are read
 
 import numpy as np
 
+from damper.engine import segment
 from damper.engine.loop import SEARCH_FAILED
-from damper.engine.segment import (
-    CAUSE,
-    COLUMNS,
-    DURATION,
-    GAP,
-    IMPACT,
-    PERIODS,
-    RELEASE,
-    SIDE,
-    SPEED,
-    STICK,
-    TIME,
-)
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
 from damper.verification.comparison.scene import Scene
@@ -36,14 +24,18 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
     run = start_run(scene.parameters, scene.state, setting, max_evaluations)
     found = Solution(penetration=0.0, outcome=FINISHED)
     kept = [np.empty((0, 4))]
-    buffer = np.empty((min(max(max_evaluations // 16, 1), LOG_ROWS), COLUMNS))
+    buffer = np.empty((min(max(max_evaluations // 16, 1), LOG_ROWS), segment.COLUMNS))
     for log in run.segments(*run.whole_periods(scene.until), buffer):
         if len(log):
-            starts = log[:, PERIODS] * run.cycle + log[:, TIME]
-            events = log[:, CAUSE] >= IMPACT
-            kept.append(np.column_stack((starts[events], log[events][:, (CAUSE, SIDE, SPEED)])))
-            found.penetration = max(found.penetration, -float(log[:, GAP].min()))
-            found.reached = float(starts[-1] + log[-1, DURATION])
+            starts = log[:, segment.PERIODS] * run.cycle + log[:, segment.TIME]
+            events = log[:, segment.CAUSE] >= segment.IMPACT
+            kept.append(
+                np.column_stack(
+                    (starts[events], log[events][:, (segment.CAUSE, segment.SIDE, segment.SPEED)])
+                )
+            )
+            found.penetration = max(found.penetration, -float(log[:, segment.GAP].min()))
+            found.reached = float(starts[-1] + log[-1, segment.DURATION])
         if run.evaluations > max_evaluations:
             found.outcome = CAPPED
             break
@@ -51,10 +43,10 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
         found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
 
     rows = np.concatenate(kept)
-    impacts = rows[rows[:, 1] == IMPACT]
+    impacts = rows[rows[:, 1] == segment.IMPACT]
     found.impact_times, found.impact_sides, found.approach_speeds = impacts[:, (0, 2, 3)].T.copy()
-    found.stick_times = rows[rows[:, 1] == STICK, 0]
-    found.release_times = rows[rows[:, 1] == RELEASE, 0]
+    found.stick_times = rows[rows[:, 1] == segment.STICK, 0]
+    found.release_times = rows[rows[:, 1] == segment.RELEASE, 0]
     found.evaluations = run.evaluations
     if found.outcome == FINISHED:
         found.reached = scene.until

@@ -10,14 +10,7 @@ import numpy as np
 from damper.analysis.labels import capital, short, time_text
 from damper.tables import Table
 from damper.verification.base import Made
-from damper.verification.comparison.best import (
-    BASE,
-    FILES,
-    LONGER,
-    PEERS,
-    relative_to_base,
-    time_to_reach,
-)
+from damper.verification.comparison import best
 from damper.verification.comparison.tables.solver_errors import levels
 from damper.verification.timing import machine_text
 
@@ -40,7 +33,7 @@ TIMED = (
 class SolverSpeed(Made):
     """The time that each solver takes to reach a given error, beside the engine's."""
 
-    reads: ClassVar[tuple[str, ...]] = FILES
+    reads: ClassVar[tuple[str, ...]] = best.FILES
 
 
 def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
@@ -56,7 +49,7 @@ def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
         "is.",
         f"Machine: {machine_text(timings.attrs)}.",
     ]
-    found = {_power(t): time_to_reach(errors, timings, ERROR, t) for t in TARGETS}
+    found = {_power(t): best.time_to_reach(errors, timings, ERROR, t) for t in TARGETS}
     for scene in errors.scene.values:
         rows = []
         for solver in errors.solver.values:
@@ -74,9 +67,9 @@ def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
     """The engine beside RK4 with located impacts: per call, and per impact in long runs."""
     import pandas as pd
 
-    if not set(PEERS) <= set(errors.solver.values):
+    if not set(best.PEERS) <= set(errors.solver.values):
         return []
-    engine, peer = PEERS
+    engine, peer = best.PEERS
     calls = timings.call_time.median("level")
     impacts = (timings.stretch_time / timings.stretch_impacts).median("level")
     rows = []
@@ -90,9 +83,9 @@ def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
         for target in TARGETS_OF_PEERS:
             both = [
                 float(
-                    relative_to_base(time_to_reach(errors, timings, ERROR, target, time)).sel(
-                        scene=scene, solver=peer
-                    )
+                    best.relative_to_base(
+                        best.time_to_reach(errors, timings, ERROR, target, time)
+                    ).sel(scene=scene, solver=peer)
                 )
                 for time in ("run_time", "stretch_time")
             ]
@@ -104,7 +97,7 @@ def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
         "How many times the engine's time RK4 takes, each at its cheapest good level whose error "
         "of impact times is no larger than the column's. Per call: the scene alone, with the fixed "
         "cost of a Python call, which is most of the engine's time here. Per impact: without that "
-        f"cost, in runs {LONGER} times as long.",
+        f"cost, in runs {best.LONGER} times as long.",
         pd.DataFrame(rows),
     ]
 
@@ -118,8 +111,8 @@ def _power(value: float) -> str:
 
 
 def _time_and_ratio(times: xr.DataArray, at: dict[str, Any]) -> str:
-    time, ratio = float(times.sel(at)), float(relative_to_base(times).sel(at))
+    time, ratio = float(times.sel(at)), float(best.relative_to_base(times).sel(at))
     if np.isnan(time):
         return "not reached"
-    alone = np.isnan(ratio) or at["solver"] == BASE
+    alone = np.isnan(ratio) or at["solver"] == best.BASE
     return time_text(time) + ("" if alone else f" (×{short(ratio)})")
