@@ -9,8 +9,9 @@ import numpy as np
 
 from damper.analysis.labels import label_of, short
 from damper.analysis.laws import GRADED, Row, excesses, regimes
-from damper.figures.common.layout import wrap
-from damper.figures.common.style import BLUE, ORANGE, PAGE, SKY, VERMILION
+from damper.figures.common.layout import heading, wrap
+from damper.figures.common.panels import panel_grid
+from damper.figures.common.style import BLUE, ORANGE, SKY, VERMILION
 from damper.observers.common.laws import LIMIT
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, StudyContents, need_laws
@@ -39,16 +40,11 @@ class LawsFigure(Product):
 
 def draw(results: Mapping[str, Any], settings: LawsFigure) -> Figure:
     """Draw all runs' violations as distributions, and the worst ones by regime as a matrix."""
-    from matplotlib.figure import Figure
-
     cube = results["cube"]
     rows = regimes(cube)
     far = excesses(cube)
-    height = 2.6 + 0.19 * len(rows)
-    figure = Figure(figsize=(PAGE, height), layout="constrained")
-    upper, lower = figure.subplots(
-        2, 1, gridspec_kw={"height_ratios": [1.7, 0.19 * len(rows) + 0.3]}
-    )
+    shared: dict[str, Any] = {"sharex": False, "height_ratios": [1.7, 0.19 * len(rows) + 0.3]}
+    figure, ((upper,), (lower,)) = panel_grid(2, height=2.6 + 0.19 * len(rows), **shared)
     _distributions(upper, far)
     _matrix(lower, rows)
     stopped, failed = rows[0].outcomes[1:]
@@ -57,8 +53,7 @@ def draw(results: Mapping[str, Any], settings: LawsFigure) -> Figure:
         f"{failed} by a search that failed; {rows[0].broken} break a law"
     )
     words = (settings.caption or cube.attrs.get("title", "")).split()
-    heading = [wrap(words, 110.0), wrap(ends.split(), 110.0)]
-    figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
+    heading(figure, words, ends.split(), letters=110.0)
     return figure
 
 

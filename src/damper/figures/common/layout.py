@@ -119,9 +119,14 @@ def head(
     ]
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
-    letters = figure.get_figwidth() * _HEADING
-    lines = [wrap(_words(caption or place.attrs.get("title", "")), letters), wrap(values, letters)]
-    figure.suptitle("\n".join(line for line in lines if line), fontsize=8.5)
+    words = _words(caption or place.attrs.get("title", ""))
+    heading(figure, words, values, letters=figure.get_figwidth() * _HEADING)
+
+
+def heading(figure: Figure, *lines: Iterable[str], letters: float) -> None:
+    """Write above a figure lines of words, each wrapped to so many letters, but no empty ones."""
+    wrapped = (wrap(words, letters) for words in lines)
+    figure.suptitle("\n".join(line for line in wrapped if line), fontsize=8.5)
 
 
 def wrap(parts: Iterable[str], letters: float) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from damper.analysis.labels import label_of
-from damper.figures.common.layout import legend, wrap
+from damper.figures.common.layout import heading, legend
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLUE, ORANGE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
@@ -81,6 +81,5 @@ def draw(results: Mapping[str, Any], settings: CostFigure) -> Figure:
     about = f"{machine_text(timings['machine'])}; {timings['repeats']} interleaved repeats; "
     # A name and its version stay on one line.
     parts = re.split(r"(?<=[,;]) ", about + "grey: two timings of the same")
-    lines = [wrap((settings.caption or usual).split(), letters), wrap(parts, letters)]
-    figure.suptitle("\n".join(lines), fontsize=8.5)
+    heading(figure, (settings.caption or usual).split(), parts, letters=letters)
     return figure

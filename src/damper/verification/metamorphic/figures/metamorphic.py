@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.figures.common.layout import wrap
-from damper.figures.common.panels import note_empty_panel
-from damper.figures.common.style import BLUE, PAGE, VERMILION
+from damper.figures.common.layout import heading
+from damper.figures.common.panels import note_empty_panel, panel_grid
+from damper.figures.common.style import BLUE, VERMILION
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.metamorphic.tables.metamorphic import failures
 from damper.verification.metamorphic.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
@@ -34,11 +34,8 @@ class MetamorphicFigure(Made):
 
 def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
     """Draw differences over the growth of a noise, and the distribution of backward errors."""
-    from matplotlib.figure import Figure
-
     cube = results["cube"]
-    figure = Figure(figsize=(PAGE, 3.3), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, ((left, right),) = panel_grid(1, 2, height=3.3, sharex=False)
     count = cube.sizes["run"]
     _differences(left, cube)
     _errors(right, cube)
@@ -46,8 +43,7 @@ def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
         settings.caption or cube.attrs.get("title", ""),
         f"{count} runs, each made again in six ways; {len(failures(cube)) or 'none'} failed",
     ]
-    heading = [wrap(line.split(), 110.0) for line in words]
-    figure.suptitle("\n".join(line for line in heading if line), fontsize=8.5)
+    heading(figure, *(line.split() for line in words), letters=110.0)
     return figure
 
 
