@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import STUDY
 
 from damper import simulate
 from damper.analysis.intervals import (
@@ -161,13 +162,7 @@ def test_random_step_functions(
 
 # --- chatter of single runs
 
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "phase": 0.0,
-}
+POINT = {name: value for name, value in STUDY.items() if name != "restitution"} | {"phase": 0.0}
 RUN: dict[str, Any] = {"transient": 40, "periods": 10}
 
 

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from figures.drawing import drawn, laid_out
 
-from damper import Parameters, figures, tables
+from damper import Parameters, tables
 from damper.analysis.laws import GRADED, REGIMES, excesses, regimes, runs_of
-from damper.figures.common.style import style
 from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
 from damper.parameters.quantities import ALL
 
@@ -118,10 +117,7 @@ def test_table_of_the_laws(cube: xr.Dataset) -> None:
 
 
 def test_figure_of_the_laws_shows_every_run_and_the_worst_of_each_regime(cube: xr.Dataset) -> None:
-    with style():
-        figure = figures.draw("laws", {"cube": cube})
-        FigureCanvasAgg(figure).draw()
-    upper, lower = figure.axes
+    upper, lower = laid_out(drawn("laws", cube)).axes
     lines = {line.get_label(): line for line in upper.lines}
     assert "gap at impact" not in lines
     x, y = lines["momentum"].get_data()

@@ -212,9 +212,6 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
     assert legend_texts(figure) == ["without damper"]
 
 
-# --- simulated, and files
-
-
 # --- labels within the page
 
 

@@ -11,26 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from scenes import PAPER_A
+from scenes import SLOW as COMPLETE
 
 from damper import Parameters, events, simulate
 from damper.analysis.stretches import listed_bursts
 from damper.figures.common.style import BLUE, ORANGE, YELLOW
 
-COMPLETE = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
 #: Paper A's Fig. 7, as assumed: chatter without sticking.
-INCOMPLETE = {
-    "mass_ratio": 0.2,
-    "damping_ratio": 0.01,
-    "frequency_ratio": 0.3,
-    "clearance": 0.03,
-    "restitution": 0.8,
-}
+INCOMPLETE = PAPER_A | {"frequency_ratio": 0.3}
 PERIOD = 2 * np.pi / 0.2
 #: Of `COMPLETE`, from 50-digit arithmetic.
 ACCUMULATION, RELEASE = 44.249718778208865, 46.2709500002439

@@ -12,18 +12,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from scenes import SLOW as POINT
 
 from damper import events, simulate
 from damper.figures import trajectory
 from damper.parameters import Parameters
 
-POINT = {"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.2, "restitution": 0.6}
 PERIOD = 2 * math.pi / 0.2
 
 
 def simulated(**given: Any) -> xr.Dataset:
     settings = {"transient": 0, "periods": 3, "observers": {"trajectory": None}}
-    return simulate(**{**POINT, "clearance": 0.25, **settings, **given})
+    return simulate(**{**POINT, **settings, **given})
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_walls_enclose_the_free_mass(cube: xr.Dataset) -> None:
 
 
 def test_sticking_is_shaded_where_it_happens(cube: xr.Dataset) -> None:
-    found = events(Parameters(**POINT, clearance=0.25), until=3 * PERIOD)
+    found = events(Parameters(**POINT), until=3 * PERIOD)
     sticks = found["time"][found["kind"] == 1] / PERIOD
     releases = found["time"][found["kind"] == 2] / PERIOD
     assert len(sticks)

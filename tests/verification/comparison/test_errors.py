@@ -6,19 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import SLOW
 
 from damper.verification.comparison import errors
 from damper.verification.comparison.scene import read_scene
 from damper.verification.comparison.solution import FAILED, STALLED, Solution
 
-VALUES = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 1.0,
-    "clearance": 0.25,
-    "restitution": 0.1,
-}
-SCENE = read_scene(VALUES, 20.0)
+SCENE = read_scene(SLOW | {"frequency_ratio": 1.0, "restitution": 0.1}, 20.0)
 #: Left, right, then a complete burst on the right whose speeds fall by 10 each, stick at 6,
 #: release at 7, left, a grazing impact on the right.
 TIMES = np.array([1.0, 3.0, 5.0, 5.9, 5.99, 5.999, 5.9999, 5.99999, 9.0, 12.0])

@@ -6,8 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from figures.drawing import assert_nothing_overlaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from figures.drawing import assert_nothing_overlaps, laid_out
 from scenes import GENERIC as BASE
 
 from damper.engine.compiled import plain
@@ -85,8 +84,7 @@ def test_table_keeps_digits_and_rounds_for_readers(timings):
 
 def test_figure_shows_each_ratio_that_there_is(timings):
     with style():
-        figure = draw({"cost": timings}, CostFigure.model_construct())
-        FigureCanvasAgg(figure).draw()
+        figure = laid_out(draw({"cost": timings}, CostFigure.model_construct()))
     time, memory = figure.axes
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)
     points = [container.lines[0].get_xydata() for container in time.containers]

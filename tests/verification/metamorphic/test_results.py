@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from figures.drawing import laid_out
 
 from damper.figures.common.style import style
 from damper.observers import class_in
@@ -83,10 +83,8 @@ def test_table_of_the_relations(again):
 
 def test_figure_of_the_differences(again):
     with style():
-        figure = metamorphic_figure.draw(
-            {"cube": again}, class_in(metamorphic_figure, Made).model_construct()
-        )
-        FigureCanvasAgg(figure).draw()
+        settings = class_in(metamorphic_figure, Made).model_construct()
+        figure = laid_out(metamorphic_figure.draw({"cube": again}, settings))
     left, right = figure.axes
     lines = {line.get_label(): line for line in left.lines}
     assert len(lines["compared outright"].get_xdata()) == COUNT - 2
