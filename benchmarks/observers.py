@@ -17,7 +17,7 @@ from engine import SCENES
 
 import damper
 from damper.observers import OBSERVERS
-from damper.verification.cost.measure import measure_suite
+from damper.verification.cost.measure import measure
 from damper.verification.timing import machine, machine_text
 
 #: What the restitution study observes.
@@ -63,7 +63,7 @@ def compare(p: damper.Parameters, runs: int, periods: int, repeats: int) -> None
         }
         for names in sets
     }
-    found = measure_suite(cases, runs=runs, periods=periods, repeats=repeats, memory=False)["cases"]
+    found = measure(cases, runs=runs, periods=periods, repeats=repeats)["cases"]
     first = found.pop("no observer")
     print(f"  {first['events']} events; bare engine {first['bare']} us/event")
     print(f"  {'with':<42} {'us/event':<28} times the bare engine")
@@ -73,7 +73,7 @@ def compare(p: damper.Parameters, runs: int, periods: int, repeats: int) -> None
 
 def loaded(name: str) -> list[str]:
     """Observers whose modules are loaded after a run with one of them, in a process of its own."""
-    known = [module for module, _ in OBSERVERS.values()]
+    known = [f"damper.observers.{each}" for each in OBSERVERS]
     done = subprocess.run(
         [sys.executable, "-c", LOADED.format(name=name, known=known)],
         capture_output=True,
