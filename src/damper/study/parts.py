@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -25,13 +26,17 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             "primary": self.initial,
             "draws": self.draw_settings(),
             "follow": self.follow,
+            **self.forcing_settings,
         }
+        # What is compiled before is the harmonic force.
+        compiled = () if self.forcing_settings else ("engine",)
         return {
             self.slice_path(place): Job(
                 "damper.sweep.slices",
                 {"fixed": fixed | place, **every},
+                files=self.force_files,
                 loads=modules,
-                compiled=("engine",),
+                compiled=compiled,
                 resources=takes.simulate_resources,
             )
             for place in self.slices()
@@ -45,6 +50,8 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         about = {"title": self.title, "source": self.source, "study": measured.to_yaml()}
         followed = {name: values[name] for name in self.follow}
         run = record(self.observer_settings(), self.initial, self.run_settings(engine), followed)
+        if self.forcing_settings:
+            run["forcing"] = json.dumps(self.forcing_about)
         job = Job(
             "damper.sweep.cube",
             {
@@ -52,6 +59,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "fan_axes": self.fan_axes,
                 "fixed": self.fixed,
                 "attributes": about | run,
+                "force_unit": self.force.si_unit,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
             },
             needs=tuple(map(self.slice_path, self.slices())),

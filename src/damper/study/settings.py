@@ -57,7 +57,7 @@ class Fixed(Strict):
     stated: Stated = None
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
 
 
 class Axis(Strict):
@@ -126,7 +126,7 @@ class Axis(Strict):
         return grid(self.start, self.stop, self.num, self.step, self.spacing)
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
         if self.fan and self.follow is not None:
             message = (
                 f"fan and follow ({self.follow}) are both given: on a followed axis each point "
@@ -140,7 +140,8 @@ class Axis(Strict):
             mistakes.add((), str(error), ways)
 
 
-def _check_origin(entry: Fixed | Axis | Drawn | Threshold, mistakes: Mistakes) -> None:
+def check_origin(entry: Any, mistakes: Mistakes) -> None:
+    """Note that a value is both assumed and stated."""
     if entry.assumed is not None and entry.stated is not None:
         mistakes.add((), "assumed and stated are both given", "one of the two")
 
@@ -209,7 +210,7 @@ class Drawn(Strict):
         return (*(self.range or ()), *(self.values or ()))
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
         if not self.ends:
             mistakes.add((), "neither range nor values is given", "one of them, or both with share")
         elif self.range is None or self.values is None:
@@ -250,9 +251,6 @@ def _check_draws(draws: dict[str, Any]) -> dict[str, Any]:
         if ALL[name].whole and drawn.range is not None:
             message = f"'{name}' is a whole number, and a range is drawn between"
             mistakes.add((name,), message, "values: its values")
-    if draws and not drawn_of(draws):
-        message = "draws are asked for, but no quantity is drawn"
-        mistakes.add((), message, "quantities with a range, such as restitution: [0.5, 0.7]")
     mistakes.settle()
     return draws
 
@@ -277,6 +275,13 @@ def drawn_of(draws: Mapping[str, Any]) -> dict[str, Drawn]:
     return {name: draws[name] for name in ALL if name in draws}
 
 
+def check_drawn(draws: Mapping[str, Any], mistakes: Mistakes) -> None:
+    """Note draws of nothing."""
+    if draws and not drawn_of(draws):
+        message = "draws are asked for, but no quantity is drawn"
+        mistakes.add((), message, "quantities with a range, such as restitution: [0.5, 0.7]")
+
+
 def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
     """Return draws as plain values, as `damper.sweep.branches.draw` takes them."""
     keep = {"range", "spacing", "values", "share"}
@@ -292,6 +297,10 @@ class Starts(Strict):
 
     initial: PrimaryStart = "rest"
     draws: Draws = _NONE
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        with mistakes.at("draws"):
+            check_drawn(self.draws, mistakes)
 
 
 Curves = Annotated[
@@ -361,7 +370,7 @@ class Threshold(Strict):
         if (self.fraction is None) == (self.speed is None):
             message = "exactly one of fraction and speed must be given"
             mistakes.add((), message, "fraction, speed")
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
 
 
 def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]) -> Any:
