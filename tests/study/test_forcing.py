@@ -218,6 +218,27 @@ def test_page_and_cube_say_what_drives(tmp_path: Path) -> None:
     assert cube.attrs["stated_forcing"] == "El Centro"
 
 
+def test_frequencies_in_hertz(tmp_path: Path) -> None:
+    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "{value: 3.5, unit: Hz}"}
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    study = load(tmp_path, "harmonic", text=text)
+    assert study.fixed["forcing_frequency"] == 2.0 * np.pi * 3.5
+    assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
+    del given["forcing_frequency"]
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    axis = "axes: {forcing_frequency: {start: 3, stop: 4, num: 3, unit: Hz}, "
+    study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
+    assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
+    for wrong, message in (
+        (
+            "restitution: {value: 0.6, unit: Hz}",
+            "parameters.restitution.unit\n    'restitution' has",
+        ),
+        ("restitution: {value: 0.6, unit: rpm}", "(value: 'rpm')\n    allowed: Hz"),
+    ):
+        assert message in blame(tmp_path, "none", "", STUDY.replace("restitution: 0.6", wrong))
+
+
 @pytest.mark.parametrize(
     ("said", "messages"),
     [

@@ -124,7 +124,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
-        values = {"phase": 0.0} | {name: fixed.value for name, fixed in self.parameters.items()}
+        values = {"phase": 0.0} | {name: fixed.number for name, fixed in self.parameters.items()}
         varied = {*self.axes, *self.draws}
         return {name: values[name] for name in ALL if name in values and name not in varied}
 
