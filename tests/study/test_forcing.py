@@ -1,6 +1,7 @@
 """The force of a study: what a file says of it reaches the engine, and what is refused."""
 
 import json
+import re
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -9,16 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 import damper
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
 from damper.parameters.forcing import FORCINGS, Forcing
+from damper.study import check
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
 from damper.sweep.record import force_of
 
+ROOT = Path(__file__).parents[2]
 STUDY = """\
 title: Forces
 source: our own
@@ -206,6 +210,50 @@ def test_bytes_of_a_record_count(tmp_path: Path) -> None:
     assert not set(made_of(study)) & set(before)
     with pytest.raises(SystemExit, match=r"quake\.csv has changed"):
         read_files([*paths.values()], digests)
+
+
+def test_a_record_is_scaled_along_an_axis(tmp_path: Path) -> None:
+    text = STUDY.replace("axes: {", "axes: {force_amplitude: {values: [0.5, 2]}, ")
+    cube = run(load(tmp_path, "{kind: record, time: [0, 1, 2], value: [0, 4, 1]}", "", text))
+    for scale in (0.5, 2.0):
+        scaled = damper.Record([0, 1, 2], [0, 4 * scale, scale])
+        direct = plain(damper.simulate)(
+            **POINT,
+            clearance=1.0,
+            forcing=scaled,
+            transient=1,
+            periods=4,
+            observers=["stroboscopic_section", "impacts"],
+        )
+        place = cube.sel(force_amplitude=scale, clearance=1.0)
+        for name in direct.data_vars:
+            np.testing.assert_allclose(place[name], direct[name], rtol=1e-12, err_msg=str(name))
+
+
+def test_check_says_that_runs_end_before_their_record(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    load(tmp_path, NOISE % 1)
+    assert check.main([str(tmp_path / "forces.yaml")]) == 0
+    said = "forces: runs end at 39.2699 (1 + 4 forcing periods), before their noise does, at 60\n"
+    assert said in capsys.readouterr().out
+
+
+def test_examples_of_the_documentation(tmp_path: Path) -> None:
+    section = (ROOT / "docs/studies.md").read_text().split("\n## Forces\n")[1].split("\n## ")[0]
+    (tmp_path / "quake.csv").write_text(CSV)
+    whole = yaml.safe_load(STUDY)
+    kinds = set()
+    for block in re.findall(r"```yaml\n(.*?)```", section, re.DOTALL):
+        study = whole | yaml.safe_load(block)
+        if "parameters" not in yaml.safe_load(block):
+            study["parameters"] = {n: v for n, v in POINT.items() if n not in study["axes"]}
+            if "clearance" not in study["axes"]:
+                study["parameters"]["clearance"] = 1
+        path = tmp_path / "example.yaml"
+        path.write_text(yaml.safe_dump(study))
+        kinds.add(load_study(path).force.kind)
+    assert kinds == {"record", "base", "none", "noise"}
 
 
 def test_page_and_cube_say_what_drives(tmp_path: Path) -> None:

@@ -49,6 +49,11 @@ class Forcing:
         return 0
 
     @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return 0.0
+
+    @property
     def quantities(self) -> tuple[Quantity, ...]:
         """What its own numbers are that may vary; `damper.parameters.named` finds them."""
         return ()
@@ -369,6 +374,11 @@ class Record(_Sampled):
         return int(self.time.size)
 
     @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return float(self.time[-1])
+
+    @property
     def settings(self) -> dict[str, Any]:
         """Its kind and what it is made of, but for the samples, of which there may be many."""
         return {"kind": self.kind, "samples": self.samples, "of": self.of, "after": self.after}
@@ -566,6 +576,11 @@ class Noise(_Sampled):
     def samples(self) -> int:
         """Samples, each of which ends a segment."""
         return round(self.duration / self.step) + 1
+
+    @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return self.duration
 
 
 #: Kind -> class.

@@ -170,7 +170,7 @@ def force_entry(kind: str) -> type[ForceEntry]:
         if declared is Noise and one.name == "seed":
             of = Annotated[of, _OrEachDraw()]
             meanings[one.name] += f" `{EACH_DRAW}`: in each draw another one, by the seed of draws."
-        given[one.name] = Annotated[of, Field(description=meanings[one.name])], default
+        given[one.name] = Annotated[of, Field(description=meanings.get(one.name, ""))], default
     bases: dict[type[Forcing], type[ForceEntry]] = {Record: RecordEntry, Noise: NoiseEntry}
     base = bases.get(declared, ForceEntry)
     if declared is Record:
