@@ -15,11 +15,13 @@ import yaml
 import damper
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
+from damper.models import model_of
 from damper.parameters.forcing import FORCINGS, Forcing
 from damper.study import check
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
+from damper.study.parts import engine_part
 from damper.sweep.record import force_of
 
 ROOT = Path(__file__).parents[2]
@@ -177,6 +179,29 @@ def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
         tmp_path, NOISE % "draw", "draws: {count: 3, seed: 1, initial_position: [0, 1]}\n", text
     )
     assert run(other).noise_seed.values.tolist() == cube.noise_seed.values.tolist()
+
+
+def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path) -> None:
+    def sort_of(constants: Any) -> Any:
+        if isinstance(constants, tuple):
+            return type(constants), tuple(map(sort_of, constants))
+        return type(constants), getattr(constants, "dtype", None)
+
+    sorts: dict[str, set[Any]] = {}
+    for said in SAID:
+        study: Any = load(tmp_path, said)
+        sorts.setdefault(engine_part(study), set()).update(
+            sort_of(model_of(point)) for point in study.corners
+        )
+    assert set(sorts) == {
+        "engine",
+        "engine_none",
+        "engine_base_base",
+        "engine_harmonics",
+        "engine_record_force",
+        "engine_record_base_acceleration",
+    }
+    assert {len(found) for found in sorts.values()} == {1}
 
 
 def test_default_is_in_no_result(tmp_path: Path) -> None:

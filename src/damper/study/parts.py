@@ -28,15 +28,13 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             "follow": self.follow,
             **self.forcing_settings,
         }
-        # What is compiled before is the harmonic force.
-        compiled = () if self.forcing_settings else ("engine",)
         return {
             self.slice_path(place): Job(
                 "damper.sweep.slices",
                 {"fixed": fixed | place, **every},
                 files=self.force_files,
                 loads=modules,
-                compiled=compiled,
+                compiled=("engine",),
                 resources=takes.simulate_resources,
             )
             for place in self.slices()
@@ -67,6 +65,20 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             resources=estimate(self).gather_resources,
         )
         return {"cube.nc": job}
+
+
+def engine_part(study: Study) -> str:
+    """Name of the event loop under a study's force, as the rule `compile` has it.
+
+    Code is compiled for each sort of constants: noise is a record, and a base seen from the ground,
+    or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own.
+    """
+    said = study.forcing_settings.get("forcing", {"kind": "harmonic"})
+    kind = {"noise": "record", "unbalance": "harmonic"}.get(said["kind"], said["kind"])
+    words = [kind, said.get("of", said.get("frame"))]
+    if words in (["harmonic", None], ["base", "ground"]):
+        return "engine"
+    return "_".join(["engine", *filter(None, words)])
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:
