@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from jsonschema import Draft202012Validator
 
 import damper
 from damper.analysis.orbits import follow_orbits
@@ -25,6 +26,7 @@ from damper.study.parts import engine_part
 from damper.sweep.record import force_of
 
 ROOT = Path(__file__).parents[2]
+SCHEMA = Draft202012Validator(json.loads((ROOT / "config/schema/study.schema.json").read_text()))
 STUDY = """\
 title: Forces
 source: our own
@@ -202,6 +204,36 @@ def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path
         "engine_record_base_acceleration",
     }
     assert {len(found) for found in sorts.values()} == {1}
+
+
+def test_override(tmp_path: Path) -> None:
+    load(tmp_path, NOISE % 1)
+    path = tmp_path / "forces.yaml"
+    for override, force in (
+        ({"seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
+        ({"kind": "noise", "seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
+        ({"kind": "base", "frame": "base"}, damper.Base("base")),
+        ("none", damper.NoForce()),
+    ):
+        assert load_study(path, {"forcing": override}).force == force
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        *((said, True) for said in SAID),
+        (NOISE % "draw", True),
+        ("{kind: record, file: a.csv, columns: [time, 2], delimiter: ;}", True),
+        ("bse", False),
+        ("{kind: base, frame: wall}", False),
+        ("{kind: unbalance, frame: base}", False),
+        (NOISE % "x", False),
+    ],
+    ids=str,
+)
+def test_schema(said: str, right: bool) -> None:
+    data = yaml.safe_load(f"{STUDY}forcing: {said}\n")
+    assert SCHEMA.is_valid(data) == right
 
 
 def test_default_is_in_no_result(tmp_path: Path) -> None:

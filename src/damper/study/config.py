@@ -294,6 +294,8 @@ def _merged(
             continue
         old = merged.get(key)
         if isinstance(old, dict) and isinstance(value, dict):
-            value = _merged(old, value, dropped, (*loc, key))
+            # Settings of another kind of force are none of this one.
+            other = (*loc, key) == ("forcing",) and value.get("kind") not in (None, old.get("kind"))
+            value = value if other else _merged(old, value, dropped, (*loc, key))
         merged[key] = value
     return merged
