@@ -292,7 +292,7 @@ def test_check_says_that_runs_end_before_their_record(
 ) -> None:
     load(tmp_path, NOISE % 1)
     assert check.main([str(tmp_path / "forces.yaml")]) == 0
-    said = "forces: runs end at 39.2699 (1 + 4 forcing periods), before their noise does, at 60\n"
+    said = "forces: runs end at 39.2699 (1 + 4 cycles), before their noise does, at 60\n"
     assert said in capsys.readouterr().out
 
 
@@ -301,9 +301,10 @@ def test_examples_of_the_documentation(tmp_path: Path) -> None:
     (tmp_path / "quake.csv").write_text(CSV)
     whole = yaml.safe_load(STUDY)
     kinds = set()
-    for block in re.findall(r"```yaml\n(.*?)```", section, re.DOTALL):
-        study = whole | yaml.safe_load(block)
-        if "parameters" not in yaml.safe_load(block):
+    for block in re.findall(r"(?m)(?:^    .*\n)+", section):
+        given = yaml.safe_load(block)
+        study = whole | given
+        if "parameters" not in given:
             study["parameters"] = {n: v for n, v in POINT.items() if n not in study["axes"]}
             if "clearance" not in study["axes"]:
                 study["parameters"]["clearance"] = 1

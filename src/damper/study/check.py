@@ -75,7 +75,7 @@ def _notes(study: Any) -> Iterator[str]:
     length = 2.0 * math.pi / max(frequencies) * (study.transient + study.periods)
     if length < study.force.end:
         yield (
-            f"runs end at {length:g} ({study.transient} + {study.periods} forcing periods), before "
+            f"runs end at {length:g} ({study.transient} + {study.periods} cycles), before "
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
     found, most = estimate(study), machine_memory()

@@ -148,7 +148,8 @@ def limits_of(schema: Schema) -> str:
         return choices or " ".join(filter(None, found))
     if "items" in schema:
         least = schema.get("minItems")
-        found += [f"at least {least}"] * bool(least) + ["distinct"] * ("uniqueItems" in schema)
+        rules = [f"at least {least}"] * bool(least) + ["distinct"] * ("uniqueItems" in schema)
+        found.append(", ".join(rules))
     each = limits_of((schema.get("prefixItems") or [schema["items"]])[0])
     return "; ".join(filter(None, [*found, each and f"each {each}"]))
 
