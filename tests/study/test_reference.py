@@ -22,6 +22,7 @@ from damper.parameters.quantities import ALL, MODEL_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.fields import Strict
+from damper.study.forcing import FORCES
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
 from damper.study.settings import OBSERVER_SETTINGS, Axis, DrawKeys, Drawn, Fixed, Threshold
@@ -32,7 +33,7 @@ FILES = sorted((ROOT / "config/studies").glob("*.yaml"))
 CONFIGS = sorted((ROOT / "config").glob("*.yaml"))
 TEMPLATE = ROOT / "config/studies/template.yaml"
 CLASSES = [Study, Fixed, Axis, DrawKeys, Drawn, Threshold, Settings, *OBSERVER_SETTINGS.values()]
-CLASSES += [*FIGURES.values(), *TABLES.values(), *STUDIES.values()]
+CLASSES += [*FORCES.values(), *FIGURES.values(), *TABLES.values(), *STUDIES.values()]
 CLASSES += [entry for kind in STUDIES.values() for entry in kind.entries.values()]
 CLASSES += [
     made
@@ -134,7 +135,8 @@ def test_every_key_has_a_description_a_type_and_a_schema():
             assert field.description.endswith("."), f"{cls.__name__}.{key}"
             if reference.settings_of(field) is None:
                 schema = reference.setting_schema(field)
-                assert {"type", "enum", "const", "$ref"} & schema.keys(), f"{cls.__name__}.{key}"
+                for one in schema.get("anyOf", [schema]):
+                    assert {"type", "enum", "const", "$ref"} & one.keys(), f"{cls.__name__}.{key}"
 
 
 def paths(cls: type[Strict], path: str) -> Iterator[str]:

@@ -75,6 +75,24 @@ def test_each_target_makes_just_what_it_needs(small):
     assert jobs(snakemake(small, "-n", "results/small/figures/model.svg")) == {"figure": 1}
 
 
+PUSH = "time (s),force\n0,0\n0.1,4\n0.2,0\n"
+
+
+def add_pushed(folder: Path) -> Path:
+    """Add a study under a record to the small one; return the file of the record."""
+    study = small_study(
+        forcing={"kind": "record", "file": "push.csv"},
+        axes={"restitution": {"values": [0.6]}},
+        observers={"impacts": {}},
+    )
+    study["parameters"] |= {"mass_ratio": 0.1, "frequency_ratio": 1.3}
+    (folder / "config/studies/pushed.yaml").write_text(yaml.safe_dump(study))
+    (folder / "config/config.yaml").write_text("studies: [small, pushed]\n")
+    push = folder / "config/studies/push.csv"
+    push.write_text(PUSH)
+    return push
+
+
 def test_changes_rerun_just_what_hangs_on_them(made):
     slices = made / "results/small/parts"
     before = {path: path.stat().st_mtime_ns for path in slices.rglob("*.npz")}
@@ -92,8 +110,9 @@ def test_changes_rerun_just_what_hangs_on_them(made):
     axes = small_study()["axes"]
     wider = axes | {"mass_ratio": {"values": [0.1, 0.2, 0.3], "fan": True}}
     write_small(made, axes=wider, **PRODUCTS)
+    add_pushed(made)
     output = snakemake(made)
-    assert jobs(output) == {"part": 1, "gather": 1, "figure": 1, "table": 1, "all": 1}
+    assert jobs(output) == {"part": 2, "gather": 2, "figure": 1, "table": 1, "all": 1}
     assert {path: path.stat().st_mtime_ns for path in before} == before
     with xr.open_dataset(made / "results/small/cube.nc") as cube:
         assert cube.mass_ratio.values.tolist() == [0.1, 0.2, 0.3]
@@ -105,9 +124,14 @@ def test_changes_rerun_just_what_hangs_on_them(made):
 
     # A touch is not an edit.
     write_small(made, axes=wider, **PRODUCTS)
+    push = add_pushed(made)
     for path in (made / "workflow/scripts").glob("*.py"):
         path.touch()
     assert "Nothing to be done" in snakemake(made)
+
+    # The bytes of a record count for the jobs that use it.
+    push.write_text(PUSH.replace("0.1,4", "0.1,5"))
+    assert jobs(snakemake(made, "-n")) == {"part": 1, "gather": 1, "all": 1}
 
 
 def test_edit_in_the_package_reruns_what_depends_on_it(made):

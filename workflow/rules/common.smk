@@ -17,6 +17,7 @@ try:
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
     from damper.study.fingerprint import Checked, fingerprint
+    from damper.study.jobs import file_digest
     from damper.study.model import Study
     from damper.study.parts import simulation_modules
     from damper.study.study_file import SUFFIXES

@@ -1,6 +1,7 @@
 """Compiled code, made once, so that parallel jobs find it in the cache."""
 
 from damper.study.estimate import PLAIN_SECONDS, estimate
+from damper.study.parts import engine_part
 
 
 def compiled(models, parts):
@@ -24,23 +25,26 @@ def taken_by(name):
 SIMULATED = [study for study in STUDIES.values() if study.name in DEFAULT]
 
 
-def engine_of(model, studies):
+def engine_of(model, studies, part="engine"):
     """Return the mark of a model's event loop with all observers that studies ask for.
+
+    Of the studies, those count that need this part: they are under forces of one sort.
 
     One process compiles what these share only once. A few short runs are done sooner without.
     """
-    using = [study for study in studies if model in models_of(study.name)]
+    using = [s for s in studies if model in models_of(s.name) and engine_part(s) == part]
     more = any(study.orbits or study.interactive for study in using)
     if not more and sum(taken_by(study.name).run_seconds for study in using) < PLAIN_SECONDS:
         return []
     names = set().union(*(study.observers for study in using))
-    return compiled([model], ["engine", *sorted(names)])
+    return compiled([model], [part, *sorted(names)])
 
 
 def compiled_for(study):
     """Return the marks that the code of a study is compiled, with that of all the default run."""
     together = SIMULATED if study.name in DEFAULT else [study]
-    return [mark for model in models_of(study.name) for mark in engine_of(model, together)]
+    part = engine_part(study)
+    return [mark for model in models_of(study.name) for mark in engine_of(model, together, part)]
 
 
 def compiled_first(wildcards):

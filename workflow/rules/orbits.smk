@@ -13,6 +13,7 @@ def orbits_settings(study):
         },
         "fixed": study.fixed,
         "axes": study.axis_values,
+        "forcing": study.forcing_settings.get("forcing"),
         "at": study.observer_settings().get("stroboscopic_section", {}).get("at", 0.0),
         "code": digest("orbits.py", *simulation_modules(study)),
     }

@@ -29,6 +29,7 @@ def settings_of_job(study, script, job):
         "settings": job.settings,
         "code": digest(script, job.module, *job.loads),
         "needs": [made_of(part_path(study, part)) for part in job.needs],
+        "files": {argument: file_digest(path) for argument, path in job.files.items()},
     }
 
 
@@ -60,9 +61,11 @@ def compiled_before(jobs):
     return marks
 
 
+# By content, for the times of these files mean nothing.
 rule part:
     input:
         needs=needs_of(PARTS),
+        files=ancient(lambda wildcards: [*PARTS[tuple(wildcards)].files.values()]),
         compiled=ancient(compiled_before(PARTS)),
         rerun=rerun_if_changed(part_path("{study}", "{part}"), needs=needs_of(PARTS)),
     output:

@@ -1,6 +1,7 @@
 """Compile parts of a model into numba's cache by running short scenes.
 
-Parts are the event loop with observers ("engine+bursts+impacts"), the metamorphic tests
+Parts are the event loop with observers ("engine+bursts+impacts"), under a force of another
+sort than the harmonic one ("engine_record_force+bursts"), the metamorphic tests
 ("metamorphic"), or solvers of a comparison ("solvers+dop853+exact").
 """
 
@@ -22,8 +23,24 @@ POINT = {
 } | MODELS[MODEL].example
 
 
+#: Kind of a force -> an example; what names its sort beside the kind is its setting.
+FORCES = {
+    "none": ("", {}),
+    "base": ("frame", {}),
+    "harmonics": ("", {"orders": [1, 2], "amplitudes": [1.0, 0.5]}),
+    "record": ("of", {"time": [0.0, 1.0, 2.0], "value": [0.0, 1.0, 0.0]}),
+}
+
+
 def run_observers() -> None:
+    from damper.parameters.forcing import forcing_of
     from damper.sweep.slices import simulate_slice
+
+    force = None
+    if PART != "engine":
+        _, kind, *word = PART.split("_", 2)
+        key, example = FORCES[kind]
+        force = forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
 
     # Not all at once: two sections exclude each other.
     for observers in ({}, *({name: None} for name in NAMES)):
@@ -33,6 +50,7 @@ def run_observers() -> None:
             transient=1,
             periods=1,
             observers=observers,
+            forcing=force,
             accuracy=1e-12,
             max_events=1000,
         )
@@ -60,6 +78,7 @@ def run_solvers() -> None:
 
 
 compile_at_once()
-{"engine": run_observers, "metamorphic": run_relations, "solvers": run_solvers}[PART]()
+RUN = {"engine": run_observers, "metamorphic": run_relations, "solvers": run_solvers}
+RUN[PART.partition("_")[0]]()
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

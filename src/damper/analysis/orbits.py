@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters import Parameters
+from damper.parameters.forcing import HARMONIC, Forcing, forcing_of
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.sweep.cube import described, described_all
@@ -57,6 +58,7 @@ def follow_orbits(
     fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float]],
     at: float = 0.0,
+    forcing: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Follow periodic motions along an axis, at each place of the other axes.
 
@@ -70,6 +72,8 @@ def follow_orbits(
         Values of the study's quantities.
     at : float, default 0
         Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
+    forcing : mapping, optional
+        What drives the damper, as `Forcing.settings`; a harmonic force by default.
 
     Returns
     -------
@@ -81,13 +85,15 @@ def follow_orbits(
         parameter, with the number of their `curve`.
     """
     found = []
+    force = HARMONIC if forcing is None else forcing_of(forcing)
     for name, entry in entries.items():
         along = entry["along"]
         at_only = {axis: (value,) for axis, value in entry.get("at", {}).items()}
         others = {k: at_only.get(k, values) for k, values in axes.items() if k != along}
         for place in combinations(*others.values()):
             where = dict(zip(others, place, strict=True))
-            found.append((name, along, where, _branch(entry, {**fixed, **where}, axes[along])))
+            branch = _branch(entry, {**fixed, **where}, axes[along], force)
+            found.append((name, along, where, branch))
     curves = [
         (k, along, other, continue_point(point, ranges, step=_STEP))
         for k, (name, along, _, branch) in enumerate(found)
@@ -159,13 +165,13 @@ def _quantity(name: str) -> Variable:
 
 
 def _branch(
-    entry: Mapping[str, Any], values: Mapping[str, float], along: Sequence[float]
+    entry: Mapping[str, Any], values: Mapping[str, float], along: Sequence[float], force: Forcing
 ) -> Branch:
     """One branch; without orbits, and with the reason, where no motion is found."""
     name, ends = entry["along"], (min(along), max(along))
     # Where a study's runs start is none of a motion's parameters.
     own = {key: value for key, value in values.items() if key in PARAMETER_NAMES}
-    p = Parameters(**{**own, name: entry["start"]})
+    p = Parameters(**{**own, name: entry["start"]}, forcing=force)
     try:
         orbit = periodic_orbit(p, entry["period"], settle=entry["settle"])
     except ValueError as error:

@@ -33,6 +33,7 @@ class Convergence(FigureSettings):
     """The distance to the rigid damper over the stiffness of a compliant contact, and its order."""
 
     roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=2), "lines": Role(most=2)}
+    runs_more = True
 
     variables: Compared
     along: Stiffness

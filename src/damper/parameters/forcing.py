@@ -11,15 +11,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 from damper.parameters.quantity import Quantity, in_range, real, whole
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
 MOST_ORDER = 1000
-#: Where a record or a noise acts, and what follows its last sample.
-OF = ("force", "base_acceleration")
-AFTER = ("zero", "hold")
+#: What a record or a noise is, what follows its last sample, and what a base is seen from.
+Of = Literal["force", "base_acceleration"]
+After = Literal["zero", "hold"]
+Frame = Literal["ground", "base"]
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,11 @@ class Forcing:
     def samples(self) -> int:
         """Samples, each of which ends a segment."""
         return 0
+
+    @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return 0.0
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -236,10 +242,10 @@ class Base(Forcing):
 
     kind = "base"
 
-    frame: str = "ground"
+    frame: Frame = "ground"
 
     def __post_init__(self) -> None:
-        _one_of("Base.frame", self.frame, ("ground", "base"))
+        _one_of("Base.frame", self.frame, get_args(Frame))
 
     @property
     def si_unit(self) -> str:
@@ -275,8 +281,8 @@ class _Sampled(Forcing):
     repeats = False
     has_phase = False
 
-    of: str
-    after: str
+    of: Of
+    after: After
 
     @property
     def si_unit(self) -> str:
@@ -287,8 +293,8 @@ class _Sampled(Forcing):
         return amplitude if self.of == "force" else primary_mass * amplitude
 
     def _check_words(self) -> None:
-        _one_of(f"{type(self).__name__}.of", self.of, OF)
-        _one_of(f"{type(self).__name__}.after", self.after, AFTER)
+        _one_of(f"{type(self).__name__}.of", self.of, get_args(Of))
+        _one_of(f"{type(self).__name__}.after", self.after, get_args(After))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -332,8 +338,8 @@ class Record(_Sampled):
 
     time: Any
     value: Any
-    of: str = "force"
-    after: str = "zero"
+    of: Of = "force"
+    after: After = "zero"
 
     def __post_init__(self) -> None:
         self._check_words()
@@ -368,6 +374,11 @@ class Record(_Sampled):
         return int(self.time.size)
 
     @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return float(self.time[-1])
+
+    @property
     def settings(self) -> dict[str, Any]:
         """Its kind and what it is made of, but for the samples, of which there may be many."""
         return {"kind": self.kind, "samples": self.samples, "of": self.of, "after": self.after}
@@ -382,8 +393,8 @@ class Record(_Sampled):
         path: str | os.PathLike[str],
         columns: Sequence[str | int] | None = None,
         *,
-        of: str = "force",
-        after: str = "zero",
+        of: Of = "force",
+        after: After = "zero",
         delimiter: str = ",",
     ) -> "Record":
         """Read a record from a CSV file, with one sample a line.
@@ -415,7 +426,7 @@ class Record(_Sampled):
         ...     Record.read(file.name, of="base_acceleration")
         Record(<3 samples from 0 to 0.02>, of='base_acceleration', after='zero')
         """
-        _one_of("Record.of", of, OF)
+        _one_of("Record.of", of, get_args(Of))
         lines = _lines(Path(path), delimiter)
         places = _places(path, lines, columns, ("s", "N" if of == "force" else "m/s2"))
         rows = [[_number(path, line, cells, place) for place in places] for line, cells in lines]
@@ -478,8 +489,8 @@ class Noise(_Sampled):
     step: float
     duration: float
     band: tuple[float, float]
-    of: str = "force"
-    after: str = "zero"
+    of: Of = "force"
+    after: After = "zero"
 
     #: Most samples: more take minutes.
     MOST: ClassVar[int] = 2**18
@@ -566,12 +577,19 @@ class Noise(_Sampled):
         """Samples, each of which ends a segment."""
         return round(self.duration / self.step) + 1
 
+    @property
+    def end(self) -> float:
+        """Time of its last sample, if it has any."""
+        return self.duration
+
 
 #: Kind -> class.
 FORCINGS: dict[str, type[Forcing]] = {
     each.kind: each for each in (NoForce, Harmonic, Harmonics, Base, Unbalance, Record, Noise)
 }
 HARMONIC = Harmonic()
+#: What stands for the seed of a noise in the settings of a study each of whose draws has its own.
+EACH_DRAW = "draw"
 #: Kinds that have no settings, or defaults for all: their name is enough.
 BY_NAME = ("none", "harmonic", "base", "unbalance")
 
@@ -595,8 +613,10 @@ def read_forcing(given: Any) -> Forcing:
     return FORCINGS[given]()
 
 
-def forcing_of(settings: Mapping[str, Any]) -> Forcing:
-    """Return the force of `Forcing.settings`; ValueError for a record, whose samples are not there.
+def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None = None) -> Forcing:
+    """Return the force of `Forcing.settings`; of a record, its samples or the `file` beside it.
+
+    ValueError for a record without samples.
 
     Examples
     --------
@@ -605,9 +625,28 @@ def forcing_of(settings: Mapping[str, Any]) -> Forcing:
     """
     given = dict(settings)
     kind = FORCINGS[given.pop("kind")]
-    if kind is Record:
+    if kind is Record and file is not None:
+        return Record.read(file, **given)
+    if kind is Record and "time" not in given:
         raise ValueError(f"forcing: its {given['samples']} samples are not kept with the cube")
     return kind(**given)
+
+
+def force_text(settings: Mapping[str, Any]) -> str:
+    """Return `Forcing.settings` in words, for headings.
+
+    Examples
+    --------
+    >>> force_text(Harmonics((1, 3), (1.0, 0.2)).settings)
+    'harmonics, orders 1 and 3, amplitudes 1 and 0.2, phases 0 and 0'
+    """
+    words = [str(settings["kind"])]
+    for name, value in settings.items():
+        if name not in ("kind", "digest"):
+            values = value if isinstance(value, list | tuple) else [value]
+            shown = (f"{v:g}" if isinstance(v, float | int) else str(v) for v in values)
+            words.append(f"{name} {' and '.join(shown)}".replace("_", " "))
+    return ", ".join(words)
 
 
 def check_force(
@@ -697,9 +736,12 @@ def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
 
 def _lines(path: Path, delimiter: str) -> list[tuple[int, list[str]]]:
     """Cells of the lines of a CSV file that say something, with the numbers of the lines."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.reader(file, delimiter=delimiter)
-        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file, delimiter=delimiter)
+            lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: not a CSV file in UTF-8: {error}") from None
     return [
         (number, cells) for number, cells in lines if any(cells) and not cells[0].startswith("#")
     ]

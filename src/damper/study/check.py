@@ -4,6 +4,7 @@ python -m damper.study.check config/studies/restitution.yaml ...
 """
 
 import argparse
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
+from damper.parameters.quantities import is_si
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -66,9 +68,16 @@ def _cells(study: Any) -> Sequence[str]:
 
 
 def _notes(study: Any) -> Iterator[str]:
-    """Yield what does not go into this machine's memory, and what is to be compiled."""
+    """Yield what runs leave out, does not go into this machine's memory, or is to be compiled."""
     if not isinstance(study, Study):
         return
+    frequencies = study.ends["forcing_frequency" if is_si(study.ends) else "frequency_ratio"]
+    length = 2.0 * math.pi / max(frequencies) * (study.transient + study.periods)
+    if length < study.force.end:
+        yield (
+            f"runs end at {length:g} ({study.transient} + {study.periods} cycles), before "
+            f"their {study.force.kind} does, at {study.force.end:g}"
+        )
     found, most = estimate(study), machine_memory()
     for what, size in (
         ("a simulation job", found.job.memory),

@@ -230,13 +230,13 @@ def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> 
         problems.append(parts.problem(prefix, f"must be a mapping (value: {display(override)})"))
     try:
         study = _kind_of(data).model_validate(data)
+        study._name, study._folder = path.stem, path.parent
         if isinstance(study, Study):
             check_study(study)
     except ValidationError as error:
         problems += [_blame(loc, file, parts, prefix, report) for loc, report in mistakes_of(error)]
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
-    study._name = path.stem
     return study
 
 
@@ -294,6 +294,8 @@ def _merged(
             continue
         old = merged.get(key)
         if isinstance(old, dict) and isinstance(value, dict):
-            value = _merged(old, value, dropped, (*loc, key))
+            # Settings of another kind of force are none of this one.
+            other = (*loc, key) == ("forcing",) and value.get("kind") not in (None, old.get("kind"))
+            value = value if other else _merged(old, value, dropped, (*loc, key))
         merged[key] = value
     return merged

@@ -97,6 +97,7 @@ def estimate(study: Study) -> Estimate:
         study.periods,
         make_observers(study.observer_settings()),
         study.model,
+        study.force,
     )
     arrays = slices * job.array_bytes
     return Estimate(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -37,6 +38,8 @@ class Job(NamedTuple):
     compiled: tuple[str, ...] = ()
     """What it is worth compiling before, as the rule `compile` names it."""
     resources: Mapping[str, int] = USUAL_RESOURCES
+    files: Mapping[str, str] = {}
+    """Files that the function of a part is given as well: argument -> path."""
 
 
 def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartData]:
@@ -62,6 +65,19 @@ def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartDa
         lines = "\n".join(refused)
         raise SystemExit(f"{lines}\nThey are removed: the same command again makes them anew.")
     return parts
+
+
+def file_digest(path: Path | str) -> str:
+    """Digest of the bytes of a file that a job reads, in 16 hexadecimal digits."""
+    return sha256(Path(path).read_bytes()).hexdigest()[:16]
+
+
+def read_files(paths: Sequence[str], digests: Mapping[str, str]) -> dict[str, str]:
+    """Return the files of a job by its arguments; SystemExit where one has changed meanwhile."""
+    for path, digest in zip(paths, digests.values(), strict=True):
+        if file_digest(path) != digest:
+            raise SystemExit(f"{path} has changed since this run began: start the run again")
+    return dict(zip(digests, paths, strict=True))
 
 
 def write(made: Any, path: str, code: str) -> None:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product as combinations
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
 from damper.study.axes import coordinate_name
 from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
+from damper.study.forcing import FORCES, ForceEntry
+from damper.study.jobs import file_digest
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents
@@ -68,6 +72,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             "dimensions. Without axes the study is one point."
         ),
     ] = _NONE
+    forcing: Annotated[
+        ForceEntry,
+        FORCES,
+        Field(
+            description="What drives every damper, and what force_amplitude multiplies: a harmonic "
+            "force when not given."
+        ),
+    ] = FORCES["harmonic"](kind="harmonic")
     initial: PrimaryStart = "rest"
     draws: Draws = _NONE
     max_events: Annotated[
@@ -112,7 +124,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
-        values = {"phase": 0.0} | {name: fixed.value for name, fixed in self.parameters.items()}
+        values = {"phase": 0.0} | {name: fixed.number for name, fixed in self.parameters.items()}
         varied = {*self.axes, *self.draws}
         return {name: values[name] for name in ALL if name in values and name not in varied}
 
@@ -132,6 +144,31 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         fixed = {name: (value,) for name, value in self.fixed.items()}
         return fixed | self.axis_values | {name: drawn.ends for name, drawn in self.drawn.items()}
 
+    @cached_property
+    def force(self) -> Forcing:
+        """What drives every damper; of several, one."""
+        return self.forcing.force(self._folder)
+
+    @property
+    def forcing_settings(self) -> dict[str, Any]:
+        """What jobs get of it beside its file; nothing where it is the default."""
+        return {} if self.force == HARMONIC else {"forcing": self.forcing.settings}
+
+    @property
+    def forcing_about(self) -> dict[str, Any]:
+        """What the cube and the page say of it."""
+        about = self.force.settings | ({"seed": EACH_DRAW} if self.forcing.drawn else {})
+        path = self.forcing.path(self._folder)
+        if path is not None:
+            about |= {"file": path.name, "digest": file_digest(path)}
+        return about
+
+    @property
+    def force_files(self) -> dict[str, str]:
+        """The file of its samples, if it has one: argument of a job -> path."""
+        path = self.forcing.path(self._folder)
+        return {} if path is None else {"samples": str(path)}
+
     @property
     def corners(self) -> list[Parameters]:
         """Parameters at the ends of all axes and draws; ValueError when a value there is refused.
@@ -142,7 +179,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         ends = {n: {min(v), max(v)} for n, v in self.ends.items() if n not in INITIAL_NAMES}
         kind = SIParameters if is_si(ends) else Parameters
         points = (
-            kind(**dict(zip(ends, values, strict=True))) for values in combinations(*ends.values())
+            kind(**dict(zip(ends, values, strict=True)), forcing=self.force)
+            for values in combinations(*ends.values())
         )
         return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
 
@@ -172,6 +210,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             self.orbits,
             self.periods,
             starts,
+            self.force,
             not SI_ONLY.isdisjoint(self.ends),
         )
 
@@ -237,6 +276,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
         si = is_si({**given, **self.drawn})
         values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
+        if self.forcing_settings:
+            values["forcing"] = force_text(self.forcing_about)
         for name, drawn in self.drawn.items():
             values[name] = f"at random: {_drawn_text(name, drawn, si)}"
         for settings in self.observers.values():
@@ -274,8 +315,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for section in ("orbits", "draws"):
-            if not data[section]:
+        for section, default in (("orbits", {}), ("draws", {}), ("forcing", HARMONIC.kind)):
+            if data[section] == default:
                 del data[section]
         for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
@@ -289,6 +330,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             # Two observers with a threshold: the one that counts bursts comes last and counts.
             if hasattr(settings, "threshold"):
                 entries["visibility_threshold"] = settings.threshold
+        entries["forcing"] = self.forcing
         return {
             name: text
             for name, entry in entries.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -25,11 +26,13 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             "primary": self.initial,
             "draws": self.draw_settings(),
             "follow": self.follow,
+            **self.forcing_settings,
         }
         return {
             self.slice_path(place): Job(
                 "damper.sweep.slices",
                 {"fixed": fixed | place, **every},
+                files=self.force_files,
                 loads=modules,
                 compiled=("engine",),
                 resources=takes.simulate_resources,
@@ -45,6 +48,8 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         about = {"title": self.title, "source": self.source, "study": measured.to_yaml()}
         followed = {name: values[name] for name in self.follow}
         run = record(self.observer_settings(), self.initial, self.run_settings(engine), followed)
+        if self.forcing_settings:
+            run["forcing"] = json.dumps(self.forcing_about)
         job = Job(
             "damper.sweep.cube",
             {
@@ -52,6 +57,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "fan_axes": self.fan_axes,
                 "fixed": self.fixed,
                 "attributes": about | run,
+                "force_unit": self.force.si_unit,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
             },
             needs=tuple(map(self.slice_path, self.slices())),
@@ -59,6 +65,20 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             resources=estimate(self).gather_resources,
         )
         return {"cube.nc": job}
+
+
+def engine_part(study: Study) -> str:
+    """Name of the event loop under a study's force, as the rule `compile` has it.
+
+    Code is compiled for each sort of constants: noise is a record, and a base seen from the ground,
+    or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own.
+    """
+    said = study.forcing_settings.get("forcing", {"kind": "harmonic"})
+    kind = {"noise": "record", "unbalance": "harmonic"}.get(said["kind"], said["kind"])
+    words = [kind, said.get("of", said.get("frame"))]
+    if words in (["harmonic", None], ["base", "ground"]):
+        return "engine"
+    return "_".join(["engine", *filter(None, words)])
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from damper.observers import OBSERVERS, make_observers, writable
 from damper.observers.common.stretch import sample_steps
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
 from damper.parameters.variables import GREATER_IS_WORSE, Variable
 from damper.study.axes import coordinate_name
@@ -77,6 +78,8 @@ class StudyContents:
     """Length of the record."""
     starts: tuple[str, ...] = ()
     """Initial quantities that are drawn."""
+    force: Forcing = HARMONIC
+    """What drives the dampers; of several, one."""
     si: bool = False
     """Whether it is in SI units."""
 
@@ -141,6 +144,8 @@ class Product(Made):
     """Observers that it reads, whatever its settings are; of several in one place any will do."""
     roles: ClassVar[Mapping[str, Role]] = {}
     """Settings that name axes."""
+    runs_more: ClassVar[bool] = False
+    """Whether it runs more points than there are in the cube."""
 
     @property
     def theoretical(self) -> bool:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from functools import reduce
@@ -26,10 +27,12 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from damper.observers import writable
+from damper.parameters.forcing import FORCINGS
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.estimate import MOST_SLICES
 from damper.study.fields import Strict
+from damper.study.forcing import FORCES, ForceEntry
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
 from damper.study.schema import Schema, first_line, limits_of, schema_of, sort_of
@@ -143,6 +146,7 @@ def reference() -> str:
         "Beside `count` and `seed`, any quantity with its range alone, or a mapping.",
         _keys(DrawKeys, "draws."),
         _keys(Drawn, "draws.<name>."),
+        *_forces(),
         *_observers(),
         "## Figures",
         *_products(FIGURES, "figures"),
@@ -156,9 +160,11 @@ def reference() -> str:
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
+_HEAD_OF_KEYS = ("key", "type", "unit", "default", "allowed", "meaning")
+
+
 def _keys(cls: type[Strict], path: str = "", *, deep: bool = False, **constants: str) -> str:
-    head = ("key", "type", "unit", "default", "allowed", "meaning")
-    return _table(head, _rows(cls, path, deep, constants))
+    return _table(_HEAD_OF_KEYS, _rows(cls, path, deep, constants))
 
 
 def _rows(
@@ -223,6 +229,19 @@ def _quantity(quantity: Quantity) -> tuple[str, ...]:
     units = _units(quantity.units) if both else quantity.units.removeprefix("1")
     meaning = f"{quantity.long_name}; {quantity.definition}".removesuffix("; ")
     return f"`{quantity.name}`", quantity.symbol, units, default, quantity.limits, meaning
+
+
+def _forces() -> Iterable[str]:
+    yield "## Forcing"
+    yield "The name of a kind alone, or a mapping of it and its settings."
+    yield _keys(ForceEntry, "forcing.")
+    for kind, cls in FORCES.items():
+        yield f"### Forcing: {kind}"
+        about = cleandoc(FORCINGS[kind].__doc__ or "")
+        yield re.split(r"\n\n[A-Z]\w+\n---", about)[0].replace("``", "`")
+        known = {row[0] for row in _rows(ForceEntry, "forcing.", False, {})}
+        if own := [row for row in _rows(cls, "forcing.", False, {}) if row[0] not in known]:
+            yield _table(_HEAD_OF_KEYS, own)
 
 
 def _observers() -> Iterable[str]:

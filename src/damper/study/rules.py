@@ -7,6 +7,7 @@ from itertools import combinations, product
 from typing import Any
 
 from damper.parameters.dampers import BASIC
+from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.quantities import (
     INITIAL_NAMES,
     QUANTITIES,
@@ -17,14 +18,19 @@ from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes
 from damper.study.model import Study
 from damper.study.products import StudyContents, check_listed
-from damper.study.settings import OBSERVER_SETTINGS, FollowedOrbit
+from damper.study.settings import OBSERVER_SETTINGS, FollowedOrbit, check_drawn
 from damper.study.yaml_file import join_names
 from damper.theory.steady import need_steady, steady_gain
 
 
 def check_study(study: Study) -> None:
     """Check a study of which each part is sound by itself; ValidationError with all mistakes."""
-    mistakes, contents = Mistakes(), study.contents
+    mistakes = Mistakes()
+    with mistakes.at("forcing"):
+        study.forcing.check_force(study._folder, mistakes)
+    mistakes.settle()
+    contents = study.contents
+    _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
     _check_displaced(study, mistakes)
     _check_followed(study, mistakes)
@@ -34,6 +40,7 @@ def check_study(study: Study) -> None:
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
         _check_theories(study, mistakes)
+        _check_kept(study, mistakes)
         _check_steady(study, mistakes)
     for section, name, entry in study.products():
         with mistakes.at(section, name):
@@ -80,7 +87,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
-    from damper.sweep.orbits.periodic import FOLLOWED
+    from damper.sweep.orbits.periodic import FOLLOWED, need_force
 
     axes = study.axis_values
     drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
@@ -88,6 +95,11 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
         message = "periodic motions are followed over dimensionless parameters alone"
         allowed = "a study without SI units, drawn parameters and axes of initial quantities"
         mistakes.add(("orbits",), message, allowed)
+    try:
+        for point in study.corners:
+            need_force(point, "an orbit")
+    except ValueError as error:
+        mistakes.add(("orbits",), str(error), "a study without orbits, or under another force")
     for name, entry in study.orbits.items():
         if entry.along not in axes:
             mistakes.unknown(("orbits", name, "along"), "axis", entry.along, axes)
@@ -145,7 +157,7 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
                 f"the page evaluates motions of the rigid damper, this is the {study.model} one"
             )
         elif unknown := acting.difference(BASIC, ("yield_speed",)):
-            message = f"the page does not know {min(unknown)}"
+            message = f"the page does not know {_acting_text(min(unknown), study)}"
         else:
             break
         mistakes.add(("figures", name, "interactive"), message, "false")
@@ -154,13 +166,36 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     elif laws := {point.law for point in points} - {"constant"}:
         message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
     elif unknown := acting.difference(BASIC):
-        message = f"its formulas do not know {min(unknown)}"
+        message = f"its formulas do not know {_acting_text(min(unknown), study)}"
     else:
         return
     places = [("observers", "accumulation")] if "accumulation" in study.observers else []
     places += [(section, name) for section, name, made in study.products() if made.theoretical]
     for place in places:
         mistakes.add(place, message, "a study of the rigid damper with constant restitution")
+
+
+def _acting_text(name: str, study: Study) -> str:
+    """A quantity that acts, and of the force its kind."""
+    return f"{name}: {study.force.kind}" if name == "forcing" else name
+
+
+def _check_draws(study: Study, mistakes: Mistakes) -> None:
+    """Refuse draws of nothing, and noise of draws that there are not."""
+    with mistakes.at("draws"):
+        if not study.forcing.drawn:
+            check_drawn(study.draws, mistakes)
+    if study.forcing.drawn and not study.draws:
+        message = f"'{EACH_DRAW}' is another seed in each draw, but there are no draws"
+        mistakes.add(("forcing", "seed"), message, "a whole number, or draws: {count: 20, seed: 1}")
+
+
+def _check_kept(study: Study, mistakes: Mistakes) -> None:
+    """Refuse to run more points of a cube that does not keep what drives them."""
+    for section, name, made in study.products() if study.force.kind == "record" else ():
+        if made.runs_more:
+            message = "it runs more points, and a cube does not keep the samples of a record"
+            mistakes.add((section, name), message, "a study under another force")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:

@@ -117,7 +117,11 @@ def sort_of(schema: Schema) -> str:
     if "enum" in schema or "const" in schema:
         return "one of"
     if "prefixItems" in schema:
-        return "[low, high]"
+        return "[low, high]" if "$comment" in schema else "pair"
+    if "anyOf" in schema and not any(
+        "properties" in one or "$ref" in one for one in schema["anyOf"]
+    ):
+        return " or ".join(", ".join(choices_of(one)) or sort_of(one) for one in schema["anyOf"])
     if schema.get("type") == "array":
         return f"list of {sort_of(schema['items'])}"
     if "type" not in schema or isinstance(schema["type"], list):
@@ -144,7 +148,8 @@ def limits_of(schema: Schema) -> str:
         return choices or " ".join(filter(None, found))
     if "items" in schema:
         least = schema.get("minItems")
-        found += [f"at least {least}, distinct" if least else "distinct"]
+        rules = [f"at least {least}"] * bool(least) + ["distinct"] * ("uniqueItems" in schema)
+        found.append(", ".join(rules))
     each = limits_of((schema.get("prefixItems") or [schema["items"]])[0])
     return "; ".join(filter(None, [*found, each and f"each {each}"]))
 

@@ -6,11 +6,12 @@ The settings of an observer stand in its own file, `damper.observers`.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, create_model
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
@@ -32,6 +33,7 @@ from damper.study.fields import (
 )
 from damper.study.messages import Mistakes
 from damper.study.schema import THE_PARAMETERS
+from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.orbits import KINDS
 
@@ -48,16 +50,42 @@ _NONE: Any = {}
 _WITH_SI = {units: f"{units}, {si}" for units, si in SI_UNITS.items()}
 
 
+def _of_frequency(unit: str, info: ValidationInfo) -> str:
+    """Refuse a unit of a quantity that is no angular frequency."""
+    if info.context is not None and ALL[info.context].units != "rad/s":
+        mistakes, frequencies = Mistakes(), [n for n, q in ALL.items() if q.units == "rad/s"]
+        message = f"'{info.context}' has no other unit than its own (value: {display(unit)})"
+        mistakes.add((), message, f"unit: {unit} is for {join_names(frequencies)}")
+        mistakes.settle()
+    return unit
+
+
+InHertz = Annotated[
+    Annotated[Literal["Hz"], AfterValidator(_of_frequency)] | None,
+    Field(description="Of a frequency in rad/s that is given in Hz; results are in rad/s."),
+]
+
+
+def _in_own_unit(number: float, unit: str | None) -> float:
+    return number if unit is None else 2.0 * math.pi * number
+
+
 class Fixed(Strict):
     """A parameter that is the same throughout the study."""
 
     shorthand = "value"
     value: Annotated[Coordinate, Field(description="The value.")]
+    unit: InHertz = None
     assumed: Assumed = None
     stated: Stated = None
 
+    @property
+    def number(self) -> float:
+        """The value in the quantity's own unit."""
+        return _in_own_unit(self.value, self.unit)
+
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
 
 
 class Axis(Strict):
@@ -90,6 +118,7 @@ class Axis(Strict):
         Literal["linear", "log"],
         Field(description="Equal distances, or equal ratios (start > 0, with num)."),
     ] = "linear"
+    unit: InHertz = None
     fan: Annotated[
         bool, Field(description="Whether each value is a job of its own; not with follow.")
     ] = False
@@ -112,7 +141,7 @@ class Axis(Strict):
             given += ["spacing"] if self.spacing != "linear" else []
             if given:
                 raise ValueError(f"values stands alone, but {', '.join(given)} is given as well")
-            return self.values
+            return tuple(_in_own_unit(value, self.unit) for value in self.values)
         if not given:
             raise ValueError("does not say which values it has")
         if missing := [name for name in ("start", "stop") if name not in given]:
@@ -123,10 +152,11 @@ class Axis(Strict):
             raise ValueError("start and stop are given, but neither num nor step")
         assert self.start is not None
         assert self.stop is not None
-        return grid(self.start, self.stop, self.num, self.step, self.spacing)
+        values = grid(self.start, self.stop, self.num, self.step, self.spacing)
+        return tuple(_in_own_unit(value, self.unit) for value in values)
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
         if self.fan and self.follow is not None:
             message = (
                 f"fan and follow ({self.follow}) are both given: on a followed axis each point "
@@ -140,7 +170,8 @@ class Axis(Strict):
             mistakes.add((), str(error), ways)
 
 
-def _check_origin(entry: Fixed | Axis | Drawn | Threshold, mistakes: Mistakes) -> None:
+def check_origin(entry: Any, mistakes: Mistakes) -> None:
+    """Note that a value is both assumed and stated."""
     if entry.assumed is not None and entry.stated is not None:
         mistakes.add((), "assumed and stated are both given", "one of the two")
 
@@ -209,7 +240,7 @@ class Drawn(Strict):
         return (*(self.range or ()), *(self.values or ()))
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
         if not self.ends:
             mistakes.add((), "neither range nor values is given", "one of them, or both with share")
         elif self.range is None or self.values is None:
@@ -250,9 +281,6 @@ def _check_draws(draws: dict[str, Any]) -> dict[str, Any]:
         if ALL[name].whole and drawn.range is not None:
             message = f"'{name}' is a whole number, and a range is drawn between"
             mistakes.add((name,), message, "values: its values")
-    if draws and not drawn_of(draws):
-        message = "draws are asked for, but no quantity is drawn"
-        mistakes.add((), message, "quantities with a range, such as restitution: [0.5, 0.7]")
     mistakes.settle()
     return draws
 
@@ -277,6 +305,13 @@ def drawn_of(draws: Mapping[str, Any]) -> dict[str, Drawn]:
     return {name: draws[name] for name in ALL if name in draws}
 
 
+def check_drawn(draws: Mapping[str, Any], mistakes: Mistakes) -> None:
+    """Note draws of nothing."""
+    if draws and not drawn_of(draws):
+        message = "draws are asked for, but no quantity is drawn"
+        mistakes.add((), message, "quantities with a range, such as restitution: [0.5, 0.7]")
+
+
 def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
     """Return draws as plain values, as `damper.sweep.branches.draw` takes them."""
     keep = {"range", "spacing", "values", "share"}
@@ -292,6 +327,10 @@ class Starts(Strict):
 
     initial: PrimaryStart = "rest"
     draws: Draws = _NONE
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        with mistakes.at("draws"):
+            check_drawn(self.draws, mistakes)
 
 
 Curves = Annotated[
@@ -361,7 +400,7 @@ class Threshold(Strict):
         if (self.fraction is None) == (self.speed is None):
             message = "exactly one of fraction and speed must be given"
             mistakes.add((), message, "fraction, speed")
-        _check_origin(self, mistakes)
+        check_origin(self, mistakes)
 
 
 def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]) -> Any:

@@ -156,11 +156,7 @@ def simulate(
         attributes["initial"] = repr(state)
     if random:
         attributes["draws"] = json.dumps(random)
-    cube = gather([part], axes, (), fixed, attributes)
-    about = cube.coords["force_amplitude"].attrs if "force_amplitude" in cube.coords else {}
-    if about.get("units") == "N":
-        about["units"] = force.si_unit
-    return cube
+    return gather([part], axes, (), fixed, attributes, force_unit=force.si_unit)
 
 
 def _with_names(plain: Signature) -> Signature:

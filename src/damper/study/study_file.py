@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
@@ -52,6 +52,7 @@ class StudyFile(Strict):
         Text | None, Field(description="What it shows, in as many words as it takes.")
     ] = None
     _name: str = PrivateAttr("")
+    _folder: Path = PrivateAttr(Path())
 
     @property
     def name(self) -> str:

@@ -97,6 +97,18 @@ def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
     return drawn
 
 
+def noise_seeds(draws: Mapping[str, Any]) -> list[int]:
+    """Seeds of noise, one for each draw; with a stream of their own, whatever else is drawn.
+
+    Examples
+    --------
+    >>> noise_seeds({"count": 2, "seed": 1})
+    [894258943, 1895454466]
+    """
+    generator = random.Random(f"noise {draws['seed']}")
+    return [generator.getrandbits(32) for _ in range(draws["count"])]
+
+
 def _draw_one(generator: random.Random, rule: Mapping[str, Any]) -> float:
     """Draw one value; as many random numbers for each rule, whatever comes out."""
     values = rule.get("values", ())

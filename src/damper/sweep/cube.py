@@ -26,6 +26,7 @@ REFERENCES = (
     "Paper A: Adv. Mech. Eng. 2017, doi:10.1177/1687814017743110. "
     "Paper B: J. Low Freq. Noise Vib. Act. Control 2021, doi:10.1177/14613484211051849."
 )
+_NOISE_SEED = Variable("noise_seed", "seed of the noise", "1", ("draw",))
 
 
 def dataset(
@@ -141,6 +142,7 @@ def gather(
     fixed: Mapping[str, float],
     attributes: Mapping[str, Any],
     notes: Mapping[str, Mapping[str, str]] | None = None,
+    force_unit: str = "N",
 ) -> xr.Dataset:
     """Put the slices of a study together.
 
@@ -157,6 +159,8 @@ def gather(
     notes : mapping, optional
         Remarks, such as why a value is assumed: note -> name -> text. Each becomes an attribute
         of the coordinate of that name, or of the cube.
+    force_unit : str, default "N"
+        Unit of `force_amplitude` where the points are in SI units; see `Forcing.si_unit`.
 
     Returns
     -------
@@ -187,6 +191,11 @@ def gather(
         "runs": cube.status.size,
         "runs_stopped_early": int((cube.status != 0).sum()),
     }
+    if seeds := first.get("noise_seeds"):
+        cube.coords["noise_seed"] = described(_NOISE_SEED, np.array(seeds))
+    about = cube.coords["force_amplitude"].attrs if "force_amplitude" in cube.coords else {}
+    if about.get("units") == "N":
+        about["units"] = force_unit
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
             if name in cube.coords:

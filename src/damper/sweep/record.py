@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from damper.parameters.forcing import HARMONIC, Forcing, forcing_of
+from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, forcing_of
 
 #: Settings of runs that a cube's attributes name otherwise.
 _ATTRIBUTES = {"transient": "transient_periods", "periods": "recorded_periods"}
@@ -56,13 +56,16 @@ def force_of(cube: Any) -> dict[str, Forcing]:
     Raises
     ------
     ValueError
-        Where it is a record, whose samples the cube has not.
+        Where it is a record, whose samples the cube has not, or a noise of each draw.
     """
-    return {
-        name: forcing_of(json.loads(cube.attrs[name]))
-        for name in ("forcing",)
-        if name in cube.attrs
-    }
+    if "forcing" not in cube.attrs:
+        return {}
+    settings = json.loads(cube.attrs["forcing"])
+    if settings.get("seed") == EACH_DRAW:
+        if "noise_seed" not in cube.coords or cube.noise_seed.ndim:
+            raise ValueError("each draw of the cube has a noise of its own: choose a draw")
+        settings["seed"] = int(cube.noise_seed)
+    return {"forcing": forcing_of(settings)}
 
 
 def followed(cube: Any) -> dict[str, list[float]]:

@@ -8,22 +8,34 @@ from typing import Any
 import numpy as np
 
 from damper.parameters import State, Units
-from damper.parameters.forcing import Forcing
+from damper.parameters.forcing import EACH_DRAW, Forcing, forcing_of
 from damper.parameters.quantities import is_si
 from damper.parameters.variables import SI_UNITS, Variable
-from damper.sweep.branches import branches
+from damper.sweep.branches import branches, noise_seeds
 from damper.sweep.estimate import run_sizes
 from damper.sweep.grid import product
 from damper.sweep.parts import PartData
 from damper.sweep.progress import Progress, progress_lines
 
 
-def run_part(needed: Sequence[PartData] = (), **settings: Any) -> PartData:
+def run_part(
+    needed: Sequence[PartData] = (),
+    *,
+    forcing: Mapping[str, Any] | None = None,
+    samples: str | None = None,
+    **settings: Any,
+) -> PartData:
     """Simulate a slice as a job of the workflow, whose log says how far it is.
 
-    `settings` are arguments of `simulate_slice`.
+    `forcing` is a force in plain values, and `samples` the file of a record; other `settings` are
+    arguments of `simulate_slice`.
     """
-    return simulate_slice(**settings, progress=progress_lines(sys.stderr))
+    settings["progress"] = progress_lines(sys.stderr)
+    if forcing is None:
+        return simulate_slice(**settings)
+    own = forcing.get("seed") == EACH_DRAW
+    force = forcing_of({**forcing, "seed": 0} if own else forcing, samples)
+    return simulate_slice(**settings, forcing=force, own_noise=own)
 
 
 def simulate_slice(
@@ -33,6 +45,7 @@ def simulate_slice(
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     primary: str = "rest",
     forcing: Forcing | str | None = None,
+    own_noise: bool = False,
     draws: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
@@ -50,6 +63,8 @@ def simulate_slice(
         The axes that run inside the job.
     observers, primary, forcing, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
+    own_noise : bool, default False
+        Whether each draw has its own: `forcing` with another seed.
     draws : mapping, optional
         As for `damper.sweep.branches.draw`.
     follow : mapping of str to str, optional
@@ -61,7 +76,8 @@ def simulate_slice(
         Arrays over the runs: the product of the axes and of `branches`, such as both directions of
         a continuation. In SI units if the points are given in them. About them: ``variables``
         describes them, ``coordinates`` are along the observers' own dimensions, ``branches`` along
-        those of the runs, and ``labels`` are drawn quantities along the branch dimension `draw`.
+        those of the runs, and ``labels`` are drawn quantities along the branch dimension `draw`, as
+        are ``noise_seeds``, if any.
 
     Raises
     ------
@@ -78,11 +94,17 @@ def simulate_slice(
     sizes = run_sizes(counts, draws.get("count"), follow or {})
     check_workload(sizes, observers, run)
     plan = branches(product(axes, fixed), axes, draws, follow or {})
+    points: list[dict[str, Any]] = list(plan.points)
+    seeds = noise_seeds(draws) if own_noise else []
+    if seeds:  # the draws lie last
+        noises = [replace(forcing, seed=seed) for seed in seeds]  # type: ignore[type-var]
+        points = [{**p, "forcing": noises[k % len(seeds)]} for k, p in enumerate(points)]
+    elif forcing is not None:
+        points = [{**point, "forcing": forcing} for point in points]
     arrays, made = run_points(
-        plan.points,
+        points,
         observers,
         primary=primary,
-        forcing=forcing,
         state=state,
         predecessor=plan.predecessor,
         progress=progress,
@@ -91,8 +113,7 @@ def simulate_slice(
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
     if is_si([*fixed, *axes, *plan.labels]):
-        force = {} if forcing is None else {"forcing": forcing}
-        units = [read_point({**point, **force}).units for point in plan.points]
+        units = [read_point(point).units for point in points]
         variables = _in_si(arrays, variables, units)
     coordinates = {k: v.tolist() for observer in made for k, v in observer.coordinates().items()}
     about = {
@@ -100,6 +121,7 @@ def simulate_slice(
         "coordinates": coordinates,
         "branches": plan.dimensions,
         "labels": plan.labels,
+        **({"noise_seeds": seeds} if seeds else {}),
     }
     return PartData(arrays, about)
 

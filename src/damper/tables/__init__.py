@@ -6,6 +6,7 @@ files of a table look like stands here, for all tables.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.analysis.places import fixed_values
+from damper.parameters.forcing import force_text
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
 
@@ -141,6 +143,8 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
     values = [f"{readable(name)} {value:g}" for name, value in fixed_values(cube).items()]
+    if "forcing" in cube.attrs:
+        values.append(f"forcing {force_text(json.loads(cube.attrs['forcing']))}")
     if values:
         yield f"Fixed: {', '.join(values)}."
 

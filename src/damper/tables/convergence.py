@@ -75,6 +75,7 @@ class ConvergenceTable(products.Product):
         "along": products.Role(least=2),
         "lines": products.Role(most=2),
     }
+    runs_more = True
 
     variables: Compared
     along: Stiffness

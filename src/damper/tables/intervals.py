@@ -30,6 +30,7 @@ class Intervals(Product):
     """The intervals of one axis in which bursts are chatter."""
 
     needs = ("bursts",)
+    runs_more = True
     roles: ClassVar[Mapping[str, Role]] = {"along": Role(least=3)}
 
     along: Annotated[Text, Field(description="Axis on which the intervals lie.")]

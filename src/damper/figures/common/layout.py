@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.figures.common import style
+from damper.parameters.forcing import force_text
 from damper.parameters.quantities import unknown_name
 from damper.parameters.units import units_of
 
@@ -117,6 +119,8 @@ def head(
         for name in (*style.SYMBOLS, "direction", "draw")
         if name in coords and coords[name].ndim == 0
     ]
+    if "forcing" in place.attrs:
+        values.append(force_text(json.loads(place.attrs["forcing"])))
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
     words = _words(caption or place.attrs.get("title", ""))

@@ -1,0 +1,458 @@
+"""The force of a study: what a file says of it reaches the engine, and what is refused."""
+
+import json
+import re
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from jsonschema import Draft202012Validator
+
+import damper
+from damper.analysis.orbits import follow_orbits
+from damper.engine.compiled import plain
+from damper.models import model_of
+from damper.parameters.forcing import FORCINGS, Forcing
+from damper.study import check
+from damper.study.config import ConfigError, Study, load_study
+from damper.study.fingerprint import fingerprint
+from damper.study.jobs import file_digest, read_files
+from damper.study.parts import engine_part
+from damper.sweep.record import force_of
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = Draft202012Validator(json.loads((ROOT / "config/schema/study.schema.json").read_text()))
+STUDY = """\
+title: Forces
+source: our own
+parameters: {mass_ratio: 0.1, damping_ratio: 0.05, frequency_ratio: 0.8, restitution: 0.6}
+axes: {clearance: {values: [0.5, 1, 2], fan: true}}
+transient: 1
+periods: 4
+observers: {stroboscopic_section: , impacts: , response: }
+"""
+POINT = {"mass_ratio": 0.1, "damping_ratio": 0.05, "frequency_ratio": 0.8, "restitution": 0.6}
+SI_STUDY = STUDY.replace(
+    "mass_ratio: 0.1, damping_ratio: 0.05, frequency_ratio: 0.8", "{}"
+).replace("clearance: {values: [0.5, 1, 2]", "gap: {values: [0.02, 0.04]")
+SI_POINT = {
+    "primary_mass": 2.0,
+    "damping": 4.0,
+    "stiffness": 200.0,
+    "forcing_frequency": 11.0,
+    "free_mass": 0.2,
+}
+CSV = "time (s),acceleration (m/s2)\n0,0\n1,3\n2,-1\n3,0\n"
+ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
+NOISE = "{kind: noise, seed: %s, step: 0.1, duration: 60, band: [0.5, 2]}"
+
+#: What a study says -> the same in Python.
+SAID: dict[str, Forcing | str] = {
+    "none": "none",
+    "harmonic": "harmonic",
+    "base": "base",
+    "{kind: base, frame: base}": damper.Base("base"),
+    "unbalance": "unbalance",
+    "{kind: harmonics, orders: [1, 3], amplitudes: [1, 0.3], phases: [0, 1]}": damper.Harmonics(
+        (1, 3), (1.0, 0.3), (0.0, 1.0)
+    ),
+    "{kind: record, file: quake.csv, of: base_acceleration}": damper.Record(
+        [0, 1, 2, 3], [0, 3, -1, 0], "base_acceleration"
+    ),
+    "{kind: record, time: [0, 1, 2], value: [0, 4, 1], after: hold}": damper.Record(
+        [0, 1, 2], [0, 4, 1], after="hold"
+    ),
+    NOISE % 1: damper.Noise(1, 0.1, 60.0, (0.5, 2.0)),
+}
+
+
+def load(folder: Path, forcing: str, more: str = "", text: str = STUDY) -> Study:
+    (folder / "quake.csv").write_text(CSV)
+    path = folder / "forces.yaml"
+    path.write_text(f"{text}forcing: {forcing}\n{more}")
+    study: Study = load_study(path)
+    return study
+
+
+def blame(folder: Path, *given: str) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load(folder, *given)
+    return str(caught.value).replace(f"{folder}/", "")
+
+
+def run(study: Any) -> xr.Dataset:
+    """Run the jobs of a study, with settings as a job gets them."""
+
+    def plainly(settings: Mapping[str, Any]) -> Any:
+        return json.loads(json.dumps(settings))
+
+    parts = [
+        plain(import_module(job.module).run_part)((), **plainly(job.settings), **job.files)
+        for job in study.parts(ENGINE).values()
+    ]
+    (job,) = study.gathered(ENGINE).values()
+    cube: xr.Dataset = import_module(job.module).gather(parts, **plainly(job.settings))
+    return cube
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(one.data_vars) == set(other.data_vars)
+    for name in other.data_vars:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=str(name))
+
+
+def test_every_kind_is_here() -> None:
+    forces = (damper.Parameters(**POINT, clearance=1.0, forcing=f).forcing for f in SAID.values())
+    assert {force.kind for force in forces} == set(FORCINGS)
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_study_runs_as_simulate_does(tmp_path: Path, said: str) -> None:
+    study = load(tmp_path, said)
+    cube = run(study)
+    direct = plain(damper.simulate)(
+        **POINT,
+        clearance=[0.5, 1, 2],
+        forcing=SAID[said],
+        transient=1,
+        periods=4,
+        observers=["stroboscopic_section", "impacts", "response"],
+    )
+    same(cube, direct)
+    # It says the same after it was written out.
+    (tmp_path / "again.yaml").write_text(study.to_yaml())
+    assert load_study(tmp_path / "again.yaml").force == study.force
+    assert ("forcing" in cube.attrs) == (said != "harmonic")
+    if study.force.kind not in ("harmonic", "record"):
+        assert force_of(cube)["forcing"] == study.force
+
+
+@pytest.mark.parametrize(
+    ("said", "amplitude", "unit"),
+    [
+        ("base", 0.003, "m"),
+        ("{kind: record, file: quake.csv, of: base_acceleration}", 9.81, "m/s2"),
+        ("none", 0.0, "N"),
+    ],
+)
+def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> None:
+    given = SI_POINT | {"force_amplitude": amplitude}
+    values = ", ".join(f"{name}: {value}" for name, value in given.items())
+    study = load(tmp_path, said, text=SI_STUDY.replace("{}", values))
+    cube = run(study)
+    direct = plain(damper.simulate)(
+        **given,
+        restitution=0.6,
+        gap=[0.02, 0.04],
+        forcing=SAID[said],
+        transient=1,
+        periods=4,
+        observers=["stroboscopic_section", "impacts", "response"],
+    )
+    same(cube, direct)
+    assert cube.force_amplitude.attrs["units"] == direct.force_amplitude.attrs["units"] == unit
+
+
+def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
+    text = STUDY.replace("[0.5, 1, 2]", "[1]")
+    study = load(tmp_path, NOISE % "draw", "draws: {count: 3, seed: 1}\n", text)
+    cube = run(study)
+    assert len(set(cube.noise_seed.values.tolist())) == 3
+    for draw, seed in enumerate(cube.noise_seed.values.tolist()):
+        noise = damper.Noise(seed, 0.1, 60.0, (0.5, 2.0))
+        assert force_of(cube.sel(draw=draw)) == {"forcing": noise}
+        direct = plain(damper.simulate)(
+            **POINT,
+            clearance=[1],
+            forcing=noise,
+            transient=1,
+            periods=4,
+            observers=["stroboscopic_section", "impacts", "response"],
+        )
+        same(cube.sel(draw=draw), direct)
+    with pytest.raises(ValueError, match="choose a draw"):
+        force_of(cube)
+    other = load(
+        tmp_path, NOISE % "draw", "draws: {count: 3, seed: 1, initial_position: [0, 1]}\n", text
+    )
+    assert run(other).noise_seed.values.tolist() == cube.noise_seed.values.tolist()
+
+
+def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path) -> None:
+    def sort_of(constants: Any) -> Any:
+        if isinstance(constants, tuple):
+            return type(constants), tuple(map(sort_of, constants))
+        return type(constants), getattr(constants, "dtype", None)
+
+    sorts: dict[str, set[Any]] = {}
+    for said in SAID:
+        study: Any = load(tmp_path, said)
+        sorts.setdefault(engine_part(study), set()).update(
+            sort_of(model_of(point)) for point in study.corners
+        )
+    assert set(sorts) == {
+        "engine",
+        "engine_none",
+        "engine_base_base",
+        "engine_harmonics",
+        "engine_record_force",
+        "engine_record_base_acceleration",
+    }
+    assert {len(found) for found in sorts.values()} == {1}
+
+
+def test_override(tmp_path: Path) -> None:
+    load(tmp_path, NOISE % 1)
+    path = tmp_path / "forces.yaml"
+    for override, force in (
+        ({"seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
+        ({"kind": "noise", "seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
+        ({"kind": "base", "frame": "base"}, damper.Base("base")),
+        ("none", damper.NoForce()),
+    ):
+        assert load_study(path, {"forcing": override}).force == force
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        *((said, True) for said in SAID),
+        (NOISE % "draw", True),
+        ("{kind: record, file: a.csv, columns: [time, 2], delimiter: ;}", True),
+        ("bse", False),
+        ("{kind: base, frame: wall}", False),
+        ("{kind: unbalance, frame: base}", False),
+        (NOISE % "x", False),
+    ],
+    ids=str,
+)
+def test_schema(said: str, right: bool) -> None:
+    data = yaml.safe_load(f"{STUDY}forcing: {said}\n")
+    assert SCHEMA.is_valid(data) == right
+
+
+def test_default_is_in_no_result(tmp_path: Path) -> None:
+    """Results of studies without a force of their own are what they were."""
+    path = tmp_path / "plain.yaml"
+    path.write_text(STUDY)
+    bare, named = load_study(path), load(tmp_path, "harmonic")
+    assert "forcing" not in bare.to_yaml()
+    assert bare.parts(ENGINE) == named.parts(ENGINE)
+    assert bare.gathered(ENGINE) == named.gathered(ENGINE)
+    assert all("forcing" not in job.settings for job in bare.parts(ENGINE).values())
+
+
+def test_bytes_of_a_record_count(tmp_path: Path) -> None:
+    said = "{kind: record, file: quake.csv, of: base_acceleration}"
+
+    def made_of(study: Any) -> list[str]:
+        jobs = [*study.parts(ENGINE).values(), *study.gathered(ENGINE).values()]
+        files = [{k: file_digest(path) for k, path in job.files.items()} for job in jobs]
+        return [fingerprint([j.settings, f]) for j, f in zip(jobs, files, strict=True)]
+
+    study = load(tmp_path, said)
+    before, paths = made_of(study), study.force_files
+    digests = {name: file_digest(path) for name, path in paths.items()}
+    assert read_files([*paths.values()], digests) == paths
+    # Elsewhere, the same bytes are the same record.
+    (tmp_path / "other").mkdir()
+    assert made_of(load(tmp_path / "other", said)) == before
+    (tmp_path / "quake.csv").write_text(CSV.replace("1,3", "1,3.5"))
+    study = load_study(tmp_path / "forces.yaml")
+    assert not set(made_of(study)) & set(before)
+    with pytest.raises(SystemExit, match=r"quake\.csv has changed"):
+        read_files([*paths.values()], digests)
+
+
+def test_a_record_is_scaled_along_an_axis(tmp_path: Path) -> None:
+    text = STUDY.replace("axes: {", "axes: {force_amplitude: {values: [0.5, 2]}, ")
+    cube = run(load(tmp_path, "{kind: record, time: [0, 1, 2], value: [0, 4, 1]}", "", text))
+    for scale in (0.5, 2.0):
+        scaled = damper.Record([0, 1, 2], [0, 4 * scale, scale])
+        direct = plain(damper.simulate)(
+            **POINT,
+            clearance=1.0,
+            forcing=scaled,
+            transient=1,
+            periods=4,
+            observers=["stroboscopic_section", "impacts"],
+        )
+        place = cube.sel(force_amplitude=scale, clearance=1.0)
+        for name in direct.data_vars:
+            np.testing.assert_allclose(place[name], direct[name], rtol=1e-12, err_msg=str(name))
+
+
+def test_check_says_that_runs_end_before_their_record(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    load(tmp_path, NOISE % 1)
+    assert check.main([str(tmp_path / "forces.yaml")]) == 0
+    said = "forces: runs end at 39.2699 (1 + 4 cycles), before their noise does, at 60\n"
+    assert said in capsys.readouterr().out
+
+
+def test_examples_of_the_documentation(tmp_path: Path) -> None:
+    section = (ROOT / "docs/studies.md").read_text().split("\n## Forces\n")[1].split("\n## ")[0]
+    (tmp_path / "quake.csv").write_text(CSV)
+    whole = yaml.safe_load(STUDY)
+    kinds = set()
+    for block in re.findall(r"(?m)(?:^    .*\n)+", section):
+        given = yaml.safe_load(block)
+        study = whole | given
+        if "parameters" not in given:
+            study["parameters"] = {n: v for n, v in POINT.items() if n not in study["axes"]}
+            if "clearance" not in study["axes"]:
+                study["parameters"]["clearance"] = 1
+        path = tmp_path / "example.yaml"
+        path.write_text(yaml.safe_dump(study))
+        kinds.add(load_study(path).force.kind)
+    assert kinds == {"record", "base", "none", "noise"}
+
+
+def test_page_and_cube_say_what_drives(tmp_path: Path) -> None:
+    said = "{kind: record, file: quake.csv, of: base_acceleration, stated: El Centro}"
+    study = load(tmp_path, said)
+    assert study.values["forcing"].startswith("record, samples 4, of base acceleration")
+    assert study.origins["forcing"] == "stated: El Centro"
+    cube = run(study)
+    assert json.loads(cube.attrs["forcing"])["file"] == "quake.csv"
+    assert cube.attrs["stated_forcing"] == "El Centro"
+
+
+def test_frequencies_in_hertz(tmp_path: Path) -> None:
+    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "{value: 3.5, unit: Hz}"}
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    study = load(tmp_path, "harmonic", text=text)
+    assert study.fixed["forcing_frequency"] == 2.0 * np.pi * 3.5
+    assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
+    del given["forcing_frequency"]
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    axis = "axes: {forcing_frequency: {start: 3, stop: 4, num: 3, unit: Hz}, "
+    study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
+    assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
+    for wrong, message in (
+        (
+            "restitution: {value: 0.6, unit: Hz}",
+            "parameters.restitution.unit\n    'restitution' has",
+        ),
+        ("restitution: {value: 0.6, unit: rpm}", "(value: 'rpm')\n    allowed: Hz"),
+    ):
+        assert message in blame(tmp_path, "none", "", STUDY.replace("restitution: 0.6", wrong))
+
+
+@pytest.mark.parametrize(
+    ("said", "messages"),
+    [
+        ("bse", ["forces.yaml:8  forcing\n", "(value: 'bse')", "did you mean 'base'?"]),
+        ("", ["(value: nothing)", "allowed: none, harmonic, harmonics, base, unbalance"]),
+        ("{frame: base}", ["forcing.kind\n", "'kind' is missing"]),
+        ("{kind: base, fram: base}", ["forcing.fram\n", "did you mean 'frame'?"]),
+        ("{kind: base, frame: grund}", ["forcing.frame\n", "ground, base", "mean 'ground'?"]),
+        ("noise", ["4 errors", "'seed' is missing\n    allowed: integer or draw"]),
+        (NOISE % -1, ["forcing.seed\n    seed = -1\n    allowed: a whole number >= 0"]),
+        (NOISE % "x", ["forcing.seed\n", "must be an integer (value: 'x')"]),
+        (NOISE % "draw", ["forcing.seed\n", "there are no draws"]),
+        ("{kind: noise, seed: 1, step: 5, duration: 60, band: [1, 2]}", ["forcing.step", "coarse"]),
+        (
+            "{kind: harmonics, orders: [1, 2], amplitudes: [1]}",
+            ["forcing.amplitudes\n", "as many as orders, which has 2"],
+        ),
+        ("{kind: harmonics, orders: [0], amplitudes: [1]}", ["orders[0] = 0", ">= 1 and <= 1000"]),
+        ("{kind: harmonics, orders: [1], amplitudes: [0]}", ["give forcing: none"]),
+        ("{kind: base, assumed: a, stated: b}", ["assumed and stated are both given"]),
+        ("{kind: record}", ["neither file, nor time and value"]),
+        ("{kind: record, file: a.csv, time: [0, 1], value: [0, 1]}", ["file and samples are both"]),
+        (
+            "{kind: record, time: [0, 1], value: [0, 1], delimiter: ;}",
+            ["forcing.delimiter\n", "says how a file is read"],
+        ),
+        ("{kind: record, time: [0, 1, 1], value: [0, 1, 0]}", ["forcing.time", "time[2] = 1.0 is"]),
+        ("{kind: record, file: no.csv}", ["forcing.file\n    no.csv: there is no such file"]),
+        ("{kind: record, file: .}", ["forcing.file\n", "cannot be read"]),
+        ("{kind: record, file: quake.csv}", ["quake.csv, line 1: acceleration is in m/s2"]),
+        (
+            "{kind: record, file: quake.csv, of: base_acceleration, columns: [time, acc]}",
+            ["forcing.file", "unknown column of quake.csv 'acc'", "time, acceleration"],
+        ),
+    ],
+    ids=str,
+)
+def test_mistakes(tmp_path: Path, said: str, messages: list[str]) -> None:
+    found = blame(tmp_path, said)
+    for message in messages:
+        assert message in found
+    for jargon in ("pydantic", "Traceback", "Noise.", "Record.", "Harmonics."):
+        assert jargon not in found
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0,0\n1,nan\n2,0\n", "gaps.csv, line 2: value = nan\n    allowed: a finite number"),
+        ("0,0\n1,1,2\n", "gaps.csv, line 2: 3 columns"),
+        ("0,0\n1,\n", "gaps.csv, line 2: there is nothing in column 1"),
+        ("t,a\n0,0\n1,a\n", "gaps.csv, line 3: 'a' is no number"),
+        ("0,1\n1,1\n1,2\n", "gaps.csv, line 3: time = 1.0 is given twice"),
+        ("", "gaps.csv: time has 0 samples"),
+        ("\udcff,1\n", "gaps.csv: not a CSV file in UTF-8"),
+    ],
+    ids=ascii,
+)
+def test_mistakes_in_a_record(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "gaps.csv").write_bytes(text.encode(errors="surrogateescape"))
+    found = blame(tmp_path, "{kind: record, file: gaps.csv}")
+    assert "forces.yaml:8  forcing.file\n" in found
+    assert message in found
+
+
+ORBITS = "orbits: {a: {along: clearance, start: 1}}\n"
+
+
+@pytest.mark.parametrize(
+    ("said", "more", "messages"),
+    [
+        (NOISE % 1, ORBITS, ["orbits\n", "under a noise: the force does not repeat"]),
+        ("none", ORBITS, ["orbits\n", "nothing repeats that no force drives"]),
+        ("base", "initial: steady\n", ["initial\n", "forcing = Base", "allowed: rest"]),
+        ("base", "parameters: {}\n", ["given twice"]),
+        (
+            "{kind: record, file: quake.csv, of: base_acceleration}",
+            "tables: {edges: {kind: intervals, along: clearance, resolution: 0.1}}\n",
+            ["tables.edges\n", "does not keep the samples of a record"],
+        ),
+        (
+            "base",
+            "figures: {all: {kind: bifurcation, along: clearance, theory: two_impacts}}\n",
+            ["figures.all\n", "its formulas do not know forcing: base"],
+        ),
+        (
+            "base",
+            "figures: {all: {kind: bifurcation, along: clearance, interactive: true}}\n",
+            ["figures.all.interactive\n", "the page does not know forcing: base"],
+        ),
+        ("harmonic", "draws: {count: 2, seed: 1}\n", ["draws\n", "no quantity is drawn"]),
+    ],
+    ids=str,
+)
+def test_what_a_force_forbids(tmp_path: Path, said: str, more: str, messages: list[str]) -> None:
+    found = blame(tmp_path, said, more)
+    for message in messages:
+        assert message in found
+
+
+def test_orbits_under_a_force_that_repeats(tmp_path: Path) -> None:
+    study = load(tmp_path, "base", ORBITS)
+    entries = {name: {"settle": 60, **entry.model_dump()} for name, entry in study.orbits.items()}
+    entries["a"]["max_orbits"] = 3
+    followed = follow_orbits(
+        entries, study.fixed, study.axis_values, 0.0, study.forcing_settings["forcing"]
+    )
+    p = damper.Parameters(**POINT, clearance=1.0, forcing="base")
+    orbit = damper.periodic_orbit(p, settle=60)
+    at = int(np.argmin(abs(followed.value.values - 1.0)))
+    np.testing.assert_allclose(followed.displacement[at, 0], orbit.start[0], atol=1e-9)
