@@ -238,7 +238,8 @@ def _cut(events: Events, number: int) -> bool:
 
 def _mirrored(source: _Source, random: np.random.Generator) -> _FollowUp:
     # The sine of the rounded pi is 1.2e-16, not zero: this is exact to roundoff only.
-    parameters = replace(source.parameters, phase=source.parameters.phase + math.pi)
+    p = source.parameters
+    parameters = replace(p, phase=p.phase + math.pi, gravity=0.0 - p.gravity)
     s = source.state
     state = State(-s.x, -s.v, -s.y, -s.u, s.time)
     run = short_run(parameters, state, **source.size)
