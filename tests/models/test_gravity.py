@@ -28,7 +28,7 @@ from damper import (
     simulate,
 )
 from damper.engine.compiled import plain
-from damper.models import start_run
+from damper.models import model_of, start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.observers.common.laws import LAW_NAMES, broken
 from damper.parameters.forcing import Base
@@ -140,9 +140,15 @@ def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
     assert here["x"] == pytest.approx(-there["x"], abs=1e-10)
 
 
-def test_no_gravity_is_none() -> None:
-    from damper.models import model_of
+def test_under_gravity_no_motion_has_a_mirror_image() -> None:
+    of = {"observers": ["motion"], "transient": 100, "periods": 10}
+    for gravity in (0.0, 1e-3):
+        cube = simulate(**GENERIC | {"clearance": 5.0}, gravity=gravity, **of)
+        assert cube["motion_period"].item() == 1
+        assert math.isnan(cube["motion_side"].item()) == bool(gravity)
 
+
+def test_no_gravity_is_none() -> None:
     for more in ({}, {"modulation_depth": 0.2}, {"support_stiffness_ratio": 0.2}):
         values = QUIET | more
         assert repr(model_of(Parameters(**values, gravity=-0.0))) == repr(

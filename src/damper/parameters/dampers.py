@@ -116,14 +116,6 @@ class Parameters(Declared):
         minimum=0.0,
         default=1.0,
     )
-    gravity: float = quantity(
-        r"$\gamma$",
-        "gravity along the box",
-        ACCELERATION,
-        definition="acceleration of the free mass to the left wall: that of gravity times the sine "
-        "of the box's inclination",
-        default=0.0,
-    )
     yield_speed: float = quantity(
         r"$v_\mathrm{y}$",
         "yield speed of the contact",
@@ -134,6 +126,14 @@ class Parameters(Declared):
         default=math.inf,
         note="leave it out for a constant restitution",
         law="yielding",
+    )
+    gravity: float = quantity(
+        r"$\gamma$",
+        "gravity along the box",
+        ACCELERATION,
+        definition="acceleration of the free mass to the left wall: that of gravity times the sine "
+        "of the box's inclination",
+        default=0.0,
     )
     support_stiffness_ratio: float = quantity(
         r"$\kappa$",
@@ -348,8 +348,8 @@ class SIParameters(Declared, shares=Parameters):
 
     _: KW_ONLY
 
-    gravity: float = shared(default=0.0)
     yield_speed: float = shared(default=math.inf)
+    gravity: float = shared(default=0.0)
     support_stiffness: float = quantity(
         "$K_2$", "stiffness of the free mass's support", "N/m", minimum=0.0, default=0.0
     )
