@@ -52,6 +52,7 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "restitution": ({}, 0.4),
     "phase": ({}, 1.0),
     "force_amplitude": ({}, 1.5),
+    "gravity": ({}, 0.02),
     "yield_speed": ({}, 0.01),
     "support_stiffness_ratio": ({}, 0.05),
     "support_damping_ratio": ({}, 0.02),

@@ -341,6 +341,13 @@ DECLARED = sorted(
 AIDS = ("longer_step", "proves_inside", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those.
 GENERAL = ("taylor",)
+#: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
+UNWEIGHED: dict[str, Any] = {
+    "common": Unknown(),
+    "strength_of": 1.0,
+    "weight_of": 0.0,
+    "with_height": 1.0,
+}
 
 
 @pytest.mark.parametrize(("name", "function"), DECLARED)
@@ -350,6 +357,8 @@ def test_nothing_is_assumed_of_what_does_not_say(name: str, function: Any) -> No
         return
     if function.__name__ in AIDS:
         assert not function(*arguments)
+    elif function.__name__ in UNWEIGHED:
+        assert function(*arguments) == UNWEIGHED[function.__name__]
     else:
         with pytest.raises(TypeError, match="is not implemented for Unknown"):
             function(*arguments)

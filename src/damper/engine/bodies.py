@@ -14,7 +14,14 @@ from typing import Any, NamedTuple
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
-from damper.engine.forcing import bound_of, rate_of, turn_over, turned
+from damper.engine.forcing import (
+    bound_of,
+    rate_of,
+    strength_of,
+    turn_over,
+    turned,
+    weight_of,
+)
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -67,6 +74,16 @@ def flow_of(body: Any, tau: float) -> Flow:
     """Linear flow of a body over a time `tau`."""
 
 
+@by_class
+def strength_on(body: Any) -> float:
+    """What the force that all masses have in common is multiplied by for a body."""
+
+
+@by_class
+def weight_on(body: Any) -> float:
+    """Constant acceleration of a body beside what the force does."""
+
+
 @acceleration_of.of(Ballistic)
 def _ballistic_acceleration(body, y, u, phase):
     return body.acceleration
@@ -81,6 +98,26 @@ def _ballistic_at(body, y, u, phase, tau):
 @flow_of.of(Ballistic)
 def _ballistic_flow(body, tau):
     return Flow(1.0, tau, 0.0, 1.0)
+
+
+@strength_on.of(Ballistic)
+def _no_strength_on(body):
+    return 0.0
+
+
+@weight_on.of(Ballistic)
+def _weight_on_ballistic(body):
+    return body.acceleration
+
+
+@strength_on.of(Oscillator)
+def _strength_on(body):
+    return strength_of(body.forcing, body.strength)
+
+
+@weight_on.of(Oscillator)
+def _weight_on(body):
+    return weight_of(body.forcing)
 
 
 @acceleration_of.of(Oscillator)

@@ -15,6 +15,7 @@ from damper.engine.bodies import (
     carried,
     longest_increments,
     start_point,
+    strength_on,
     sum_after,
 )
 from damper.engine.compiled import compiled
@@ -158,7 +159,7 @@ def _rates_of_both(start, model):
     snap, _, _ = higher_derivatives(free, p)
     other, _, _ = higher_derivatives(mass, q)
     size = (
-        (free.strength + mass.strength) * bound_of(free.forcing, 2)
+        (free.strength + strength_on(mass)) * bound_of(free.forcing, 2)
         + 2.0 * free.damping * abs(p.j)
         + abs(p.a)
         + 2.0 * mass.damping * abs(q.j)

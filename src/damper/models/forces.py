@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.bodies import Ballistic
 from damper.engine.forcing.harmonic import harmonic
+from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
 from damper.parameters.forcing import (
     Base,
@@ -36,6 +38,24 @@ class Drive(NamedTuple):
 
     0 for a force on the primary; 1 for that of inertia in the frame of a base that moves.
     """
+
+
+def weighed(
+    damping: float, stiffness: float, strength: float, forcing: Any, weight: float
+) -> Oscillator:
+    """Make an oscillator with a constant acceleration beside the force."""
+    if not weight:
+        return oscillator(damping, stiffness, strength, forcing)
+    from damper.engine.forcing.weighed import WeighedForce
+
+    return oscillator(damping, stiffness, 1.0, WeighedForce(forcing, strength, weight))
+
+
+def free_mass_of(drive: Drive, gravity: float) -> Ballistic | Oscillator:
+    """The free mass in flight that nothing but force and gravity act on."""
+    if drive.share:
+        return weighed(0.0, 0.0, drive.share * drive.amplitude, drive.forcing, -gravity)
+    return Ballistic(0.0 - gravity)  # no gravity is no negative zero
 
 
 def drive_of(parameters: Parameters) -> Drive:

@@ -29,12 +29,19 @@ import math
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from damper.engine.bodies import Ballistic
+from damper.engine.bodies import Ballistic, strength_on, weight_on
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
-from damper.engine.dispatch import by_class
-from damper.engine.forcing import HORIZON, force_rates, phase_at, rate_of
+from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.forcing import (
+    HORIZON,
+    common,
+    force_rates,
+    phase_at,
+    rate_of,
+)
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.impact import restitution_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
@@ -126,6 +133,7 @@ def _energy_between_rigid_walls(model, segment, mass_ratio, state):
     if stiffness > 0.0:
         y = x + side * (model.clearance - gap)
         energy += 0.5 * stiffness * y * y
+    energy = with_height(model.stuck.forcing, model, energy, mass_ratio, segment, state)
     if segment.mode == TAIL:
         # What dashpots take from the centre, or give it, in the bounce under way; motion leaves
         # it out.
@@ -133,6 +141,21 @@ def _energy_between_rigid_walls(model, segment, mass_ratio, state):
         energy -= drag * v * side * gap
         energy += 2.0 * damping * v * side / (1.0 + mass_ratio) * gap
     return energy
+
+
+@by_class_or_default
+def with_height(
+    forcing: Any, model: Any, energy: float, mass_ratio: float, segment: Segment, state: tuple
+) -> float:
+    """Add the energy of the free mass's height; `forcing` is that of both masses in contact."""
+    return energy
+
+
+@with_height.of(WeighedForce)
+def _with_height(forcing, model, energy, mass_ratio, segment, state):
+    x, _, gap, _ = state
+    y = x + segment.side * (model.clearance - gap)
+    return energy - mass_ratio * weight_on(model.mass) * y
 
 
 @by_class
@@ -208,7 +231,7 @@ def _bounds_of(moving, moment, span):
 
 @integrands.of(ShiftedOscillator)
 def _integrands(moving, moment):
-    force, _, _, _, _ = force_rates(moving.osc.forcing, moment.motion.phase)
+    force, _, _, _, _ = force_rates(common(moving.osc.forcing), moment.motion.phase)
     return moment.x * moment.x, moment.v * moment.v, force * moment.v, 0.0
 
 
@@ -296,10 +319,11 @@ def _no_work_in_flight(mass, model, segment, low, high):
 
 @work_in_flight.of(Oscillator)
 def _work_in_flight(mass, model, segment, low, high):
-    if mass.strength == 0.0:
+    strength = strength_on(mass)
+    if strength == 0.0:
         return 0.0
     found = oscillation(mass_in_flight(model, segment), low, high, math.inf)
-    return model.mass_ratio * mass.strength * found.work
+    return model.mass_ratio * strength * found.work
 
 
 @compiled
@@ -320,6 +344,9 @@ def integrate_flight(
             y = x + segment.side * (model.clearance - gap)
             u = v - segment.side * rate
             energy = 0.5 * (stiffness * y * y + model.mass_ratio * u * u)
+            energy = with_height(
+                model.stuck.forcing, model, energy, model.mass_ratio, segment, (x, v, gap, rate)
+            )
             support += energy if k == 0 else -energy
     return ResponseIntegrals(
         found.square, found.speed_square, found.work + on_mass, 0.0, support, 0.0, found.peak
@@ -349,7 +376,7 @@ def _integrate_contact(model, s, low, high, peak):
     support = 0.0
     if damping > 0.0:
         support = 2.0 * damping * _mass_speed_square(model, s, low, high, found.speed_square)
-    push = model.free.strength + mass_ratio * model.mass.strength
+    push = model.free.strength + mass_ratio * strength_on(model.mass)
     found = ResponseIntegrals(
         found.square, found.speed_square, push * found.work, 0.0, support, 0.0, found.peak
     )
@@ -397,7 +424,7 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     s = segment
     share = s.side * mass_ratio / (1.0 + mass_ratio)
     restitution = restitution_at(model.law, 0.0)
-    apart = model.free.strength - model.mass.strength
+    apart = model.free.strength - strength_on(model.mass)
     return Tail(
         start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.completion
     )

@@ -74,7 +74,9 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             ]
         except ValueError:
             continue
-        kinds = {(type(m), type(m.law), type(m.free.forcing)) for m in models}
+        kinds = {
+            (type(m), type(m.law), type(m.free.forcing), type(m.stuck.forcing)) for m in models
+        }
         if len(kinds) == 1:
             # Exact for polynomials of the third degree.
             powers = np.vander(steps, increasing=True).T

@@ -10,6 +10,7 @@ from importlib import import_module
 
 import numpy as np
 
+from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
 from damper.engine.impact import restitution_at
@@ -128,7 +129,7 @@ def _add_energies(model, tables, s, is_last, found):
     way = math.sqrt(s.duration * max(part.speed_square, 0.0))
     way += s.duration * contact_speed(model, s)
     found.input_size += force_bound(model) * way + abs(part.modulation)
-    on_mass = model.mass.strength * bound_of(model.free.forcing, 0)
+    on_mass = strength_on(model.mass) * bound_of(model.free.forcing, 0)
     if on_mass > 0.0:
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         if s.mode == FLIGHT:
@@ -284,6 +285,7 @@ def _energy_size(model, s):
     mass_ratio = mass_ratio_at(model, s.periods, s.time)
     y = abs(s.x) + model.clearance
     springs = 0.5 * (s.x * s.x + mass_ratio * model.mass.stiffness * y * y)
+    springs += mass_ratio * abs(weight_on(model.mass)) * y
     kinetic = _kinetic_size(mass_ratio, s.v, s.gap_rate, s.v - s.side * s.gap_rate)
     if s.cause == IMPACT:
         before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)

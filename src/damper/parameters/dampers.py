@@ -13,7 +13,7 @@ from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
-from damper.parameters.units import FORCE, LENGTH, NO_UNITS, SPEED, Units
+from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
@@ -126,6 +126,14 @@ class Parameters(Declared):
         default=math.inf,
         note="leave it out for a constant restitution",
         law="yielding",
+    )
+    gravity: float = quantity(
+        r"$\gamma$",
+        "gravity along the box",
+        ACCELERATION,
+        definition="acceleration of the free mass to the left wall: that of gravity times the sine "
+        "of the box's inclination",
+        default=0.0,
     )
     support_stiffness_ratio: float = quantity(
         r"$\kappa$",
@@ -341,6 +349,7 @@ class SIParameters(Declared, shares=Parameters):
     _: KW_ONLY
 
     yield_speed: float = shared(default=math.inf)
+    gravity: float = shared(default=0.0)
     support_stiffness: float = quantity(
         "$K_2$", "stiffness of the free mass's support", "N/m", minimum=0.0, default=0.0
     )
@@ -503,6 +512,11 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
     if len({q.law for q in laws}) > 1:
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
+    if values["gravity"] and "compliant" in asked:
+        raise ValueError(
+            f"gravity = {values['gravity']!r} with {named(_STIFFNESS)}: compliant contact does not "
+            "know gravity; leave out one of the two"
+        )
     if "compliant" in asked:
         _check_compliant(values, named)
     elif values["contact_tension"]:

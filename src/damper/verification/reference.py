@@ -179,6 +179,8 @@ class System(NamedTuple):
     inertial: bool
     """Whether that is the inertia in a frame that moves: it accelerates every mass alike."""
     masses: tuple[Body, ...]
+    gravity: mpf = mpf(0)
+    """Acceleration of every free mass to its left wall."""
 
 
 class Place(NamedTuple):
@@ -209,6 +211,7 @@ def system_of(
     modulation_depth: Any = 0,
     modulation_order: Any = 1,
     modulation_phase: Any = 0,
+    gravity: Any = 0,
     force_amplitude: Any = 1,
     forcing: given.Forcing = given.HARMONIC,
 ) -> System:
@@ -229,7 +232,7 @@ def system_of(
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
     )
     force, inertial = _force(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
-    return System(zeta, force, inertial, (mass,))
+    return System(zeta, force, inertial, (mass,), mpf(gravity))
 
 
 def _force(
@@ -466,6 +469,8 @@ class _Motion:
             push, carried = one, mpf(0)
             if self.system.inertial:
                 push, carried = mp.fdot(inertia[: n + 1], forces[n::-1]), one
+            if self.system.gravity and n < len(inertia):
+                push -= self.system.gravity * (inertia[n] - (n == 0))
             push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
             pulls = []
             for mass, place, gap in masses:
@@ -484,6 +489,8 @@ class _Motion:
             x.append(second[n] / ((n + 1) * (n + 2)))
             for (mass, place, gap), pull in zip(masses, pulls, strict=True):
                 own = carried + pull / mass.mean if pull else carried
+                if n == 0:
+                    own -= self.system.gravity
                 opens = place.side * (second[n] - own)
                 gap.append(-opens if place.mode == STICKING else opens / ((n + 1) * (n + 2)))
         for place, gap in zip(self.places, gaps, strict=True):

@@ -110,6 +110,24 @@ def filtered(forcing: Any, second: float, first: float, zeroth: float) -> tuple[
 
 
 @by_class_or_default
+def common(forcing: Any) -> Any:
+    """What all masses have of it: itself, but for the weight of one of them."""
+    return forcing
+
+
+@by_class_or_default
+def strength_of(forcing: Any, strength: float) -> float:
+    """What `common` is multiplied by where the force itself is multiplied by `strength`."""
+    return strength
+
+
+@by_class_or_default
+def weight_of(forcing: Any) -> float:
+    """The constant beside `common`."""
+    return 0.0
+
+
+@by_class_or_default
 def taylor(
     forcing: Any, osc: Any, a: float, j: float, phase: Any, tau: float
 ) -> tuple[float, float]:

@@ -7,9 +7,10 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.bodies import longest_increments
+from damper.engine.bodies import longest_increments, strength_on
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
+from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import (
     bound_of,
     filtered,
@@ -21,6 +22,7 @@ from damper.engine.forcing import (
     turn_over,
     turned,
 )
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -35,7 +37,7 @@ from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, poin
 from damper.engine.segment import centre_velocity
 from damper.models import tangent, walls
 from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off, rests
-from damper.models.forces import drive_of
+from damper.models.forces import drive_of, weighed
 from damper.models.rigid import ContactForce, Rigid
 from damper.parameters import Parameters
 
@@ -56,7 +58,7 @@ class Grounded(NamedTuple):
     force: Oscillator
     """Contact force in sticking over the reduced mass, about its mean, to the left wall."""
     mean: float
-    """Mean contact force over the reduced mass; not positive."""
+    """Mean contact force over the reduced mass, without a weight; not positive."""
     stiffness: float
     """Stiffness of the support over that of the primary."""
     damping: float
@@ -76,6 +78,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     stuck_kappa = (1.0 + p.support_stiffness_ratio) / heavier
     # The contact force obeys the equation of sticking; this is what drives it.
     together = (1.0 + p.mass_ratio * share) / heavier
+    pull = -p.mass_ratio * p.gravity / heavier
     first, zeroth = 2.0 * beta, kappa
     if share:
         first = 2.0 * (beta - p.damping_ratio) * together
@@ -88,8 +91,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
         p.cycle,
         accuracy / max(1.0, rate_of(forcing), 2.0 * beta + math.sqrt(kappa)),
         oscillator(p.damping_ratio, 1.0, amplitude, forcing),
-        oscillator(stuck_beta, stuck_kappa, amplitude * together, forcing),
-        oscillator(beta, kappa, share * amplitude, forcing),
+        weighed(stuck_beta, stuck_kappa, amplitude * together, forcing, pull),
+        weighed(beta, kappa, share * amplitude, forcing, -p.gravity),
         oscillator(stuck_beta, stuck_kappa, amplitude * strength, driving),
         -kappa * p.clearance * heavier / (1.0 + p.support_stiffness_ratio),
         p.support_stiffness_ratio,
@@ -184,7 +187,7 @@ def _contact_force(model, s, phase):
     # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
     # damping, which would have to cancel here.
     _, force1, _, _, _ = force_rates(free.forcing, phase)
-    slope = ((free.strength - mass.strength) * force1 - 2.0 * free.damping * common) + (
+    slope = ((free.strength - strength_on(mass)) * force1 - 2.0 * free.damping * common) + (
         2.0 * mass.damping * common + (mass.stiffness - free.stiffness) * s.v
     )
     value = -s.side * (primary.a - free_mass.a)
@@ -194,8 +197,20 @@ def _contact_force(model, s, phase):
     if not may_jump(free.forcing):
         value = max(value, 0.0)
     driving = phase_at(model.force.forcing, s.periods, s.time)
-    start = motion_from(model.force, s.side * (model.mean - value), slope, driving)
-    return SupportedForce(model.force, model.mean, start, s.side, roundoff)
+    mean = mean_force(mass.forcing, model, s.side)
+    start = motion_from(model.force, s.side * (mean - value), slope, driving)
+    return SupportedForce(model.force, mean, start, s.side, roundoff)
+
+
+@by_class_or_default
+def mean_force(forcing: Any, model: Any, side: float) -> float:
+    """Mean contact force over the reduced mass, by what acts on the free mass in flight."""
+    return float(model.mean)
+
+
+@mean_force.of(WeighedForce)
+def _mean_with_weight(forcing, model, side):
+    return model.mean + side * forcing.weight * (1.0 + model.mass_ratio) / (1.0 + model.stiffness)
 
 
 @walls.time_to_completion.of(Grounded)

@@ -23,7 +23,7 @@ from damper.engine.search import HORIZON, ROUNDOFF, EventPoint, first_root, poin
 from damper.engine.segment import centre_velocity
 from damper.models import tangent, walls
 from damper.models.flights import EVENT, NO_EVENT, End, completes, is_thrown_off, rests
-from damper.models.forces import drive_of
+from damper.models.forces import drive_of, free_mass_of, weighed
 from damper.parameters import Parameters
 
 
@@ -50,9 +50,11 @@ class Rigid(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
     """Constants of one run; models that have more take them over."""
     p = parameters
-    forcing, amplitude, share = drive_of(p)
+    drive = drive_of(p)
+    forcing, amplitude, share = drive
     heavier = 1.0 + p.mass_ratio
     stuck = amplitude * (1.0 + p.mass_ratio * share) / heavier
+    pull = -p.mass_ratio * p.gravity / heavier
     return Rigid(
         p.mass_ratio,
         p.clearance,
@@ -60,8 +62,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Rigid:
         p.cycle,
         accuracy / max(1.0, rate_of(forcing)),
         oscillator(p.damping_ratio, 1.0, amplitude, forcing),
-        oscillator(p.damping_ratio / heavier, 1.0 / heavier, stuck, forcing),
-        oscillator(0.0, 0.0, share * amplitude, forcing) if share else Ballistic(0.0),
+        weighed(p.damping_ratio / heavier, 1.0 / heavier, stuck, forcing, pull),
+        free_mass_of(drive, p.gravity),
     )
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic
+from damper.engine.bodies import Ballistic, strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
 from damper.engine.dispatch import by_class, by_class_or_default
@@ -33,6 +33,7 @@ from damper.engine.forcing import (
     turned,
 )
 from damper.engine.forcing.harmonic import HarmonicForce
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import Oscillator
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine
@@ -195,7 +196,8 @@ def expand(
     frequency = law.frequency
     fast = 2.0 * zeta / inertia
     weights = np.empty(DEGREE + 1)
-    driving = (free.strength - model.mass.strength) * bound_of(free.forcing, 0)
+    driving = (free.strength - strength_on(model.mass)) * bound_of(free.forcing, 0)
+    driving = with_weight(model.stuck.forcing, model.mass, driving)
     roundoff = ROUNDOFF * ((driving + 2.0 * zeta * abs(v)) + abs(x)) / inertia
 
     smooth = min(limit, _REACH / forcing_rate) if forcing_rate > 0.0 else limit
@@ -212,6 +214,17 @@ def expand(
             break
         step *= 0.5
     return step, max(roundoff, left)
+
+
+@by_class_or_default
+def with_weight(forcing: Any, mass: Any, size: float) -> float:
+    """Add the size of a weight to that of a force."""
+    return size
+
+
+@with_weight.of(WeighedForce)
+def _with_weight(forcing, mass, size):
+    return size + abs(weight_on(mass))
 
 
 @compiled
@@ -281,7 +294,19 @@ def _own_ballistic(mass, force, k):
 
 @own_term.of(Oscillator)
 def _own_driven(mass, force, k):
-    return mass.strength * force
+    return own_part(mass.forcing, mass.strength, force, k)
+
+
+@by_class_or_default
+def own_part(forcing: Any, strength: float, force: float, k: int) -> float:
+    """As `own_term`, by what the free mass's force is."""
+    return strength * force
+
+
+@own_part.of(WeighedForce)
+def _own_with_weight(forcing, strength, force, k):
+    own = forcing.share * force
+    return own + forcing.weight if k == 0 else own
 
 
 @compiled

@@ -3,8 +3,9 @@
 Flight is that of the rigid damper. While the masses move as one, each step is a polynomial
 (`damper.models.time_varying.motion`) short enough for one Gauss rule, and the peak is sought on it.
 
-The free mass gains and loses kinetic energy although nothing pushes it: (1/2) mu'(t) u^2 per unit
-time, u its velocity, in every segment alike. That is the work of the modulation.
+The free mass gains and loses energy although nothing pushes it: (1/2) mu'(t) u^2 per unit time, u
+its velocity, in every segment alike, and mu'(t) gamma y under gravity. That is the work of the
+modulation.
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic
+from damper.engine.bodies import Ballistic, strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at, turn_over, turned
@@ -108,7 +109,7 @@ def _varying_driven(mass, model, segment, low, high):
         mass_in_flight(model, segment), model.variation, segment.periods, segment.time
     )
     found = oscillation(moving, low, high, math.inf)
-    return mass.strength * found.work, found.modulation
+    return strength_on(mass) * found.work, found.modulation
 
 
 @moment_at.of(VaryingMass)
@@ -132,7 +133,8 @@ def _longest_rule(moving, tau):
 def _integrands_of_mass(moving, moment):
     square, speed_square, work, _ = integrands(moving.body, moment)
     mass_ratio, rate = _mass_at(moving.law, moving.periods, moving.time + moment.tau)
-    return square, speed_square, mass_ratio * work, 0.5 * rate * speed_square
+    gain = 0.5 * rate * speed_square - rate * weight_on(moving.body.osc) * moment.x
+    return square, speed_square, mass_ratio * work, gain
 
 
 @compiled
@@ -157,6 +159,10 @@ class Polynomial(NamedTuple):
     """The primary in flight: it has the force."""
     on_mass: float
     """Strength of the force on the free mass, over its mass."""
+    weight: float
+    """Its constant acceleration in flight."""
+    wall: float
+    """Its place less the primary's."""
     phase: Any
     mass: MassLaw
     periods: float
@@ -186,11 +192,12 @@ def _integrands(moving, moment):
     mass_ratio, rate = _mass_at(moving.mass, moving.periods, moving.time + moment.tau)
     push = moving.driven.strength + mass_ratio * moving.on_mass
     speed_square = moment.v * moment.v
-    return moment.x * moment.x, speed_square, push * force * moment.v, 0.5 * rate * speed_square
+    gain = 0.5 * rate * speed_square - rate * moving.weight * (moment.x + moving.wall)
+    return moment.x * moment.x, speed_square, push * force * moment.v, gain
 
 
 @compiled
-def _polynomial(model, periods, time, x, v, phase, terms):
+def _polynomial(model, side, periods, time, x, v, phase, terms):
     """The step from a state on; writes `terms`."""
     step, _ = expand(model, periods, time, x, v, phase, HORIZON, terms)
     bound2 = 0.0
@@ -199,7 +206,7 @@ def _polynomial(model, periods, time, x, v, phase, terms):
         bound2 += abs(float(terms[0, k]))
         bound3 += k * abs(float(terms[0, k]))
     bound3 /= step
-    on_mass = model.mass.strength
+    on_mass = strength_on(model.mass)
     return Polynomial(
         terms,
         step,
@@ -209,6 +216,8 @@ def _polynomial(model, periods, time, x, v, phase, terms):
         bound3,
         model.free,
         on_mass,
+        weight_on(model.mass),
+        side * model.clearance,
         phase,
         model.variation,
         periods,
@@ -231,7 +240,7 @@ def _contact(model, segment, start, low, high, peak):
     passed = 0.0
     while True:
         phase = turned(forcing, start.phase, turn_over(forcing, passed))
-        moving = _polynomial(model, s.periods, s.time + passed, x, v, phase, terms)
+        moving = _polynomial(model, s.side, s.periods, s.time + passed, x, v, phase, terms)
         first = max(low - passed, 0.0)
         last = min(high - passed, moving.step)
         if first <= last:

@@ -280,7 +280,7 @@ class OrbitPoint:
         if period % 2:
             # Beside a fixed stop, of a free mass of its own period, or under a force that is not
             # its own opposite half a cycle later, the mirror image is not.
-            odd = p.forcing.is_odd and p.model != "time_varying"
+            odd = p.forcing.is_odd and p.model != "time_varying" and not p.gravity
             return odd and len(self.equation.moving) == 4
         return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
 

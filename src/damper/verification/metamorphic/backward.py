@@ -6,7 +6,7 @@ its own: short Taylor series, doubled. What is left over, relative to the sizes 
 were added, is a change of the problem that would make the run exact; some units of roundoff mean
 that the method is sound.
 
-Rigid damper only, and only where `numpy.longdouble` has digits to spare.
+Rigid damper without gravity only, and only where `numpy.longdouble` has digits to spare.
 """
 
 import math

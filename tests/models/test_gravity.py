@@ -1,0 +1,225 @@
+"""A constant acceleration of the free mass along the box: against many digits and closed forms."""
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+from cases import thinned
+from forced_scenes import (
+    ERROR,
+    FORCES,
+    growth,
+    largest_error,
+    length_of,
+    random_scene,
+    rows_of_both,
+)
+from scenes import GENERIC, QUIET
+
+from damper import (
+    Parameters,
+    SIParameters,
+    State,
+    continue_orbit,
+    events,
+    periodic_orbit,
+    simulate,
+)
+from damper.engine.compiled import plain
+from damper.models import model_of, start_run
+from damper.models.sensitivity import follow_change, neighbours
+from damper.observers.common.laws import LAW_NAMES, broken
+from damper.parameters.forcing import Base
+
+MODELS = ("rigid", "yielding", "grounded", "time_varying")
+PAIRS = [(model, force) for model in MODELS for force in FORCES]
+
+
+def pulled_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tuple[float, ...]]:
+    """A random scene whose gravity is from a tenth of the force to ten times as much."""
+    draw = random.Random(f"gravity, {model}, {force}, {seed}")
+    values, state = random_scene(model, force, seed)
+    return values | {"gravity": draw.choice([-1, 1]) * 10 ** draw.uniform(-1, 1)}, state
+
+
+@pytest.mark.parametrize(
+    ("model", "force"), thinned(PAIRS, lambda pair: PAIRS.index(pair) % 4 == 1)
+)
+@plain
+def test_events_against_many_digits(model: str, force: str) -> None:
+    values, state = pulled_scene(model, force, 0)
+    found, exact = rows_of_both(values, state, 0.5 * length_of(values, state))
+    assert len(found) >= 2
+    assert largest_error(found, exact) < ERROR
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("model", "force"), PAIRS)
+@plain
+def test_many_random_scenes(model: str, force: str) -> None:
+    """Most with chatter, sticking and releases; rounding may only grow as motions part anyway."""
+    kinds: set[str] = set()
+    for seed in range(100):
+        values, state = pulled_scene(model, force, seed)
+        until = length_of(values, state)
+        found, exact = rows_of_both(values, state, until)
+        kinds |= {kind for kind, *_ in found}
+        error = largest_error(found, exact)
+        assert error < ERROR or error < 1e-14 * growth(values, state, until), seed
+    assert kinds >= {"impact", "stick", "release"}
+
+
+# --- closed forms, conservation, symmetry
+
+SOME = ("none", "two harmonics", "base in its own frame", "held record of the base")
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("force", SOME)
+@plain
+def test_energy_is_kept_and_no_law_is_broken(model: str, force: str) -> None:
+    for seed in range(3):
+        values, (x, v, y, u) = pulled_scene(model, force, seed)
+        start = {"initial_displacement": x, "initial_velocity": v}
+        start["initial_position"] = (y - x) / values["clearance"]
+        start["initial_relative_velocity"] = u - v
+        of = {"observers": ["response", "laws"], "transient": 0, "periods": 3}
+        cube = simulate(**values, **start, **of)
+        found = {name: float(cube[name]) for name in cube.data_vars}
+        turnover = abs(found["energy_input"]) + found["dashpot_loss"] + found["impact_loss"]
+        assert abs(found["energy_residual"]) < 1e-12 * turnover, seed
+        assert found["impact_loss"] > 0.0
+        names = (*LAW_NAMES, "segments")
+        assert not broken({name: cube[name].values for name in names}).any()
+
+
+def test_a_ball_on_a_heavy_floor_comes_to_rest() -> None:
+    """It falls half of the gap, and all of its bounces take (1 + r) / (1 - r) times as long."""
+    p = Parameters(1e-6, 0.0, 1.0, 2.0, 0.5, force_amplitude=0.0, gravity=0.3)
+    table = events(p, until=60.0)
+    fall = math.sqrt(2 * 2.0 / 0.3)
+    assert set(table["side"]) == {-1}
+    assert table["time"][0] == pytest.approx(fall, rel=1e-5)
+    assert table["kind"][-1] == 1  # for good
+    assert table["time"][-1] == pytest.approx(fall * 1.5 / 0.5, rel=1e-5)
+
+
+def test_masses_at_rest_hang_at_the_weight() -> None:
+    p = Parameters(0.3, 0.4, 1.0, 0.5, 0.2, force_amplitude=0.0, gravity=0.7)
+    run = start_run(p)
+    run.skip(60.0)
+    at = run.state_at(60.0)
+    assert (at.x, at.v, at.y, at.u) == pytest.approx((-0.21, 0.0, -0.71, 0.0), abs=1e-13)
+
+
+@plain
+def test_sticking_follows_the_joined_masses() -> None:
+    """(1 + mu) x'' + 2 zeta x' + x = sin - mu gamma; no release where x'' stays above -gamma."""
+    mu, zeta, omega, gamma = 0.2, 0.3, 0.8, 3.0
+    start = {"initial_position": -1.0, "transient": 40, "periods": 2}
+    values = {"mass_ratio": mu, "damping_ratio": zeta, "gravity": gamma}
+    cube = simulate(**GENERIC | values, **start, observers=["response"])
+    steady = 1 / math.hypot(1 - (1 + mu) * omega**2, 2 * zeta * omega)
+    assert cube["peak_displacement"].item() == pytest.approx(steady + mu * gamma, abs=1e-9)
+    assert cube["energy_input"].item() == pytest.approx(cube["dashpot_loss"].item(), rel=1e-10)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@plain
+def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
+    values, (x, v, y, u) = pulled_scene(model, "harmonic", 3)
+    here = events(Parameters(**values), State(x, v, y, u), until=20.0)
+    values |= {"gravity": -values["gravity"], "phase": values["phase"] + math.pi}
+    there = events(Parameters(**values), State(-x, -v, -y, -u), until=20.0)
+    assert len(here) >= 3
+    assert np.array_equal(here["kind"], there["kind"])
+    assert np.array_equal(here["side"], -there["side"])
+    assert here["time"] == pytest.approx(there["time"], abs=1e-10)
+    assert here["x"] == pytest.approx(-there["x"], abs=1e-10)
+
+
+def test_under_gravity_no_motion_has_a_mirror_image() -> None:
+    of = {"observers": ["motion"], "transient": 100, "periods": 10}
+    for gravity in (0.0, 1e-3):
+        cube = simulate(**GENERIC | {"clearance": 5.0}, gravity=gravity, **of)
+        assert cube["motion_period"].item() == 1
+        assert math.isnan(cube["motion_side"].item()) == bool(gravity)
+
+
+def test_no_gravity_is_none() -> None:
+    for more in ({}, {"modulation_depth": 0.2}, {"support_stiffness_ratio": 0.2}):
+        values = QUIET | more
+        assert repr(model_of(Parameters(**values, gravity=-0.0))) == repr(
+            model_of(Parameters(**values))
+        )
+
+
+def test_si() -> None:
+    """A box that is inclined by 30 degrees has half of gravity along it."""
+    p = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6, gravity=9.81 * 0.5)
+    assert p.dimensionless.gravity == pytest.approx(9.81 * 0.5 * 2.0 / 10.0, rel=1e-15)
+    assert SIParameters.of(p.dimensionless, 2.0, 200.0, 10.0).gravity == pytest.approx(4.905)
+    moved = SIParameters(
+        2.0, 4.0, 200.0, 0.003, 11.0, 0.2, 0.02, 0.6, gravity=-9.81, forcing=Base("ground")
+    )
+    assert moved.dimensionless.gravity == pytest.approx(-9.81 / 0.003 / 100.0, rel=1e-15)
+    free = SIParameters(2.0, 4.0, 200.0, 0.0, 11.0, 0.2, 0.02, 0.6, gravity=9.81)
+    assert free.dimensionless.gravity == pytest.approx(9.81 / 0.01 / 100.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.3, -2.0])
+@pytest.mark.parametrize("model", MODELS)
+@plain
+def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) -> None:
+    values = pulled_scene(model, "two harmonics", 5)[0] | {"gravity": gamma}
+    state, until = State(0.1, 0.2, 0.1, -1.1), 2.0 * values["clearance"] + 3.0
+
+    def end(gravity: float) -> np.ndarray:
+        run = start_run(Parameters(**values | {"gravity": gravity}), state)
+        moment = run.whole_periods(until)
+        run.skip(*moment)
+        at = run.state_at(*moment)
+        return np.array([at.x, at.v, at.y, at.u])
+
+    p = Parameters(**values)
+    run, change = start_run(p, state), np.zeros((4, 1))
+    for log in run.segments(*run.whole_periods(until)):
+        follow_change(run.model, neighbours(p, {"gravity": 1.0}), log, change, False)
+    h = 1e-5
+    difference = 8 * (end(gamma + h) - end(gamma - h)) - (end(gamma + 2 * h) - end(gamma - 2 * h))
+    assert len(events(p, state, until=until)) >= 1
+    assert change[:, 0] == pytest.approx(difference / (12 * h), rel=1e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize("period", [1, 2])
+def test_a_ball_bounces_on_an_oscillating_table(period: int) -> None:
+    """With Gamma = A omega^2 / gamma its motions of n periods set in and double where they should.
+
+    The table is a heavy primary, whose motion the ball changes by its mass ratio.
+    """
+    mu, zeta, omega, r = 1e-6, 0.1, 2.0, 0.5
+    height = 1 / math.hypot(1 - omega**2, 2 * zeta * omega)
+    push = height * omega**2
+    least = period * math.pi * (1 - r) / (1 + r)
+    doubles = math.hypot(least, 2 * (1 + r**2) / (1 + r) ** 2)
+    middle = 0.5 * (least + doubles)
+    p = Parameters(mu, zeta, omega, 100.0, r, gravity=push / middle)
+    # Just after an impact: it flies for whole periods, as long as it takes to be back.
+    angle = math.acos(least / middle)
+    x, v = height * math.sin(angle), height * omega * math.cos(angle)
+    time = (angle + math.atan2(2 * zeta * omega, 1 - omega**2)) / omega
+    start = State(x, v, x - 100.0, 0.5 * p.gravity * period * p.cycle, time)
+    orbit = periodic_orbit(p, period, start)
+    branch = continue_orbit(orbit, "gravity", push / (1.1 * doubles), push / (0.95 * least))
+    found = {point.kind: push / point.value for point in branch.special_points}
+    assert found == pytest.approx({"fold": least, "period doubling": doubles}, rel=20 * mu)
+
+
+@pytest.mark.parametrize("units", [Parameters, SIParameters])
+def test_compliant_contact_refuses_gravity_by_name(units: type) -> None:
+    values = {q.name: 0.5 for q in units.quantities if q.default is None}
+    stiffness = "contact_stiffness" + ("_ratio" if units is Parameters else "")
+    with pytest.raises(ValueError, match=rf"^gravity = .* with {stiffness}: compliant contact"):
+        units(**values, gravity=0.1, **{stiffness: 1e3})
