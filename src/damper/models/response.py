@@ -35,7 +35,7 @@ from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import HORIZON, force_rates, phase_at, rate_of
-from damper.engine.impact import restitution_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
@@ -396,7 +396,7 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
     s = segment
     share = s.side * mass_ratio / (1.0 + mass_ratio)
-    restitution = restitution_at(model.law, 0.0)
+    restitution = restitution_at(law_at(model.law, s.side), 0.0)
     apart = model.free.strength - model.mass.strength
     return Tail(
         start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.completion
