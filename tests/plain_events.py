@@ -85,9 +85,9 @@ class Scene:
     def end(self) -> float:
         return self.start + self.periods * self.cycle
 
-    @property
-    def restitution(self) -> float:
-        return self.parameters["restitution"]
+    def restitution(self, wall: int) -> float:
+        left = self.parameters.get("restitution_left", math.inf)
+        return left if wall < 0 and left < math.inf else self.parameters["restitution"]
 
     @cached_property
     def rows(self) -> np.ndarray:
@@ -159,6 +159,7 @@ def random_scenes(**more: st.SearchStrategy) -> st.SearchStrategy[Scene]:
         "frequency_ratio": st.sampled_from([0.05, 0.2, 0.7, 1.3, 3.0]),
         "clearance": st.sampled_from([0.0, 0.02, 0.1, 0.4, 1.0]),
         "restitution": st.floats(0, 1),
+        "restitution_left": st.just(math.inf) | st.floats(0, 1),
         "phase": st.sampled_from([0.0, 1.0, math.pi / 2]),
     }
     return st.builds(
@@ -192,7 +193,7 @@ def bursts(
             "onset": [b.onset - scene.start for b in ended],
             "wall": [b.wall for b in ended],
             "first_speed": [b.speeds[0] for b in ended],
-            "visible_impacts": [b.visible(scene.restitution, threshold) for b in ended],
+            "visible_impacts": [b.visible(scene.restitution(b.wall), threshold) for b in ended],
             "complete": [b.complete for b in ended],
             "accumulation_time": [b.stick - scene.start for b in ended],
             "accumulation_displacement": [b.x for b in ended],
@@ -212,7 +213,7 @@ def impacts(scene: Scene, threshold: Threshold = 0.03, speeds: int = 0) -> dict[
         resolved += seen
         count += len(seen)
         if burst.times[-1] >= scene.start:
-            count += sum(s >= limit for s in burst.tail(scene.restitution))
+            count += sum(s >= limit for s in burst.tail(scene.restitution(burst.wall)))
         largest = np.nanmax([largest, *within]) if within else largest
     found = {
         "impacts_per_period": count / scene.periods,
@@ -223,12 +224,12 @@ def impacts(scene: Scene, threshold: Threshold = 0.03, speeds: int = 0) -> dict[
 
 
 def burst_at(scene: Scene, time: float = 0.0, threshold: Threshold = 0.03) -> dict[str, Any]:
-    chatter = [b for b in scene.ended if b.visible(scene.restitution, threshold) >= 5]
+    chatter = [b for b in scene.ended if b.visible(scene.restitution(b.wall), threshold) >= 5]
     names = ("onset", "duration", "sticking_time", "visible_impacts", "complete")
     values: Sequence[float] = (math.nan, math.nan, math.nan, -1, -1)
     if chatter:
         b = min(chatter, key=lambda b: abs(b.onset - scene.start - time))
-        visible = b.visible(scene.restitution, threshold)
+        visible = b.visible(scene.restitution(b.wall), threshold)
         times = b.onset - scene.start, b.end - b.onset, b.release - b.stick
         values = *times, visible, int(b.complete)
     return {f"burst_at_{name}": value for name, value in zip(names, values, strict=True)}
@@ -240,7 +241,7 @@ def chatter_bursts(
     found: dict[str, list[float]] = {}
     for part in since:
         begun = [b for b in scene.ended if b.onset >= scene.start + part * scene.cycle]
-        chatter = [b for b in begun if b.visible(scene.restitution, threshold) >= 5]
+        chatter = [b for b in begun if b.visible(scene.restitution(b.wall), threshold) >= 5]
         complete = [b for b in chatter if b.complete]
         values = {
             "chatter_bursts": len(chatter),
@@ -266,7 +267,7 @@ def impact_section(
     if free_mass:
         # It is at the wall and leaves it with the restituted speed.
         found["free_displacement"] = rows["x"] + side * scene.parameters["clearance"]
-        found["free_velocity"] = rows["v"] - side * scene.restitution * rows["approach_speed"]
+        found["free_velocity"] = rows["v"] - side * scene.restitution(side) * rows["approach_speed"]
     return {name: _padded(values, samples) for name, values in found.items()}
 
 
@@ -303,7 +304,7 @@ def assert_observed(scene: Scene, asked: Mapping[str, Mapping[str, Any]]) -> dic
 
 def _counts(scene: Scene, threshold: Threshold) -> tuple[int, int]:
     """Most visible impacts in a burst, and the run's kind of chatter."""
-    seen = [(b.visible(scene.restitution, threshold), b.complete) for b in scene.begun]
+    seen = [(b.visible(scene.restitution(b.wall), threshold), b.complete) for b in scene.begun]
     chattering = [complete for count, complete in seen if count >= 5]
     kind = 2 if any(chattering) else int(bool(chattering))
     return max((count for count, _ in seen), default=0), kind

@@ -53,6 +53,7 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "phase": ({}, 1.0),
     "force_amplitude": ({}, 1.5),
     "gravity": ({}, 0.02),
+    "restitution_left": ({}, 0.5),
     "yield_speed": ({}, 0.01),
     "support_stiffness_ratio": ({}, 0.05),
     "support_damping_ratio": ({}, 0.02),
@@ -147,7 +148,8 @@ def motions(values: dict[str, float]) -> Any:
 
 
 def prediction(values: dict[str, float]) -> Any:
-    return predict(Parameters(**values), 1, 2.0, 2.0, 0.1, 0.02)
+    p = Parameters(**values)
+    return [predict(p, side, 2.0, side * 2.0, side * 0.1, 0.02) for side in (-1, 1)]
 
 
 def largest(values: dict[str, float]) -> Any:

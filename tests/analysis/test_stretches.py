@@ -37,7 +37,7 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
     assert len(found) == len(expected) > 5
     for burst, plain in zip(found, expected, strict=True):
         assert burst.end == pytest.approx(plain.end)
-        assert burst.chatter == (plain.visible(scene.restitution) >= 5)
+        assert burst.chatter == (plain.visible(scene.restitution(plain.wall)) >= 5)
         if not math.isnan(burst.sticking):
             assert burst.release == pytest.approx(plain.release)
     known = np.isfinite(cube.trajectory_time.values)

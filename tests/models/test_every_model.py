@@ -339,8 +339,9 @@ DECLARED = sorted(
 )
 #: Aids of searches: without them they take more steps.
 AIDS = ("longer_step", "proves_inside", "stays_below")
-#: A Taylor series of the derivatives that each force gives: it asks for those.
-GENERAL = ("taylor",)
+#: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
+#: wall, where the walls are alike: what is asked of that has to be known.
+GENERAL = ("taylor", "law_at")
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {
     "common": Unknown(),

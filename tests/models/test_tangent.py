@@ -21,7 +21,9 @@ KINDS = ("rigid", "yielding", "grounded", "time_varying", "compliant", "pulling"
 FORCED = tuple(f"{kind} under harmonics" for kind in ("rigid", "grounded", "compliant"))
 #: Models under a record, whose jumps release masses that stick: at times that no deviation moves.
 RECORDED = ("rigid under a record", "time_varying under a record", "rigid on a base")
-KINDS += FORCED + RECORDED
+#: Models whose walls differ.
+DIFFERING = ("differing", "yielding, differing", "grounded, differing", "time_varying, differing")
+KINDS += FORCED + RECORDED + DIFFERING
 YIELDING_WALLS = ("compliant", "pulling", "compliant under harmonics")
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [
@@ -41,7 +43,9 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
         "restitution": rng.uniform(0.2, 0.95),
         "phase": rng.uniform(0.0, 6.0),
     }
-    if kind == "yielding":
+    if kind in DIFFERING:
+        given["restitution_left"] = rng.uniform(0.2, 0.95)
+    if kind.startswith("yielding"):
         given["yield_speed"] = 10 ** rng.uniform(-2, 0)
     if kind.startswith("grounded"):
         given["support_stiffness_ratio"] = 10 ** rng.uniform(-3, -1)
@@ -155,6 +159,7 @@ BESIDES = {
     "compliant": ("contact_stiffness_ratio",),
     "pulling": ("contact_stiffness_ratio",),
     **dict.fromkeys(RECORDED, ("force_amplitude",)),
+    **dict.fromkeys(DIFFERING, ("restitution_left",)),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),
 }
 

@@ -40,7 +40,7 @@ def expected(scene: Scene) -> Iterator[dict[str, Any]]:
             yield {
                 "wall": burst.wall,
                 "displacement": burst.x,
-                "rebound_speed": [scene.restitution * speed for speed in burst.speeds],
+                "rebound_speed": [scene.restitution(burst.wall) * speed for speed in burst.speeds],
                 "remaining_time": [burst.stick - time for time in burst.times],
                 "remaining_displacement": [burst.x - float(row["x"]) for row in hits],
                 "hits": hits,

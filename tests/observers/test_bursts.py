@@ -107,7 +107,9 @@ def kinds(scene: Scene) -> list[str]:
         "cut alone": len(begun) == 1 and not last and len(begun[0].speeds) >= 5,
         "released after the end": bool(last) and last.complete and math.isnan(last.release),
         "visible in a tail": any(
-            speed >= burst.limit(1e-5) for burst in begun for speed in burst.tail(scene.restitution)
+            speed >= burst.limit(1e-5)
+            for burst in begun
+            for speed in burst.tail(scene.restitution(burst.wall))
         ),
     }
     return [name for name, holds in found.items() if holds]

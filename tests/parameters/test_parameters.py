@@ -41,6 +41,11 @@ RANGES: dict[str, tuple[list[float], str, list[float]]] = {
     "restitution": ([-TINY, math.nextafter(1.0, 2.0)], "0 <= restitution <= 1", [0, 1]),
     "phase": ([], "any phase in rad", [-1e9]),
     "force_amplitude": ([-TINY, math.inf], "force_amplitude >= 0", [0, TINY, 1e300]),
+    "restitution_left": (
+        [-TINY, math.nextafter(1.0, 2.0), -math.inf],
+        "0 <= restitution_left <= 1 (leave it out for walls that are alike)",
+        [0, 1, math.inf],
+    ),
     "yield_speed": (
         [0.0, -math.inf],
         "yield_speed > 0 (leave it out for a constant restitution)",
@@ -93,7 +98,7 @@ def test_not_a_number_names_field_and_value(value: object) -> None:
 def test_numbers_of_other_types_become_floats() -> None:
     p = Parameters(np.float32(0.5), 0, np.int64(2), np.float64(1.5), np.array(1.0), yield_speed=3)
     values = [getattr(p, name) for name in PARAMETER_NAMES]
-    assert values[:8] == [0.5, 0.0, 2.0, 1.5, 1.0, 0.0, 1.0, 3.0]
+    assert values[:9] == [0.5, 0.0, 2.0, 1.5, 1.0, 0.0, 1.0, math.inf, 3.0]
     assert {type(value) for value in values} == {float}
 
 
@@ -170,6 +175,10 @@ def test_damping_of_the_support_is_given_in_two_ways() -> None:
         (
             {"contact_stiffness_ratio": 9.0, "yield_speed": 1.0},
             "yield_speed and contact_stiffness_ratio: compliant contact has a constant restitution",
+        ),
+        (
+            {"contact_stiffness_ratio": 9.0, "restitution_left": 0.5},
+            "restitution_left and contact_stiffness_ratio: compliant walls are alike; leave out",
         ),
         # 2 0.5 / 0.1 + sqrt(4e5 / 0.1) = 2010
         (

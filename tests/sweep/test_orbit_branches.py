@@ -405,6 +405,7 @@ def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
             ("mass_ratio", 0.2, {}),
             ("damping_ratio", 0.0, {}),
             ("phase", 1.0, {}),
+            ("restitution_left", 0.2, {"restitution_left": 0.25}),
             ("yield_speed", 0.02, {"yield_speed": 0.01}),
             ("support_stiffness_ratio", 0.02, {"support_stiffness_ratio": 0.01}),
             ("modulation_depth", 0.0, {"modulation_depth": 0.1}),

@@ -95,6 +95,7 @@ def by_formula(name: str, si: dict[str, Any]) -> Any:
 OPTIONS: dict[str, Callable[[random.Random], dict[str, float]]] = {
     "rigid": lambda chance: {},
     "yielding": lambda chance: {"yield_speed": 10 ** chance.uniform(-3, 0)},
+    "differing": lambda chance: {"restitution_left": chance.uniform(0.4, 1.0)},
     "grounded": lambda chance: {
         "support_stiffness_ratio": 10 ** chance.uniform(-3, 0),
         "support_damping_ratio": 10 ** chance.uniform(-4, -1),

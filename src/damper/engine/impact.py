@@ -2,7 +2,8 @@
 
 A contact law says what r is. It is a NamedTuple of parameters, under their names, and one function,
 `restitution_at`, implemented for its class: docs/extending.md adds one. The engine takes r only
-from there, so no part of it assumes that r is the same at each impact.
+from there, so no part of it assumes that r is the same at each impact. Where the walls differ, the
+run has a law of each (`DifferingWalls`), so whatever asks for r takes that of its wall (`law_at`).
 """
 
 from typing import Any, NamedTuple
@@ -22,6 +23,24 @@ def rebound_slope(law: Any, approach_speed: float) -> float:
     step = 1e-6 * approach_speed
     high, low = approach_speed + step, approach_speed - step
     return (restitution_at(law, high) * high - restitution_at(law, low) * low) / (high - low)
+
+
+@by_class_or_default
+def law_at(law: Any, side: float) -> Any:
+    """Contact law of the right (side = 1) or left wall: the law itself, where they are alike."""
+    return law
+
+
+class DifferingWalls(NamedTuple):
+    """A law of each wall; both are of one class."""
+
+    left: Any
+    right: Any
+
+
+@law_at.of(DifferingWalls)
+def _of_one_wall(law, side):
+    return law.left if side < 0.0 else law.right
 
 
 class ConstantRestitution(NamedTuple):

@@ -4,11 +4,12 @@ To add one, write its folder and enter it in `damper.parameters.models`. Only th
 imported.
 """
 
+import math
 from functools import cache
 from importlib import import_module
 from typing import Any
 
-from damper.engine.impact import LAWS
+from damper.engine.impact import LAWS, DifferingWalls
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
@@ -70,4 +71,7 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
 def law_of(parameters: Parameters) -> Any:
     """Contact law of a run."""
     law = LAWS[parameters.law]
-    return law(*[getattr(parameters, name) for name in law._fields])
+    right = law(*[getattr(parameters, name) for name in law._fields])
+    if parameters.restitution_left == math.inf:
+        return right
+    return DifferingWalls(right._replace(restitution=parameters.restitution_left), right)

@@ -22,6 +22,7 @@ from damper.engine.compiled import compiled
 from damper.engine.completion import completion, sticks
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
+from damper.engine.impact import law_at
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -232,8 +233,9 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     damping = model.mass.damping
     impact_damping = (free.damping * mass_ratio + damping) / (1.0 + mass_ratio)
     dashpot_rate = 2.0 * (free.damping + damping)
+    law = law_at(model.law, side)
     left, error = completion(
-        model.law, impact_damping, dashpot_rate, scale, force, side * j, segment.gap_rate
+        law, impact_damping, dashpot_rate, scale, force, side * j, segment.gap_rate
     )
     if left > horizon(free.forcing, start.phase):
         return 0.0, math.inf

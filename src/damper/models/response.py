@@ -42,7 +42,7 @@ from damper.engine.forcing import (
     rate_of,
 )
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import restitution_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
@@ -423,7 +423,7 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
     s = segment
     share = s.side * mass_ratio / (1.0 + mass_ratio)
-    restitution = restitution_at(model.law, 0.0)
+    restitution = restitution_at(law_at(model.law, s.side), 0.0)
     apart = model.free.strength - strength_on(model.mass)
     return Tail(
         start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.completion

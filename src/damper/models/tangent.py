@@ -23,7 +23,7 @@ from damper.engine.bodies import Flow, acceleration_of, flow_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at
-from damper.engine.impact import impact, rebound_slope, restitution_at
+from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
 
@@ -85,13 +85,13 @@ def _damping_in(model, s):
 
 @compiled
 def _shrunk_by(model, s):
-    return rebound_slope(model.law, s.speed) * s.gap_rate / s.speed
+    return rebound_slope(law_at(model.law, s.side), s.speed) * s.gap_rate / s.speed
 
 
 @compiled
 def _velocities_after(model, s, time):
     mu = mass_ratio_at(model, s.periods, time)
-    r = restitution_at(model.law, s.speed)
+    r = restitution_at(law_at(model.law, s.side), s.speed)
     v, rate = impact(mu, r, s.side, s.v_before, s.speed)
     u = v - s.side * rate
     if s.mode == TAIL:
@@ -182,14 +182,14 @@ def strike(model: Any, s: Segment, deviations: np.ndarray) -> None:
 
 @compiled
 def _jump(model, mu, s):
-    slope = (1.0 + rebound_slope(model.law, s.speed)) / (1.0 + mu)
+    slope = (1.0 + rebound_slope(law_at(model.law, s.side), s.speed)) / (1.0 + mu)
     to_primary, to_free = slope * mu, -slope
     before = s.v_before + s.side * s.speed
     after = s.v - s.side * s.gap_rate
     a, b = _accelerations(model, s, s.v_before, before)
     a_after, b_after = _accelerations(model, s, s.v, after)
     # The mass ratio's own change gives both velocities the same.
-    turned = 1.0 + restitution_at(model.law, s.speed)
+    turned = 1.0 + restitution_at(law_at(model.law, s.side), s.speed)
     change = mass_ratio_rate(model, s.periods, s.time) * turned * s.side * s.speed
     change /= (1.0 + mu) * (1.0 + mu)
     return Jump(

@@ -11,7 +11,7 @@ from damper.engine import model as declared
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class
-from damper.engine.impact import impact, restitution_at
+from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step, begin, mass_ratio_at
 from damper.engine.search import GAVE_UP, ROUNDOFF
 from damper.engine.segment import (
@@ -99,7 +99,8 @@ def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
     """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
     if segment.mode != TAIL or segment.gap_rate == 0.0:
         return 0.0, 0.0
-    return bounce_at(restitution_at(model.law, 0.0), segment.completion, segment.gap_rate, tau)
+    restitution = restitution_at(law_at(model.law, segment.side), 0.0)
+    return bounce_at(restitution, segment.completion, segment.gap_rate, tau)
 
 
 @compiled
@@ -109,8 +110,9 @@ def _over_impact(model, s, end):
     periods, time = clock_after(model.cycle, s.periods, s.time, end.duration)
     speed = abs(end.gap_rate)
     first_speed = first_speed_of(s, side, speed)
+    law = law_at(model.law, side)
     v, rate = impact(
-        mass_ratio_at(model, periods, time), restitution_at(model.law, speed), side, end.v, speed
+        mass_ratio_at(model, periods, time), restitution_at(law, speed), side, end.v, speed
     )
     new = _after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = begin(model, new)
@@ -120,7 +122,7 @@ def _over_impact(model, s, end):
     else:
         left, error = time_to_completion(model, new, start)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
-        rise = 0.25 * rate * left * (1.0 - restitution_at(model.law, 0.0))
+        rise = 0.25 * rate * left * (1.0 - restitution_at(law, 0.0))
         if error <= model.tolerance and rise <= model.clearance:
             new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
     return Step(end.duration, True, False, end.steps, new, start)

@@ -12,7 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import repeats
-from damper.engine.impact import ConstantRestitution
+from damper.engine.impact import ConstantRestitution, law_at
 from damper.engine.model import begin
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
@@ -112,7 +112,9 @@ class Accumulation(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         model = trajectory.model
-        if type(model) is not Rigid or type(model.law) is not ConstantRestitution:
+        if type(model) is not Rigid or (
+            type(plain(law_at)(model.law, 1.0)) is not ConstantRestitution
+        ):
             raise ValueError(
                 "accumulation: its formulas are those of the rigid damper without support and with "
                 "a constant restitution, not of this model"

@@ -13,7 +13,7 @@ import numpy as np
 from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
-from damper.engine.impact import restitution_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.segment import (
     COLUMNS,
@@ -183,7 +183,7 @@ def _compare(model, last, end, s, found):
     jump = _larger(_part(s.x - end.x, size), _part(s.v_before - end.v, speeds))
     if s.cause == IMPACT and s.mode != CONTACT:
         found.touch = _larger(found.touch, _part(gap, size))
-        rebound = -restitution_at(model.law, -rate) * rate
+        rebound = -restitution_at(law_at(model.law, s.side), -rate) * rate
         law = _part(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
         found.restitution_law = _larger(found.restitution_law, law)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
@@ -254,7 +254,7 @@ def _sample_contact(model, s, found):
     sticks = s.mode == STICKING and s.side != 0.0
     if s.mode == TAIL and s.duration > 0.0:
         # Its first bounce rises highest.
-        half = 0.5 * (1.0 - restitution_at(model.law, 0.0)) * s.completion
+        half = 0.5 * (1.0 - restitution_at(law_at(model.law, s.side), 0.0)) * s.completion
         x, v, gap, rate = motion(model, s, min(half, s.duration))
         depth = _depth(model, Sample(x, v, gap, rate, gap))
         found.penetration = _larger(found.penetration, depth)

@@ -6,6 +6,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
+from damper.engine.impact import law_at
 from damper.engine.model import motion
 from damper.engine.segment import IMPACT, STICK, segment_at
 from damper.engine.trajectory import Trajectory
@@ -45,8 +46,9 @@ class ObservedMotion(Observer):
             "1",
             comment="0 symmetric; -1 left, 1 right: the wall with more impacts or, with as many on "
             "each, that which the free mass is nearer to or, where it sticks on both alike, the "
-            "primary; missing where it does not repeat, and under gravity or a force that is not "
-            "its own opposite half a cycle later: there no motion has a mirror image",
+            "primary; missing where it does not repeat, and under gravity, between walls that "
+            "differ or under a force that is not its own opposite half a cycle later: there no "
+            "motion has a mirror image",
         ),
         *(
             Variable(
@@ -86,8 +88,9 @@ class ObservedMotion(Observer):
         rows = rows[-min(self._taken, len(rows)) :]
         states, counts = rows[:, :4], rows[:, 4:]
         near = self.tolerance * abs(states).max()
+        left, right = (plain(law_at)(self._model.law, side) for side in (-1.0, 1.0))
         # Both masses together feel gravity, too.
-        odd = plain(is_odd)(self._model.stuck.forcing)
+        odd = plain(is_odd)(self._model.stuck.forcing) and left == right
         self._put({"motion_period": 0})
         for period in range(1, (len(rows) - 1) // 4 + 1):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]

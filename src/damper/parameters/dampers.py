@@ -96,7 +96,13 @@ class Parameters(Declared):
         minimum=0.0,
         from_si=lambda gap, stiffness, force_amplitude: 0.5 * gap * stiffness / force_amplitude,
     )
-    restitution: float = quantity(r"$r$", "coefficient of restitution", minimum=0.0, maximum=1.0)
+    restitution: float = quantity(
+        r"$r$",
+        "coefficient of restitution",
+        definition="of both walls; of the right one where restitution_left is given",
+        minimum=0.0,
+        maximum=1.0,
+    )
     phase: float = quantity(
         r"$\varphi$",
         "forcing phase",
@@ -115,6 +121,14 @@ class Parameters(Declared):
         definition="what multiplies the force; 0 is free motion",
         minimum=0.0,
         default=1.0,
+    )
+    restitution_left: float = quantity(
+        r"$r_\mathrm{L}$",
+        "coefficient of restitution of the left wall",
+        minimum=0.0,
+        maximum=1.0,
+        default=math.inf,
+        note="leave it out for walls that are alike",
     )
     yield_speed: float = quantity(
         r"$v_\mathrm{y}$",
@@ -258,6 +272,12 @@ class Parameters(Declared):
         }
 
     @property
+    def restitutions(self) -> tuple[float, float]:
+        """Coefficients of restitution of the left and of the right wall."""
+        left = self.restitution_left
+        return self.restitution if left == math.inf else left, self.restitution
+
+    @property
     def support_damping(self) -> float:
         """Damping ratio of the free mass's support, however it is given."""
         return _support_damping(self.__dict__)
@@ -348,6 +368,7 @@ class SIParameters(Declared, shares=Parameters):
 
     _: KW_ONLY
 
+    restitution_left: float = shared(default=math.inf)
     yield_speed: float = shared(default=math.inf)
     gravity: float = shared(default=0.0)
     support_stiffness: float = quantity(
@@ -532,6 +553,11 @@ def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> 
         raise ValueError(
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
             "restitution; leave out one of the two"
+        )
+    if values["restitution_left"] != math.inf:
+        raise ValueError(
+            f"restitution_left and {named(_STIFFNESS)}: compliant walls are alike; leave out one "
+            "of the two"
         )
     if values["restitution"] < LEAST_COMPLIANT_RESTITUTION and not values["contact_tension"]:
         raise ValueError(

@@ -169,7 +169,9 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         message = f"its formulas do not know {_acting_text(min(unknown), study)}"
     else:
         return
-    places = [("observers", "accumulation")] if "accumulation" in study.observers else []
+    # A chatter sequence is on one wall.
+    strange = "accumulation" in study.observers and acting.difference(BASIC, ("restitution_left",))
+    places = [("observers", "accumulation")] if strange else []
     places += [(section, name) for section, name, made in study.products() if made.theoretical]
     for place in places:
         mistakes.add(place, message, "a study of the rigid damper with constant restitution")

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from damper.engine.compiled import compiled
 from damper.engine.completion import completion_times
 from damper.engine.forcing import phase_at
-from damper.engine.impact import restitution_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.oscillator import advance, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
@@ -102,13 +102,15 @@ def predict(
             f"forcing = {p.forcing!r}: the prediction is that of a smooth force, not of one from "
             "sample to sample"
         )
-    need_known(p, (*BASIC, "yield_speed", "force_amplitude", "forcing"), "the prediction")
+    known = (*BASIC, "restitution_left", "yield_speed", "force_amplitude", "forcing")
+    need_known(p, known, "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "
             "which the restitution is constant"
         )
-    _check_inelastic(p.restitution)
+    own = "restitution_left" if side < 0 and p.restitution_left != math.inf else "restitution"
+    _check_inelastic(own, getattr(p, own))
     here = math.fmod(t, p.cycle)
     after = Segment(0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
     found = predict_rest(model_of(p), after)
@@ -130,7 +132,7 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     s = segment
     start = begin(model, s)
     a, j, _, _ = relative_rates(start, model)
-    restitution = restitution_at(model.law, 0.0)
+    restitution = restitution_at(law_at(model.law, s.side), 0.0)
     force = -s.side * a
     if not force * (1.0 - restitution) > 0.0:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
@@ -156,10 +158,10 @@ def _finite(name: str, value: float) -> float:
     return number
 
 
-def _check_inelastic(restitution: float) -> None:
+def _check_inelastic(name: str, restitution: float) -> None:
     """Raise ValueError for a restitution with which no chatter sequence completes."""
-    if check_quantity("restitution", restitution) == 1.0:
+    if check_quantity(name, restitution) == 1.0:
         raise ValueError(
-            f"restitution = {restitution!r}: must be a finite number with 0 <= restitution < 1, "
+            f"{name} = {restitution!r}: must be a finite number with 0 <= {name} < 1, "
             "for with 1 no chatter sequence completes"
         )

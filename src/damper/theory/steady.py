@@ -12,6 +12,7 @@ FREE_MASS = (
     "mass_ratio",
     "clearance",
     "restitution",
+    "restitution_left",
     "yield_speed",
     "support_stiffness_ratio",
     "support_damping_ratio",

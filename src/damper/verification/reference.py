@@ -134,8 +134,8 @@ class Body(NamedTuple):
     depth: mpf
     wave: Sine
     clearance: mpf
-    restitution: Callable[[mpf], mpf]
-    """Of rigid walls, at an approach speed; constant for small ones."""
+    restitution: Callable[[int, mpf], mpf]
+    """Of the rigid wall of a side, at an approach speed; constant for small ones."""
     contact_stiffness: mpf
     """Of compliant walls, else infinite."""
     contact_damping: mpf
@@ -202,6 +202,7 @@ def system_of(
     restitution: Any,
     phase: Any = 0,
     *,
+    restitution_left: Any = math.inf,
     yield_speed: Any = math.inf,
     support_stiffness_ratio: Any = 0,
     support_damping_ratio: Any = 0,
@@ -218,6 +219,7 @@ def system_of(
     """Return the system that `damper.Parameters` of these values mean, exact as they are."""
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
     k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
+    walls = {1: r, -1: r if restitution_left == math.inf else mpf(restitution_left)}
     c = mpf(0)
     if k < math.inf:
         c = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
@@ -226,7 +228,7 @@ def system_of(
         mpf(modulation_depth),
         Sine(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
         mpf(clearance),
-        lambda w: r * mp.root(yields / w, 4) if w > yields else r,
+        lambda side, w: walls[side] * (mp.root(yields / w, 4) if w > yields else 1),
         *(k, c, tension),
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
@@ -368,7 +370,7 @@ class _Motion:
             speed = max(-rate if side == own else rate, mpf(0))
             place = Place(CONTACT, side, mpf(0), -speed)
             if mass.rigid:
-                place = Place(FLIGHT, side, mpf(0), mass.restitution(speed) * speed)
+                place = Place(FLIGHT, side, mpf(0), mass.restitution(side, speed) * speed)
                 mu = mass.ratio(self.t)[0]
                 self.v += mu / (1 + mu) * side * (speed + place.rate)
         elif kind == "release":  # where the gap's second derivative vanishes
@@ -399,8 +401,8 @@ class _Motion:
         Right at `until` or a sample it is not, as long as there is anything left of it.
         """
         mass, (_, side, _, w, _) = self.system.masses[number], self.places[number]
-        r, mu = mass.restitution(mpf(0)), mass.ratio(self.t)[0]
-        if not mass.rigid or r == 1 or mass.restitution(2 * w) != r:
+        r, mu = mass.restitution(side, mpf(0)), mass.ratio(self.t)[0]
+        if not mass.rigid or r == 1 or mass.restitution(side, 2 * w) != r:
             return False
         wall, before = self.rows.get(number, (0, []))
         row = [(self.t, self.x, self.v - mu / (1 + mu) * side * w)]

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.impact import restitution_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
@@ -167,7 +167,7 @@ def visible_in_tail(law: Any, tail: Segment, limit: float) -> int:
     The tail's approach speeds fall geometrically from that of its first, resolved impact.
     """
     # The impact after the rebound speed has it as approach speed to first order.
-    restitution = restitution_at(law, 0.0)
+    restitution = restitution_at(law_at(law, tail.side), 0.0)
     if not (restitution > 0.0 and 0.0 < limit <= tail.gap_rate):
         return 0
     return 1 + math.floor(math.log(limit / tail.gap_rate) / math.log(restitution))

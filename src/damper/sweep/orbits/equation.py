@@ -278,9 +278,12 @@ class OrbitPoint:
         """Whether that is a motion of the same damper."""
         p, period = self.parameters.dimensionless, self.equation.period
         if period % 2:
-            # Beside a fixed stop, of a free mass of its own period, or under a force that is not
-            # its own opposite half a cycle later, the mirror image is not.
-            odd = p.forcing.is_odd and p.model != "time_varying" and not p.gravity
+            # Beside a fixed stop, between walls that differ, under gravity, of a free mass of its
+            # own period, or under a force that is not its own opposite half a cycle later, the
+            # mirror image is not.
+            left, right = p.restitutions
+            odd = p.forcing.is_odd and p.model != "time_varying" and left == right
+            odd = odd and not p.gravity
             return odd and len(self.equation.moving) == 4
         return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
 

@@ -68,7 +68,7 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
     hits = flies & (after[:, segment.CAUSE] == segment.IMPACT)
     wall = after[:, segment.SIDE]
     approach = after[:, segment.SPEED].astype(np.longdouble)
-    kick = wall * share * (1 + _restitution(p, approach)) * approach
+    kick = wall * share * (1 + _restitution(p, wall, approach)) * approach
     # The engine adds v0 tau and the rest; where damping is heavy the two all but cancel.
     off = _part(after[:, segment.X] - (x + (v * tau + bend)), position + _double(abs(v * tau)))
     # The impact's change of velocity is a term of its own, and may cancel the rest.
@@ -104,9 +104,10 @@ def _released(zeta: Any, x: Any, v: Any, force: Any, of: np.ndarray) -> tuple[An
     return x + left, v + 2 * zeta * left
 
 
-def _restitution(p: Parameters, approach: Any) -> Any:
-    """Coefficient of restitution at some approach speeds."""
-    r = np.longdouble(p.restitution)
+def _restitution(p: Parameters, wall: np.ndarray, approach: Any) -> Any:
+    """Coefficient of restitution at some walls and approach speeds."""
+    left, right = map(np.longdouble, p.restitutions)
+    r = np.where(wall < 0.0, left, right)
     if p.yield_speed == math.inf:
         return r
     yields = np.longdouble(p.yield_speed)

@@ -241,6 +241,9 @@ def _mirrored(source: _Source, random: np.random.Generator) -> _FollowUp:
     # The sine of the rounded pi is 1.2e-16, not zero: this is exact to roundoff only.
     p = source.parameters
     parameters = replace(p, phase=p.phase + math.pi, gravity=0.0 - p.gravity)
+    if p.restitution_left != math.inf:
+        left, right = p.restitutions
+        parameters = replace(parameters, restitution=left, restitution_left=right)
     s = source.state
     state = State(-s.x, -s.v, -s.y, -s.u, s.time)
     run = short_run(parameters, state, **source.size)

@@ -1,0 +1,150 @@
+"""Walls of different restitution: `restitution` of the right one, `restitution_left` of the left.
+
+Plain where each case would compile for one short run; the bytes are the same.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from event_pairs import assert_same
+from scenes import QUIET
+
+from damper import Parameters, State, continue_orbit, events, periodic_orbit, simulate
+from damper.engine.compiled import plain
+from damper.theory.accumulation import predict
+from damper.verification.metamorphic.relations import run_metamorphic
+from damper.verification.metamorphic.verdicts import PASSED
+from damper.verification.reference import run
+
+#: What may be given beside walls that differ.
+BESIDES: dict[str, dict[str, float]] = {
+    "rigid": {},
+    "yielding": {"yield_speed": 0.2},
+    "grounded": {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.02},
+    "time_varying": {"modulation_depth": 0.3, "modulation_order": 2, "modulation_phase": 1.0},
+}
+each = pytest.mark.parametrize("name", BESIDES)
+IMPACT, STICK, RELEASE = 0, 1, 2
+#: Two impacts a period.
+TWO_IMPACTS = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.1,
+    "frequency_ratio": 1.0,
+    "clearance": 5.0,
+    "restitution": 0.5,
+}
+ORBIT = Parameters(**TWO_IMPACTS, restitution_left=0.6)
+
+
+def random_scene(name: str, rng: np.random.Generator) -> tuple[dict[str, float], State]:
+    """A slow force, so that chatter completes on both walls, from a state in flight."""
+    values = {
+        "mass_ratio": 10 ** rng.uniform(-2.0, -0.3),
+        "damping_ratio": 10 ** rng.uniform(-2.0, -0.5),
+        "frequency_ratio": rng.uniform(0.15, 0.3),
+        "clearance": rng.uniform(0.03, 0.15),
+        "restitution": rng.uniform(0.05, 0.6),
+        "restitution_left": rng.uniform(0.05, 0.6),
+        "phase": rng.uniform(0.0, 6.0),
+    }
+    x, v = rng.uniform(-0.5, 0.5, size=2)
+    y = x + values["clearance"] * rng.uniform(-0.9, 0.9)
+    return values | BESIDES[name], State(x, v, y, v + rng.uniform(-0.3, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("name", "scenes"), [("rigid", 8), ("yielding", 3), ("grounded", 3), ("time_varying", 3)]
+)
+@plain
+def test_events_are_those_of_many_digits(name: str, scenes: int) -> None:
+    rng = np.random.default_rng([7, scenes])
+    kinds: set[tuple[int, int]] = set()
+    for _ in range(scenes):
+        values, state = random_scene(name, rng)
+        found = events(Parameters(**values), state, until=40.0)
+        exact = run(values, (state.x, state.v, state.y, state.u), until=40.0, digits=25)
+        assert_same(found, exact.events, 5e-11)
+        kinds |= {(int(row["kind"]), int(row["side"])) for row in found}
+    assert kinds == {(kind, side) for kind in (IMPACT, STICK, RELEASE) for side in (-1, 1)}
+
+
+@each
+@plain
+def test_equal_values_change_no_byte(name: str) -> None:
+    alike = QUIET | BESIDES[name]
+    known = events(Parameters(**alike), until=100.0)
+    found = events(Parameters(**alike, restitution_left=QUIET["restitution"]), until=100.0)
+    assert {STICK, RELEASE} <= set(known["kind"])
+    assert found.tobytes() == known.tobytes()
+
+
+@each
+@plain
+def test_mirrored_with_the_walls_exchanged(name: str) -> None:
+    values = QUIET | BESIDES[name]
+    here = Parameters(**values, restitution_left=0.5, phase=0.4)
+    exchanged = values | {"restitution": 0.5, "restitution_left": values["restitution"]}
+    there = Parameters(**exchanged, phase=0.4 - math.pi)
+    found = events(here, State(0.1, -0.2, 0.15, 0.3), until=60.0)
+    mirrored = events(there, State(-0.1, 0.2, -0.15, -0.3), until=60.0)
+    np.testing.assert_array_equal(found["kind"], mirrored["kind"])
+    np.testing.assert_array_equal(found["side"], -mirrored["side"])
+    # The other phase is rounded, and impacts carry that on.
+    for field, sign in (("time", 1), ("approach_speed", 1), ("x", -1), ("v", -1)):
+        np.testing.assert_allclose(found[field], sign * mirrored[field], rtol=0, atol=1e-10)
+
+
+@plain
+def test_random_runs_agree_with_themselves_made_again() -> None:
+    """Mirrored with the walls exchanged, in SI units, and by the equations."""
+    found = run_metamorphic([QUIET | {"restitution_left": 0.5}], events=30)
+    verdicts = {name: values.tolist() for name, values in found.items() if "verdict" in name}
+    assert "mirrored_verdict" in verdicts
+    assert all(verdict == [PASSED] for verdict in verdicts.values()), verdicts
+    assert found["backward_error"][0] < 64.0
+
+
+@pytest.mark.parametrize("name", ["restitution", "restitution_left"])
+@plain
+def test_how_an_orbit_changes_with_each_wall(name: str) -> None:
+    """Against the orbits beside it; with both walls alike too, where its mirror image is another
+    damper's."""
+    for p in (ORBIT, replace(ORBIT, restitution_left=0.5)):
+        orbit, step = periodic_orbit(p), 1e-4
+        beside = []
+        for way in (step, -step, 2.0 * step, -2.0 * step):
+            other = replace(p, **{name: getattr(p, name) + way})
+            state = periodic_orbit(other, guess=orbit.state).state
+            beside.append(np.array([state.x, state.v, state.y, state.u]))
+        near, far = beside[0] - beside[1], beside[2] - beside[3]
+        known = (8.0 * near - far) / (12.0 * step)
+        np.testing.assert_allclose(orbit.sensitivity(name), known, atol=1e-7 * abs(known).max())
+
+
+def test_a_motion_has_a_mirror_image_between_equal_walls_alone() -> None:
+    for left, side in ((0.5, 0), (0.6, None)):
+        values = TWO_IMPACTS | {"restitution_left": left}
+        cube = plain(simulate)(**values, transient=150, periods=10, observers=["motion"])
+        assert int(cube.motion_period) == 1
+        assert (None if np.isnan(cube.motion_side) else int(cube.motion_side)) == side
+
+
+def test_symmetry_breaks_between_equal_walls_alone() -> None:
+    """Elsewhere the same damper with its walls exchanged has the other half of the fork."""
+    kinds = {}
+    for left in (0.5, 0.5001):
+        orbit = periodic_orbit(replace(ORBIT, restitution_left=left))
+        branch = continue_orbit(orbit, "clearance", 4.55, 5.05)
+        kinds[left] = [point.kind for point in branch.special_points]
+    assert kinds[0.5] == ["symmetry breaking"]
+    assert "symmetry breaking" not in kinds[0.5001]
+
+
+def test_the_prediction_of_a_sequence_takes_its_own_wall() -> None:
+    known = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
+    left = replace(known, restitution=0.2, restitution_left=0.6)
+    assert predict(left, -1, 2.0, -2.0, -0.1, 0.01) == predict(known, -1, 2.0, -2.0, -0.1, 0.01)
+    with pytest.raises(ValueError, match=r"restitution_left = 1\.0: must be"):
+        predict(replace(left, restitution_left=1.0), -1, 2.0, -2.0, -0.1, 0.01)
