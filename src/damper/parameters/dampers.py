@@ -13,7 +13,7 @@ from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
-from damper.parameters.units import FORCE, LENGTH, NO_UNITS, SPEED, Units
+from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
@@ -28,7 +28,7 @@ class Parameters(Declared):
 
     Those under Parameters make the damper with rigid walls and Newton's restitution. The others
     add to it; they choose at most one other model: a support that ties the free mass to the frame,
-    compliant contact, or a time-varying free mass.
+    compliant contact, a time-varying free mass, or dry friction between free mass and box.
 
     Parameters
     ----------
@@ -204,6 +204,15 @@ class Parameters(Declared):
         model="time_varying",
         chooses=False,
     )
+    friction: float = quantity(
+        r"$a_\mathrm{f}$",
+        "acceleration of the sliding free mass by dry friction",
+        ACCELERATION,
+        definition="friction coefficient times the acceleration that presses it on the box",
+        minimum=0.0,
+        default=0.0,
+        model="sliding",
+    )
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -361,6 +370,7 @@ class SIParameters(Declared, shares=Parameters):
     modulation_depth: float = shared(default=0.0)
     modulation_order: float = shared(default=1.0)
     modulation_phase: float = shared(default=0.0)
+    friction: float = shared(default=0.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC

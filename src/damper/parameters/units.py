@@ -9,8 +9,16 @@ SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
 FORCE = "F0"
+ACCELERATION = "F0/M"
 #: What these units are called where the damper is given in SI units.
-SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J", FORCE: "N"}
+SI_UNITS = {
+    LENGTH: "m",
+    SPEED: "m/s",
+    TIME: "s",
+    ENERGY: "J",
+    FORCE: "N",
+    ACCELERATION: "m/s2",
+}
 
 
 def attributes_of(units: str) -> dict[str, str]:
@@ -50,13 +58,24 @@ class Units:
         """Size of the unit of speed in m/s."""
         return self.length / self.time
 
+    @property
+    def acceleration(self) -> float:
+        """Size of the unit of acceleration in m/s2."""
+        return self.speed / self.time
+
     def size(self, unit: str) -> float:
-        """SI size of LENGTH, SPEED, TIME or ENERGY; 1 for anything else."""
+        """SI size of LENGTH, SPEED, ACCELERATION, TIME or ENERGY; 1 for anything else."""
         name = _NAMES.get(unit)
         return 1.0 if name is None else getattr(self, name)
 
 
-_NAMES = {LENGTH: "length", SPEED: "speed", TIME: "time", ENERGY: "energy"}
+_NAMES = {
+    LENGTH: "length",
+    SPEED: "speed",
+    ACCELERATION: "acceleration",
+    TIME: "time",
+    ENERGY: "energy",
+}
 
 #: Units of a dimensionless run.
 NO_UNITS = Units(1.0, 1.0, 1.0)

@@ -21,6 +21,7 @@ FREE_MASS = (
     "modulation_depth",
     "modulation_order",
     "modulation_phase",
+    "friction",
 )
 
 
