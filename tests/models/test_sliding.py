@@ -1,17 +1,32 @@
 """Dry friction between free mass and box, against an integrator that finds each event by itself."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+from project_copy import small_study
+from scenes import QUIET
 from scipy.integrate import solve_ivp
 
-from damper import Base, NoForce, Parameters, Record, State, events
+from damper import (
+    Base,
+    Parameters,
+    Record,
+    SIParameters,
+    State,
+    events,
+    periodic_orbit,
+    simulate,
+)
 from damper.engine.compiled import plain
-from damper.engine.segment import CAUSE, COMPLETION, DURATION
+from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
 from damper.models import start_run
+from damper.study.config import ConfigError, load_study
 
+MOVED = "base_acceleration"
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
 #: Approach speed below which the integrator lets a sequence of impacts end in sticking.
 SLOWEST = 1e-9
@@ -71,12 +86,11 @@ class Integrator:
 
     def run(self, until: float, most: int) -> None:
         while self.time < until and len(self.events) < most:
-            a_f = self.p.friction
             if self.mode == "rest":
                 on_wall = self.state[2] == 0.0
-                ends = [lambda t, s: self.common(t, s) - a_f]
+                ends = [lambda t, s: self.common(t, s) - self.p.friction]
                 if not on_wall:
-                    ends.append(lambda t, s: -self.common(t, s) - a_f)
+                    ends.append(lambda t, s: -self.common(t, s) - self.p.friction)
                 directions = [1.0, 1.0]
             else:
                 # The gap grows or shrinks all the way.
@@ -193,3 +207,115 @@ def test_the_scenes_hold_all_that_happens() -> None:
             tails += int((log[:, COMPLETION] > 0.0).sum())
     assert kinds >= {IMPACT, STICK, RELEASE, REST, SLIP, REVERSAL}
     assert tails >= 5
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-8, 1e-12])
+def test_closed_bursts_are_as_accurate_as_they_say(accuracy: float) -> None:
+    """Time of completion against a run that resolves many more bounces."""
+    largest = 0.0
+    for seed in SEEDS:
+        p, state = scene(seed)
+        sharp = plain(events)(p, state, until=60.0, accuracy=1e-15)
+        first = sharp[sharp["kind"] == STICK][:1]
+        if len(first):
+            found = plain(events)(p, state, until=float(first["time"][0]) + 0.1, accuracy=accuracy)
+            stuck = found[found["kind"] == STICK][0]
+            largest = max(largest, abs(stuck["time"] - first["time"][0]))
+            assert abs(stuck["x"] - first["x"][0]) <= 2.0 * accuracy
+    assert 1e-3 * accuracy < largest <= accuracy
+
+
+#: A primary that swings freely from x = 1: near the turn the right wall presses with about 1.
+SWING = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0, "clearance": 1.0}
+
+
+@pytest.mark.parametrize("speed", [1e-3, 1e-6, 1e-9])
+def test_comes_to_rest_off_the_wall(speed: float) -> None:
+    """Friction above what presses: one bounce of height w^2 / (2 (A + b)), never snapped to it."""
+    p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=2.0, **SWING)
+    run = start_run(p, State(1.0, 0.0, 2.0, speed))
+    log = plain(lambda: next(run.segments(*run.whole_periods(0.5))).copy())()
+    assert log[:, CAUSE].tolist() == [NOTHING, IMPACT, REST]
+    height = (0.5 * speed) ** 2 / (2.0 * (1.0 + 2.0))
+    assert log[2, GAP] == pytest.approx(height, rel=max(speed, 2e-6))
+    assert plain(run.state_at)(*run.whole_periods(0.5)).v < 0.0
+
+
+def test_remaining_time_and_ratio_of_bounces() -> None:
+    """Friction below what presses: speeds fall by q, in the time of the closed form."""
+    a_f, r, w = 0.6, 0.7, 1e-3
+    p = Parameters(mass_ratio=1e-6, restitution=r, friction=a_f, **SWING)
+    found = plain(events)(p, State(1.0, 0.0, 2.0, w / r), until=0.1)
+    speeds = found["approach_speed"][found["kind"] == IMPACT]
+    q = r * math.sqrt((1.0 - a_f) / (1.0 + a_f))
+    assert speeds[2] / speeds[1] == pytest.approx(q, rel=1e-4)
+    left = w * (1.0 / (1.0 + a_f) + 1.0 / math.sqrt(1.0 - a_f**2)) / (1.0 - q)
+    assert found["time"][found["kind"] == STICK] == pytest.approx(left, rel=1e-4)
+
+
+def test_breaks_away_where_the_common_acceleration_reaches_friction() -> None:
+    """Free decay's mirror: both swing as one, x'' = -x / (1 + mu), from x = 0 on."""
+    p = Parameters(mass_ratio=0.5, restitution=0.5, friction=0.2, **SWING)
+    omega = 1.0 / math.sqrt(1.5)
+    found = plain(events)(p, State(0.0, 0.5, 0.0, 0.5), until=3.0)
+    assert found["kind"][:2].tolist() == [REST, SLIP]
+    assert found["time"][1] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-12)
+
+
+@pytest.mark.parametrize("u", [0.0, 0.3, -0.4])
+def test_an_idle_damper_comes_to_rest(u: float) -> None:
+    """Without a contact, and with accelerations below friction, it ends at rest in the box."""
+    p = Parameters(0.1, 0.1, 0.5, 50.0, 0.6, friction=0.8)
+    found = plain(events)(p, State(0.0, 0.0, 1.0, u), until=500.0)
+    assert set(found["kind"]) <= {REST, SLIP, REVERSAL}
+    assert found["kind"][-1] == REST
+    assert found["time"][-1] < 50.0
+
+
+def test_losses_against_samples() -> None:
+    """What friction takes, as an integral over samples."""
+    observers = {"response": {"friction_loss": True}, "trajectory": {"samples_per_period": 20000}}
+    given = QUIET | {"friction": 0.05, "restitution": 0.6}
+    found = simulate(**given, transient=1, periods=1, observers=observers)
+    kept = found.isel(instant=np.isfinite(found.trajectory_time.values))
+    apart = abs(kept.trajectory_free_velocity.values - kept.trajectory_velocity.values)
+    loss = 0.1 * 0.05 * np.trapezoid(apart, kept.trajectory_time.values)
+    assert float(found.friction_loss) == pytest.approx(loss, rel=1e-6)
+    assert {0.0, 2.0} <= set(kept.trajectory_mode.values)
+
+
+@pytest.mark.parametrize("forcing", [Base("base"), Record([0.0, 1.0], [1.0, 1.0], of=MOVED)])
+def test_the_frame_of_a_base_is_refused(forcing: Any) -> None:
+    p = Parameters(**QUIET, friction=0.1, forcing=forcing)
+    with pytest.raises(ValueError, match=r"^friction = 0\.1 with .* is not known in the frame"):
+        events(p, until=1.0)
+
+
+def test_only_one_model_at_a_time() -> None:
+    message = "support_stiffness_ratio .grounded. and friction .sliding. ask for different models"
+    with pytest.raises(ValueError, match=message):
+        Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
+
+
+def test_no_derivative_by_friction() -> None:
+    orbit = periodic_orbit(Parameters(**QUIET), settle=20)
+    with pytest.raises(ValueError, match=r"^no derivative by friction"):
+        orbit.sensitivity("friction")
+
+
+def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
+    study = small_study()
+    study["parameters"]["friction"] = 0.1
+    study["observers"] |= {"laws": {}, "lyapunov": {}}
+    path = tmp_path / "study.yaml"
+    path.write_text(yaml.safe_dump(study))
+    with pytest.raises(ConfigError) as error:
+        load_study(path)
+    for name in ("laws", "lyapunov"):
+        assert f"observers.{name}\n    {name} does not know dry friction" in str(error.value)
+
+
+def test_machine_in_si_units() -> None:
+    """Friction in m/s2 over F0/M."""
+    p = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6, friction=0.5)
+    assert p.dimensionless.friction == pytest.approx(0.1)

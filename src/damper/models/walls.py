@@ -52,6 +52,12 @@ def have_rigid_walls(kind: type) -> None:
     declared.begin.of(kind)(begin_flight)
     declared.following.of(kind)(_following)
     declared.motion.of(kind)(_motion)
+    declared.speeds_in_tail.of(kind)(_speeds_in_tail)
+
+
+@compiled
+def _speeds_in_tail(model, segment):
+    return segment.gap_rate, restitution_at(model.law, 0.0)
 
 
 @compiled
@@ -127,7 +133,18 @@ def _over_impact(model, s, end):
 
 
 @compiled
-def after_impact(periods, time, end, v, rate, speed, first_speed, mode, completion):
+def after_impact(
+    periods: float,
+    time: float,
+    end: End,
+    v: float,
+    rate: float,
+    speed: float,
+    first_speed: float,
+    mode: float,
+    completion: float,
+) -> Segment:
+    """The segment that an impact at the end of a flight begins."""
     return Segment(
         periods,
         time,

@@ -496,6 +496,16 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
+def need_no_friction(damper: Any, what: str) -> None:
+    """Raise ValueError where dry friction acts, which `what` does not know.
+
+    `damper` are parameters, or a model of the engine.
+    """
+    friction = getattr(damper, "friction", 0.0)
+    if friction:
+        raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
+
+
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 

@@ -33,6 +33,7 @@ def check_study(study: Study) -> None:
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
+        _check_friction(study, mistakes)
         _check_theories(study, mistakes)
         _check_steady(study, mistakes)
     for section, name, entry in study.products():
@@ -161,6 +162,15 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     places += [(section, name) for section, name, made in study.products() if made.theoretical]
     for place in places:
         mistakes.add(place, message, "a study of the rigid damper with constant restitution")
+
+
+def _check_friction(study: Study, mistakes: Mistakes) -> None:
+    """Refuse what does not know dry friction, before anything is run."""
+    if all(point.friction == 0.0 for point in study.corners):
+        return
+    places = [("observers", name) for name in ("laws", "lyapunov") if name in study.observers]
+    for place in [*places, *(("orbits", name) for name in study.orbits)]:
+        mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:

@@ -106,7 +106,8 @@ def _pushed_driven(mass, phase):
 
 
 @compiled
-def force_point(moving, tau, dx, motion):
+def force_point(moving: ContactForce, tau: float, dx: float, motion: Motion) -> EventPoint:
+    """Where the contact force is, at a state of the motion."""
     osc = moving.osc
     snap, crackle, sixth = higher_derivatives(osc, motion)
     a, a1, a2, a3, a4, most = pushed(moving.mass, motion.phase)

@@ -27,14 +27,13 @@ from damper.engine.search import (
     rates_of,
 )
 from damper.engine.segment import (
-    SLIP,
     FLIGHT,
-    IMPACT,
     NOTHING,
     RELEASE,
     REST,
     RESTING,
     REVERSAL,
+    SLIP,
     STICK,
     STICKING,
     TAIL,
@@ -52,6 +51,7 @@ from damper.models.flights import (
     begin_flight,
     gap_of,
     relative_rates,
+    unclipped,
 )
 from damper.models.rigid import ContactForce, Rigid, force_point
 from damper.parameters import Parameters
@@ -91,8 +91,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Sliding:
     made = rigid.prepare(parameters, law, accuracy)
     if not isinstance(made.mass, Ballistic):
         raise ValueError(
-            f"friction = {parameters.friction!r} with {parameters.forcing!r}: a free mass that "
-            "rubs has no force of inertia on it; give the force in the frame of the ground"
+            f"friction = {parameters.friction!r} with {parameters.forcing!r}: friction is not "
+            "known in the frame of a base that moves; give the force in that of the ground"
         )
     return Sliding(*made, parameters.friction)
 
@@ -272,13 +272,6 @@ def shift_of(model: Sliding, sigma: float) -> float:
     return sigma * model.mass_ratio * model.friction
 
 
-@compiled
-def growing_gap(slide: Slide) -> WeightedSum:
-    """The gap at the segment's wall, or its negative, whichever grows in the slide."""
-    sign = -slide.sigma * slide.shifted.side
-    return gap_of(slide.start, slide.flight, slide.shifted, sign)
-
-
 @declared.initial_segment.of(Sliding)
 def _initial_segment(model, periods, time, x, v, y, u):
     # Where the masses are is told as for the rigid damper; who stays at rest is not.
@@ -309,8 +302,23 @@ def _settled(model, s):
     on_wall = s.gap == 0.0
     mode = STICKING if on_wall else RESTING
     cause = STICK if on_wall else REST
+    # Impacts on one wall are a burst until the masses stick there, also where they rest between.
+    first_speed = 0.0 if on_wall else s.first_speed
     return Segment(
-        s.periods, s.time, s.x, s.v, s.gap, 0.0, s.side, mode, cause, 0.0, s.v, 0.0, 0.0, 0.0
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        s.gap,
+        0.0,
+        s.side,
+        mode,
+        cause,
+        0.0,
+        s.v,
+        first_speed,
+        0.0,
+        0.0,
     )
 
 
@@ -369,14 +377,14 @@ def _is_over(point, width, forcing):
 def _slide(model, s, slide):
     """A slide, up to an impact or to where the relative velocity vanishes."""
     limit = min(HORIZON, horizon(model.free.forcing, slide.start.phase))
-    speed = Speed(growing_gap(slide))
+    speed = Speed(gap_of(slide, model, s, -slide.sigma * s.side))
     first = _speed_point(speed, start_point(speed.gap))
     stop = first_root(speed, first, math.inf, False, limit, 0.0)
     stops = math.inf
     if stop.side == 1.0 and stop.point.tau + stop.step <= limit:
         stops = stop.point.tau + stop.step
     last = min(stops, limit)
-    gap = gap_of(slide.start, slide.flight, slide.shifted, 1.0)
+    gap = gap_of(slide, model, s, 1.0)
     point = start_point(gap)
     lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
     root = first_root(gap, point, 2.0 * model.clearance, lifts_off, last, 0.0)
@@ -420,6 +428,11 @@ def _over_impact(model, s, end, gave_up):
         if error <= model.tolerance and rate * left <= model.clearance:
             new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
     return Step(end.duration, True, gave_up, end.steps, new, start)
+
+
+@gap_of.of(Slide)
+def _gap_of_slide(start, model, segment, sign):
+    return gap_of(start.start, start.flight, start.shifted, sign)
 
 
 class Bounce(NamedTuple):
@@ -475,9 +488,7 @@ def time_to_completion(model: Sliding, s: Segment, slide: Slide) -> tuple[float,
 
 
 @compiled
-def bounce_at(
-    bounce: Bounce, duration: float, gap_rate: float, tau: float
-) -> tuple[float, float]:
+def bounce_at(bounce: Bounce, duration: float, gap_rate: float, tau: float) -> tuple[float, float]:
     """Gap and gap rate in the closed rest of a sequence: its bounces are self-similar."""
     left = 1.0 - tau / duration if duration > 0.0 else 0.0
     if bounce.shrinks == 0.0 or left <= 0.0:
@@ -493,14 +504,18 @@ def bounce_at(
     return max(height - 0.5 * bounce.back * fallen * fallen, 0.0), -bounce.back * fallen
 
 
+@declared.speeds_in_tail.of(Sliding)
+def _speeds_in_tail(model, segment):
+    bounce = bounce_of(model, segment, _begin(model, segment))
+    return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
+
+
 @declared.motion.of(Sliding)
 def _motion(model, segment, tau):
     s = segment
     if s.mode == FLIGHT:
-        slide = _begin(model, s)
-        p = point_at(gap_of(slide.start, slide.flight, slide.shifted, 1.0), tau)
-        gap = min(max(p.value, 0.0), 2.0 * model.clearance)
-        return s.x + p.state.dx, p.state.v, gap, p.slope
+        x, v, gap, rate = unclipped(model, s, _begin(model, s), tau)
+        return x, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
     x, v = walls.centre(model, s, tau)
     if s.mode != TAIL or s.gap_rate == 0.0:
         return x, v, s.gap, 0.0
