@@ -44,6 +44,7 @@ MADE: dict[str, dict[str, float]] = {
     "compliant": {"contact_stiffness_ratio": 1e5},
     "tension": {"contact_stiffness_ratio": 1e5, "contact_tension": 1},
     "time_varying": {"modulation_depth": 0.4, "modulation_order": 3, "modulation_phase": 1.0},
+    "sliding": {"friction": 0.02},
 }
 each = pytest.mark.parametrize("name", MADE)
 
@@ -173,12 +174,18 @@ FORCES: dict[str, dict[str, Any]] = {
 }
 
 
+#: Those that act on the free mass as well.
+IN_ITS_FRAME = ("in its frame", "of the base")
+
+
 @pytest.mark.parametrize("force", FORCES)
 @each
 @plain
 def test_energy_balance_closes_under_any_force(name: str, force: str) -> None:
     """To 1e-12 of the turnover; the work is that on both masses where the frame is the base's."""
     observers = {"response": {"modulation_work": True}}
+    if name == "sliding" and force in IN_ITS_FRAME:
+        return  # refused: test_sliding.py
     run = {**OBSERVED, "transient": 0, "observers": observers}
     found = simulate(**SCENE, **MADE[name], **FORCES[force], **run)
     parts = ("energy_input", "dashpot_loss", "impact_loss", "modulation_work")
@@ -241,6 +248,7 @@ def test_response_under_a_force_against_samples(name: str, force: str) -> None:
         {"support_stiffness_ratio": 1e-16},
         {"support_damping_ratio": 1e-16},
         {"modulation_depth": 1e-15, "modulation_order": 3},
+        {"friction": 1e-16},
     ],
     ids=str,
 )
@@ -252,7 +260,8 @@ def test_what_vanishes_leaves_the_rigid_run(nearly: dict[str, float], restitutio
     assert p.model != "rigid"
     found = events(p, until=40.0)
     # How many impacts of a sequence are resolved may differ by one; what they lead to may not.
-    pairs = [[rows[rows["kind"] > 0] for rows in (rigid, found)]]
+    # Rests off the walls are friction's own, however short.
+    pairs = [[rows[np.isin(rows["kind"], (1, 2))] for rows in (rigid, found)]]
     pairs.append([rows[rows["kind"] == 0][:3] for rows in (rigid, found)])
     for one, other in pairs:
         assert len(one) == len(other) >= 2
@@ -292,13 +301,14 @@ same = [
     for given in (
         dict(support_stiffness_ratio=0.0, support_damping_ratio=0.0),
         dict(modulation_depth=0.0, modulation_order=3, modulation_phase=1.0),
+        dict(friction=0.0),
     )
 ]
 undamped = [
     damper.events(Parameters(0.1, 0.0, *base[2:], **given), until=50).tobytes()
     for given in ({}, dict(support_damping_factor=3.0))
 ]
-names = ("grounded", "compliant", "time_varying")
+names = ("grounded", "compliant", "time_varying", "sliding")
 unused = [name for name in sys.modules if name.startswith("damper.models.") and any(
     model in name for model in names)]
 print(json.dumps([*same, undamped[0] == undamped[1], unused]))
@@ -307,7 +317,7 @@ print(json.dumps([*same, undamped[0] == undamped[1], unused]))
 
 def test_nothing_of_it_is_the_rigid_damper_byte_for_byte() -> None:
     """And its code: that of the other models is not even imported."""
-    assert in_new_process(NONE, "-W", "error", DAMPER_COMPILE="0") == [True, True, True, []]
+    assert in_new_process(NONE, "-W", "error", DAMPER_COMPILE="0") == [True, True, True, True, []]
 
 
 class Unknown(NamedTuple):

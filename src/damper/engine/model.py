@@ -55,5 +55,13 @@ def motion(model: Any, segment: Segment, tau: float) -> tuple[float, float, floa
 
 
 @by_class
+def speeds_in_tail(model: Any, segment: Segment) -> tuple[float, float]:
+    """Approach speed of the next impact in a TAIL, and each one's over that of the one before.
+
+    Both to first order in the speed.
+    """
+
+
+@by_class
 def mass_ratio_at(model: Any, periods: float, time: float) -> float:
     """Mass ratio at a moment."""

@@ -30,9 +30,9 @@ class Segment(NamedTuple):
     gap_rate: float
     side: float
     mode: float
-    """How the masses move: FLIGHT, TAIL, STICKING or CONTACT."""
+    """How the masses move: FLIGHT, TAIL, STICKING, CONTACT or RESTING."""
     cause: float
-    """What began the segment: NOTHING, IMPACT, STICK, RELEASE or SEPARATION."""
+    """What began the segment: NOTHING, SEPARATION, or one of the codes of `damper.events`."""
     speed: float
     """Approach speed of the impact that began it, else 0."""
     v_before: float
@@ -53,8 +53,12 @@ COLUMNS = len(Segment._fields)
 FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
 #: Compliant contact that has not lasted yet. An impact that begins one does not jump.
 CONTACT = 3.0
+#: Dry friction holds the free mass at rest in the box, off the walls.
+RESTING = 4.0
 #: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
 NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
+#: Under dry friction, off the walls: a rest begins or ends, or sliding turns round.
+REST, SLIP, REVERSAL = 4.0, 5.0, 6.0
 #: The end of a compliant contact that has not lasted; `damper.events` does not list it.
 SEPARATION = -2.0
 

@@ -65,7 +65,7 @@ class ResponseIntegrals(NamedTuple):
     loss: float
     """Energy lost in contact after the impact itself."""
     support: float
-    """Energy lost in a support of the free mass."""
+    """Energy lost in a support of the free mass, or in its dry friction."""
     modulation: float
     """Energy that a time-varying free mass gains by its variation."""
     peak: float

@@ -28,6 +28,7 @@ from damper.models.tangent import (
     velocities_after,
 )
 from damper.parameters import Parameters
+from damper.parameters.dampers import need_no_friction
 from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
@@ -61,6 +62,9 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
+    need_no_friction(parameters, "a derivative")
+    if "friction" in rates:
+        raise ValueError("no derivative by friction: the flow of deviations does not know it")
     own = {name: value_of(parameters, name) for name in rates}
     step = min(
         (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),

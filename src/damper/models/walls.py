@@ -48,10 +48,16 @@ def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
 
 def have_rigid_walls(kind: type) -> None:
     """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
-    declared.initial_segment.of(kind)(_initial_segment)
+    declared.initial_segment.of(kind)(initial_segment_of)
     declared.begin.of(kind)(begin_flight)
     declared.following.of(kind)(_following)
     declared.motion.of(kind)(_motion)
+    declared.speeds_in_tail.of(kind)(_speeds_in_tail)
+
+
+@compiled
+def _speeds_in_tail(model, segment):
+    return segment.gap_rate, restitution_at(law_at(model.law, segment.side), 0.0)
 
 
 @compiled
@@ -114,22 +120,33 @@ def _over_impact(model, s, end):
     v, rate = impact(
         mass_ratio_at(model, periods, time), restitution_at(law, speed), side, end.v, speed
     )
-    new = _after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
+    new = after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = begin(model, new)
     if rate == 0.0:
         if stays(model, new, start):
-            new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
+            new = after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
         rise = 0.25 * rate * left * (1.0 - restitution_at(law, 0.0))
         if error <= model.tolerance and rise <= model.clearance:
-            new = _after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
+            new = after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
     return Step(end.duration, True, False, end.steps, new, start)
 
 
 @compiled
-def _after_impact(periods, time, end, v, rate, speed, first_speed, mode, completion):
+def after_impact(
+    periods: float,
+    time: float,
+    end: End,
+    v: float,
+    rate: float,
+    speed: float,
+    first_speed: float,
+    mode: float,
+    completion: float,
+) -> Segment:
+    """The segment that an impact at the end of a flight begins."""
     return Segment(
         periods,
         time,
@@ -155,7 +172,7 @@ def slack(clearance: float, x: float, y: float) -> float:
 
 
 @compiled
-def _initial_segment(
+def initial_segment_of(
     model: Any, periods: float, time: float, x: float, v: float, y: float, u: float
 ) -> Segment:
     """The rules for a start on a wall are those of an impact.

@@ -287,7 +287,7 @@ def _strike(model, s, thresholds, state, counts):
         if s.speed >= limit:
             visible[0, k] += 1
         if s.mode == TAIL:
-            visible[0, k] += visible_in_tail(model.law, s, limit)
+            visible[0, k] += visible_in_tail(model, s, limit)
 
 
 @compiled

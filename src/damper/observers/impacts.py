@@ -99,4 +99,4 @@ def _count(model, log, window, fraction, speed, totals, listed):
             total.visible += 1.0
             total.speeds += s.speed
         if s.mode == TAIL:
-            total.in_tails += visible_in_tail(model.law, s, limit)
+            total.in_tails += visible_in_tail(model, s, limit)

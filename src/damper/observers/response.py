@@ -42,6 +42,13 @@ _MODULATION_WORK = Variable(
 )
 
 
+_FRICTION_LOSS = Variable(
+    "friction_loss",
+    "energy lost in dry friction of the free mass per cycle",
+    ENERGY,
+    comment="of a burst's closed rest, where both losses end, its part to first order",
+)
+
 _RELATIVE = "relative to the base in runs in its frame"
 
 
@@ -68,6 +75,11 @@ class Response(Observer):
         False,
         "Write what a time-varying free mass gains by its variation as well; zero in every other "
         "model.",
+    )
+    friction_loss = Setting(
+        False,
+        "Write what the free mass loses in dry friction as well; zero in every other model. The "
+        "residual counts it as a loss, asked for or not.",
     )
     _always = (
         Variable(
@@ -118,7 +130,10 @@ class Response(Observer):
     @property
     def variables(self) -> tuple[Variable, ...]:
         """What it writes."""
-        return (*self._always, _MODULATION_WORK) if self.modulation_work else self._always
+        made: tuple[Variable, ...] = self._always
+        if self.modulation_work:
+            made = (*made, _MODULATION_WORK)
+        return (*made, _FRICTION_LOSS) if self.friction_loss else made
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
@@ -137,7 +152,9 @@ class Response(Observer):
         total = read_record(self._totals)
         free = self._model.free
         length = self._window.length
-        dashpot = 2.0 * free.damping * total.speed_square + total.support
+        rubs = getattr(self._model, "friction", 0.0) > 0.0
+        dashpot = 2.0 * free.damping * total.speed_square + (0.0 if rubs else total.support)
+        friction = total.support if rubs else 0.0
         gained = total.stored_last - total.stored - total.modulation
         rms = math.sqrt(total.square / (length * self._model.cycle))
         amplitude = math.nan
@@ -152,11 +169,13 @@ class Response(Observer):
                 "energy_input": total.work / length,
                 "dashpot_loss": dashpot / length,
                 "impact_loss": total.loss / length,
-                "energy_residual": (total.work - dashpot - total.loss - gained) / length,
+                "energy_residual": (total.work - dashpot - friction - total.loss - gained) / length,
             }
         )
         if self.modulation_work:
             self._put({"modulation_work": total.modulation / length})
+        if self.friction_loss:
+            self._put({"friction_loss": friction / length})
 
 
 @compiled

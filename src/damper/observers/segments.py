@@ -38,8 +38,12 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
     "gap_rate": (GAP_RATE, "rate of the gap at its start", SPEED),
     "completion": (COMPLETION, "time to a burst's completion; of contact, since touch", TIME_UNIT),
     "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
-    "mode": (MODE, "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact", "1"),
-    "cause": (CAUSE, "what began it: 0 impact, 1 stick, 2 release, -1 none, -2 separation", "1"),
+    "mode": (
+        MODE,
+        "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact, 4 held by friction",
+        "1",
+    ),
+    "cause": (CAUSE, "what began it: code of damper.events, -1 none, -2 separation", "1"),
 }
 
 

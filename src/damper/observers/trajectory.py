@@ -12,7 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.model import motion
-from damper.engine.segment import IMPACT, STICKING, segment_at
+from damper.engine.segment import IMPACT, RESTING, STICKING, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import (
     Observer,
@@ -94,7 +94,8 @@ class SampledTrajectory(Observer):
                 instant,
                 "i1",
                 "0 impact, a row just before and one just after it; 1 start of sticking; "
-                "2 release; missing: a sample, or an unused row",
+                "2 release; with dry friction off the walls 4 rest, 5 slip, 6 reversal; missing: a "
+                "sample, or an unused row",
             ),
             Variable(
                 "trajectory_mode",
@@ -102,7 +103,8 @@ class SampledTrajectory(Observer):
                 "1",
                 instant,
                 "i1",
-                "0 flight or the bounces of a closed burst; 1 sticking; missing: unused row",
+                "0 flight or the bounces of a closed burst; 1 sticking; 2 at rest in the box by "
+                "friction; missing: unused row",
             ),
             Variable(
                 "trajectory_events_left_out",
@@ -172,6 +174,8 @@ def _write(model, log, stretch, rows, counts):
     for index in range(len(log)):
         s = segment_at(log[index])
         mode = 1.0 if s.mode == STICKING else 0.0
+        if s.mode == RESTING:
+            mode = 2.0
         now = since(s, period, start_periods, start_time)
         if s.cause >= IMPACT and now >= 0.0 and since(s, period, end_periods, end_time) <= 0.0:
             if count.events == stretch.most_events:

@@ -28,7 +28,7 @@ class Parameters(Declared):
 
     Those under Parameters make the damper with rigid walls and Newton's restitution. The others
     add to it; they choose at most one other model: a support that ties the free mass to the frame,
-    compliant contact, or a time-varying free mass.
+    compliant contact, a time-varying free mass, or dry friction between free mass and box.
 
     Parameters
     ----------
@@ -226,6 +226,15 @@ class Parameters(Declared):
         model="time_varying",
         chooses=False,
     )
+    friction: float = quantity(
+        r"$a_\mathrm{f}$",
+        "acceleration of the sliding free mass by dry friction",
+        ACCELERATION,
+        definition="friction coefficient times the acceleration that presses it on the box",
+        minimum=0.0,
+        default=0.0,
+        model="sliding",
+    )
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -391,6 +400,7 @@ class SIParameters(Declared, shares=Parameters):
     modulation_depth: float = shared(default=0.0)
     modulation_order: float = shared(default=1.0)
     modulation_phase: float = shared(default=0.0)
+    friction: float = shared(default=0.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -516,6 +526,20 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
+def need_no_friction(damper: Any, what: str) -> None:
+    """Raise ValueError where dry friction acts, which `what` does not know.
+
+    `damper` are parameters, or a model of the engine.
+    """
+    friction = getattr(damper, "friction", 0.0)
+    if friction:
+        raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
+
+
+#: What a model is about, in messages.
+_CALLED = {"compliant": "compliant contact", "sliding": "dry friction"}
+
+
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 
@@ -533,10 +557,16 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
     if len({q.law for q in laws}) > 1:
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
-    if values["gravity"] and "compliant" in asked:
+    for model, name in (("compliant", _STIFFNESS), ("sliding", "friction")):
+        if values["gravity"] and model in asked:
+            raise ValueError(
+                f"gravity = {values['gravity']!r} with {named(name)}: {_CALLED[model]} does "
+                "not know gravity; leave out one of the two"
+            )
+    if values["restitution_left"] != math.inf and "sliding" in asked:
         raise ValueError(
-            f"gravity = {values['gravity']!r} with {named(_STIFFNESS)}: compliant contact does not "
-            "know gravity; leave out one of the two"
+            "restitution_left and friction: dry friction does not know walls that differ; leave "
+            "out one of the two"
         )
     if "compliant" in asked:
         _check_compliant(values, named)

@@ -18,4 +18,5 @@ MODELS = {
     "grounded": Model({"support_stiffness_ratio": 0.01}, 6.5e-7),
     "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6),
     "time_varying": Model({"modulation_depth": 0.1}, 5e-7),
+    "sliding": Model({"friction": 0.01}, 1.5e-6),
 }

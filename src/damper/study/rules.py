@@ -39,6 +39,7 @@ def check_study(study: Study) -> None:
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
+        _check_friction(study, mistakes)
         _check_theories(study, mistakes)
         _check_kept(study, mistakes)
         _check_steady(study, mistakes)
@@ -198,6 +199,15 @@ def _check_kept(study: Study, mistakes: Mistakes) -> None:
         if made.runs_more:
             message = "it runs more points, and a cube does not keep the samples of a record"
             mistakes.add((section, name), message, "a study under another force")
+
+
+def _check_friction(study: Study, mistakes: Mistakes) -> None:
+    """Refuse what does not know dry friction, before anything is run."""
+    if all(point.friction == 0.0 for point in study.corners):
+        return
+    places = [("observers", name) for name in ("laws", "lyapunov") if name in study.observers]
+    for place in [*places, *(("orbits", name) for name in study.orbits)]:
+        mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:

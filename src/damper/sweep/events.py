@@ -12,6 +12,7 @@ from damper.engine.segment import (
     DURATION,
     IMPACT,
     PERIODS,
+    REST,
     SIDE,
     SPEED,
     STOPPED,
@@ -40,7 +41,7 @@ EVENT = np.dtype(
     ]
 )
 #: Names of the kinds, in the order of their numbers.
-KINDS = ("impact", "stick", "release", "stopped")
+KINDS = ("impact", "stick", "release", "stopped", "rest", "slip", "reversal")
 #: Most events that are shown whole; of more, the first and last few.
 _SHOWN, _FEW = 12, 5
 #: Field -> the unit that it is in.
@@ -85,7 +86,7 @@ def events(
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
 ) -> EventTable:
-    """Every impact, start of sticking and release of a run, exactly.
+    """Every impact, start and end of sticking, and whatever friction does of a run, exactly.
 
     Parameters
     ----------
@@ -105,8 +106,10 @@ def events(
     -------
     EventTable, a structured ndarray that is shown as a table
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
-        if the run ended before `until`, and then the last row); `side` -1 left wall, +1 right
-        (0 where stopped); `approach_speed` just before an impact, else 0; `x` and `v`, the
+        if the run ended before `until`, and then the last row); with dry friction, off the walls,
+        4 rest, where the free mass comes to rest in the box, 5 slip, where it breaks away, and 6
+        reversal, where it slides back at once; `side` -1 left wall, +1 right (0 where there is
+        none); `approach_speed` just before an impact, else 0; `x` and `v`, the
         primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
         time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
         any number of periods, while `time` is the rounded sum period * P + time_in_period. A
@@ -160,7 +163,7 @@ def events(
         piece = np.empty(len(rows), dtype=EVENT)
         piece["time"] = rows[:, PERIODS] * trajectory.cycle + rows[:, TIME]
         piece["kind"] = rows[:, CAUSE]
-        piece["side"] = rows[:, SIDE]
+        piece["side"] = np.where(rows[:, CAUSE] < REST, rows[:, SIDE], 0.0)
         piece["approach_speed"] = rows[:, SPEED]
         piece["x"] = rows[:, X]
         piece["v"] = rows[:, V]

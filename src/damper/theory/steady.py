@@ -22,6 +22,7 @@ FREE_MASS = (
     "modulation_depth",
     "modulation_order",
     "modulation_phase",
+    "friction",
 )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
-from damper.parameters.units import ENERGY, FORCE, LENGTH, SPEED, TIME
+from damper.parameters.units import ACCELERATION, ENERGY, FORCE, LENGTH, SPEED, TIME
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -70,6 +70,7 @@ _UNITS = {
     TIME: r"$\sqrt{M/K}$",
     ENERGY: "$F_0^2/K$",
     FORCE: "$F_0$",
+    ACCELERATION: "$F_0/M$",
 }
 _BRANCHES = {
     ("direction", "up"): "continued upwards",

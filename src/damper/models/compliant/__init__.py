@@ -203,6 +203,8 @@ def pair_at(model: Compliant, segment: Segment) -> Pair:
 
 
 declared.mass_ratio_at.share(Compliant, Rigid)
+# It has no tail.
+declared.speeds_in_tail.share(Compliant, Rigid)
 
 
 @declared.motion.of(Compliant)

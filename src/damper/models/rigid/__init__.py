@@ -108,7 +108,8 @@ def _pushed_driven(mass, phase):
 
 
 @compiled
-def _force_point(moving, tau, dx, motion):
+def force_point(moving: ContactForce, tau: float, dx: float, motion: Motion) -> EventPoint:
+    """Where the contact force is, at a state of the motion."""
     osc = moving.osc
     snap, crackle, sixth = higher_derivatives(osc, motion)
     a, a1, a2, a3, a4, most = pushed(moving.mass, motion.phase)
@@ -137,7 +138,7 @@ def _point_of_force(moving, tau):
     dx, dv, phase = increments(moving.osc, start, tau)
     dx += start.v * tau
     motion = motion_from(moving.osc, start.x + dx, start.v + dv, phase)
-    return _force_point(moving, tau, dx, motion)
+    return force_point(moving, tau, dx, motion)
 
 
 @rates_of.of(ContactForce)
@@ -154,7 +155,7 @@ def _stick(model, segment):
     start = motion_from(model.stuck, s.x, s.v, phase)
     limit = min(HORIZON, horizon(model.stuck.forcing, phase))
     moving = ContactForce(model.stuck, model.mass, start, s.side)
-    point = _force_point(moving, 0.0, 0.0, start)
+    point = force_point(moving, 0.0, 0.0, start)
     if s.side == 0.0 or rests(point):
         x, v = arrive(model.stuck, start, limit)
         return End(limit, NO_EVENT, 0.0, x, v, 0.0, 0.0, 1)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.impact import law_at, restitution_at
+from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
@@ -161,13 +161,12 @@ def part_within(segment: Segment, period: float, window: Window) -> tuple[float,
 
 
 @compiled
-def visible_in_tail(law: Any, tail: Segment, limit: float) -> int:
+def visible_in_tail(model: Any, tail: Segment, limit: float) -> int:
     """Impacts at or above the speed `limit` that a closed tail still holds.
 
-    The tail's approach speeds fall geometrically from that of its first, resolved impact.
+    Their approach speeds fall geometrically.
     """
-    # The impact after the rebound speed has it as approach speed to first order.
-    restitution = restitution_at(law_at(law, tail.side), 0.0)
-    if not (restitution > 0.0 and 0.0 < limit <= tail.gap_rate):
+    speed, ratio = speeds_in_tail(model, tail)
+    if not (ratio > 0.0 and 0.0 < limit <= speed):
         return 0
-    return 1 + math.floor(math.log(limit / tail.gap_rate) / math.log(restitution))
+    return 1 + math.floor(math.log(limit / speed) / math.log(ratio))

@@ -1,0 +1,525 @@
+"""The free mass slides in the box with dry (Coulomb) friction; the walls are rigid.
+
+While it slides in one direction friction is constant: the flight is that of a rigid damper whose
+free mass is ballistic and whose primary moves about a shifted place of rest. So the gap's search is
+that of every flight, and the relative velocity, its rate, is searched for the stop. Where that
+vanishes the masses move as one as long as friction holds them. Equations, and the time in which
+infinitely many bounces complete: docs/models.md.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from damper.engine import model as declared
+from damper.engine.bodies import Ballistic, WeightedSum, start_point
+from damper.engine.compiled import compiled, plain
+from damper.engine.forcing import horizon, may_jump, phase_at
+from damper.engine.impact import impact, restitution_at
+from damper.engine.model import Step
+from damper.engine.oscillator import Motion, Oscillator, advance, motion_from
+from damper.engine.search import (
+    GAVE_UP,
+    HORIZON,
+    ROUNDOFF,
+    EventPoint,
+    first_root,
+    point_at,
+    rates_of,
+)
+from damper.engine.segment import (
+    FLIGHT,
+    NOTHING,
+    RELEASE,
+    REST,
+    RESTING,
+    REVERSAL,
+    SLIP,
+    STICK,
+    STICKING,
+    TAIL,
+    Segment,
+    clock_after,
+    first_speed_of,
+    segment_after,
+)
+from damper.models import rigid, walls
+from damper.models.flights import (
+    EVENT,
+    NO_EVENT,
+    VANISHES,
+    End,
+    begin_flight,
+    gap_of,
+    relative_rates,
+    unclipped,
+)
+from damper.models.rigid import ContactForce, Rigid, force_point
+from damper.parameters import Parameters
+
+
+class Sliding(NamedTuple):
+    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+
+    mass_ratio: float
+    clearance: float
+    law: Any
+    cycle: float
+    tolerance: float
+    free: Oscillator
+    stuck: Oscillator
+    mass: Ballistic
+    """The free mass where nothing rubs."""
+    friction: float
+    """Acceleration that friction gives the free mass while it slides."""
+
+
+class Slide(NamedTuple):
+    """What a slide follows from."""
+
+    sigma: float
+    """Sign of the free mass's velocity less the primary's."""
+    flight: Rigid
+    """The rigid damper whose flight it is."""
+    shifted: Segment
+    """The segment, with the displacement from where the primary would rest."""
+    start: Motion
+
+
+@plain
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Sliding:
+    """Constants of one run."""
+    made = rigid.prepare(parameters, law, accuracy)
+    if not isinstance(made.mass, Ballistic):
+        raise ValueError(
+            f"friction = {parameters.friction!r} with {parameters.forcing!r}: friction is not "
+            "known in the frame of a base that moves; give the force in that of the ground"
+        )
+    return Sliding(*made, parameters.friction)
+
+
+declared.mass_ratio_at.share(Sliding, Rigid)
+walls.centre.share(Sliding, Rigid)
+
+
+class Hold(NamedTuple):
+    """What friction has left to hold the free mass at rest, as the search sees it.
+
+    Contact force in sticking over the free mass, plus the largest friction: on a wall the masses
+    part where it vanishes, off the walls also where it is twice the largest friction.
+    """
+
+    force: ContactForce
+    friction: float
+
+
+@compiled
+def _with_friction(p, friction):
+    return EventPoint(
+        p.tau,
+        p.value + friction,
+        p.slope,
+        p.second,
+        p.third,
+        p.fourth,
+        p.fifth,
+        p.bound4,
+        p.growth,
+        p.roundoff + ROUNDOFF * friction,
+        p.state,
+    )
+
+
+@point_at.of(Hold)
+def _point_of_hold(moving, tau):
+    return _with_friction(point_at(moving.force, tau), moving.friction)
+
+
+@rates_of.of(Hold)
+def _rates_of_hold(moving):
+    return rates_of(moving.force)
+
+
+class Speed(NamedTuple):
+    """The relative speed in a slide, as the search sees it."""
+
+    gap: WeightedSum
+    """That grows in the slide: its rate is the speed."""
+
+
+@compiled
+def _speed_point(moving, p):
+    gap = moving.gap
+    _, _, coupling = rates_of(gap)
+    size = abs(gap.slope) + abs(p.slope)
+    size += (abs(gap.acceleration) + abs(gap.terms.start.a) + abs(p.state.a)) * p.tau
+    return EventPoint(
+        p.tau,
+        p.slope,
+        p.second,
+        p.third,
+        p.fourth,
+        p.fifth,
+        0.0,
+        # The bound on the gap's fourth derivative makes one on its fifth.
+        p.growth + coupling * p.bound4,
+        coupling * p.growth,
+        ROUNDOFF * size,
+        p.state,
+    )
+
+
+@point_at.of(Speed)
+def _point_of_speed(moving, tau):
+    return _speed_point(moving, point_at(moving.gap, tau))
+
+
+@rates_of.of(Speed)
+def _rates_of_speed(moving):
+    return rates_of(moving.gap)
+
+
+@compiled
+def _hold(model: Sliding, s: Segment) -> Hold:
+    """What holds the free mass at rest in a state without a relative velocity."""
+    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    start = motion_from(model.stuck, s.x, s.v, phase)
+    return Hold(ContactForce(model.stuck, model.mass, start, s.side), model.friction)
+
+
+@compiled
+def _hold_at_start(hold: Hold) -> EventPoint:
+    return _with_friction(force_point(hold.force, 0.0, 0.0, hold.force.start), hold.friction)
+
+
+@compiled
+def _room(model: Sliding, gap: float) -> float:
+    """Width within which what is left of friction holds: a wall holds whatever presses on it."""
+    return math.inf if gap == 0.0 else 2.0 * model.friction
+
+
+@compiled
+def _holds(point: EventPoint, width: float) -> bool:
+    """Whether the free mass stays at rest; on the brink the first derivative decides that acts."""
+    if point.value > 0.0 and point.value < width:
+        return True
+    if point.value < 0.0 or point.value > width:
+        return False
+    inwards = 1.0 if point.value == 0.0 else -1.0
+    rate = point.slope
+    if rate == 0.0:
+        rate = point.second
+    if rate == 0.0:
+        rate = point.third
+    return inwards * rate >= 0.0
+
+
+@compiled
+def direction(model: Sliding, s: Segment) -> float:
+    """Sign of the free mass's velocity less the primary's, also just after it was zero."""
+    if s.gap_rate != 0.0:
+        return -s.side if s.gap_rate > 0.0 else s.side
+    # The masses' common acceleration leaves the free mass behind.
+    force = _hold_at_start(_hold(model, s)).value - model.friction
+    if s.gap == 0.0 or force < 0.0:
+        return -s.side
+    return s.side
+
+
+@compiled
+def _moved_by(s, shift, cause):
+    """A segment with another displacement and cause."""
+    return Segment(
+        s.periods,
+        s.time,
+        s.x + shift,
+        s.v,
+        s.gap,
+        s.gap_rate,
+        s.side,
+        s.mode,
+        cause,
+        s.speed,
+        s.v_before,
+        s.first_speed,
+        s.completion,
+        s.duration,
+    )
+
+
+@declared.begin.of(Sliding)
+def _begin(model, segment):
+    s = segment
+    sigma = direction(model, s)
+    flight = Rigid(
+        model.mass_ratio,
+        model.clearance,
+        model.law,
+        model.cycle,
+        model.tolerance,
+        model.free,
+        model.stuck,
+        Ballistic(model.mass.acceleration - sigma * model.friction),
+    )
+    # At a breakaway both accelerations are the same, as at a release.
+    smooth = s.cause == SLIP
+    shifted = _moved_by(s, -shift_of(model, sigma), RELEASE if smooth else s.cause)
+    return Slide(sigma, flight, shifted, begin_flight(flight.mass, flight, shifted))
+
+
+@compiled
+def shift_of(model: Sliding, sigma: float) -> float:
+    """Where the primary would rest in a slide."""
+    return sigma * model.mass_ratio * model.friction
+
+
+@declared.initial_segment.of(Sliding)
+def _initial_segment(model, periods, time, x, v, y, u):
+    # Where the masses are is told as for the rigid damper; who stays at rest is not.
+    bare = Rigid(
+        model.mass_ratio,
+        model.clearance,
+        model.law,
+        model.cycle,
+        model.tolerance,
+        model.free,
+        model.stuck,
+        model.mass,
+    )
+    s = walls.initial_segment_of(bare, periods, time, x, v, y, u)
+    if s.gap_rate != 0.0 or s.side == 0.0:
+        return s
+    flies = Segment(
+        s.periods, s.time, s.x, s.v, s.gap, 0.0, s.side, FLIGHT, NOTHING, 0.0, s.v, 0.0, 0.0, 0.0
+    )
+    return _settled(model, flies)
+
+
+@compiled
+def _settled(model, s):
+    """A segment that begins without a relative velocity: the masses rest, or slide."""
+    if not _holds(_hold_at_start(_hold(model, s)), _room(model, s.gap)):
+        return s
+    on_wall = s.gap == 0.0
+    mode = STICKING if on_wall else RESTING
+    cause = STICK if on_wall else REST
+    # Impacts on one wall are a burst until the masses stick there, also where they rest between.
+    first_speed = 0.0 if on_wall else s.first_speed
+    return Segment(
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        s.gap,
+        0.0,
+        s.side,
+        mode,
+        cause,
+        0.0,
+        s.v,
+        first_speed,
+        0.0,
+        0.0,
+    )
+
+
+@declared.following.of(Sliding)
+def _following(model, segment, start):
+    s = segment
+    if s.mode == FLIGHT:
+        return _slide(model, s, start)
+    if s.mode == TAIL:
+        x, v = walls.centre(model, s, s.completion)
+        return _go_on(model, s, End(s.completion, EVENT, 0.0, x, v, 0.0, 0.0, 1), STICKING, STICK)
+    end = _rest(model, s)
+    if end.outcome != EVENT:
+        return _go_on(model, s, end, s.mode, NOTHING)
+    return _go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
+
+
+@compiled
+def _go_on(model, s, end, mode, cause):
+    """Step over an end without an impact."""
+    tau, gap, rate = end.duration, end.gap, end.gap_rate
+    new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
+    gave_up = end.outcome == GAVE_UP
+    return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, _begin(model, new))
+
+
+@compiled
+def _rest(model, s):
+    """The end of a rest on a wall or off the walls; none without a clearance."""
+    hold = _hold(model, s)
+    start = hold.force.start
+    limit = min(HORIZON, horizon(model.stuck.forcing, start.phase))
+    width = _room(model, s.gap)
+    tau, outcome, steps = limit, NO_EVENT, 1
+    if s.side != 0.0:
+        point = _hold_at_start(hold)
+        if not _holds(point, width) and _is_over(point, width, model.stuck.forcing):
+            return End(0.0, EVENT, 0.0, s.x, s.v, s.gap, 0.0, 1)
+        root = first_root(hold, point, width, False, limit, 0.0)
+        steps = root.steps
+        if root.side != 0.0 and root.point.tau + root.step <= limit:
+            tau = root.point.tau + root.step
+            outcome = GAVE_UP if root.side == GAVE_UP else EVENT
+    dx, v = advance(model.stuck, start, tau)
+    return End(tau, outcome, 0.0, s.x + dx, v, s.gap, 0.0, steps)
+
+
+@compiled
+def _is_over(point, width, forcing):
+    """Whether friction is overcome at once by more than roundoff, as where the force jumps."""
+    slack = VANISHES * point.roundoff if may_jump(forcing) else 0.0
+    return point.value < -slack or point.value > width + slack
+
+
+@compiled
+def _slide(model, s, slide):
+    """A slide, up to an impact or to where the relative velocity vanishes."""
+    limit = min(HORIZON, horizon(model.free.forcing, slide.start.phase))
+    speed = Speed(gap_of(slide, model, s, -slide.sigma * s.side))
+    first = _speed_point(speed, start_point(speed.gap))
+    stop = first_root(speed, first, math.inf, False, limit, 0.0)
+    stops = math.inf
+    if stop.side == 1.0 and stop.point.tau + stop.step <= limit:
+        stops = stop.point.tau + stop.step
+    last = min(stops, limit)
+    gap = gap_of(slide, model, s, 1.0)
+    point = start_point(gap)
+    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
+    root = first_root(gap, point, 2.0 * model.clearance, lifts_off, last, 0.0)
+    tau = root.point.tau + root.step
+    steps = stop.steps + root.steps
+    gave_up = stop.side == GAVE_UP or root.side == GAVE_UP
+    hits = abs(root.side) == 1.0 and tau <= last
+    if not hits:
+        tau = last
+    p = point_at(gap, tau)
+    x, v = s.x + p.state.dx, p.state.v
+    if hits:
+        end = End(tau, EVENT, root.side * s.side, x, v, 0.0, p.slope, steps)
+        return _over_impact(model, s, end, gave_up)
+    # What is left of the gap, or of the other one, is roundoff where it is below zero.
+    left = min(max(p.value, 0.0), 2.0 * model.clearance)
+    if tau < stops or gave_up:
+        outcome = GAVE_UP if gave_up else NO_EVENT
+        rate = -slide.sigma * s.side * max(-slide.sigma * s.side * p.slope, 0.0)
+        return _go_on(model, s, End(tau, outcome, 0.0, x, v, left, rate, steps), FLIGHT, NOTHING)
+    new = segment_after(s, model.cycle, tau, x, v, left, 0.0, s.side, FLIGHT, REVERSAL, 0.0)
+    new = _settled(model, new)
+    return Step(tau, True, False, steps, new, _begin(model, new))
+
+
+@compiled
+def _over_impact(model, s, end, gave_up):
+    """Step over an impact."""
+    side = end.wall
+    periods, time = clock_after(model.cycle, s.periods, s.time, end.duration)
+    speed = abs(end.gap_rate)
+    first_speed = first_speed_of(s, side, speed)
+    v, rate = impact(model.mass_ratio, restitution_at(model.law, speed), side, end.v, speed)
+    new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
+    start = _begin(model, new)
+    if rate == 0.0:
+        if _holds(_hold_at_start(_hold(model, new)), math.inf):
+            new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
+    else:
+        left, error = time_to_completion(model, new, start)
+        if error <= model.tolerance and rate * left <= model.clearance:
+            new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
+    return Step(end.duration, True, gave_up, end.steps, new, start)
+
+
+@gap_of.of(Slide)
+def _gap_of_slide(start, model, segment, sign):
+    return gap_of(start.start, start.flight, start.shifted, sign)
+
+
+class Bounce(NamedTuple):
+    """The bounces of a complete chatter sequence, to first order in their speed."""
+
+    out: float
+    """Relative acceleration towards the wall on the way out, friction with it."""
+    back: float
+    """On the way back, friction against it; not positive where they do not reach the wall."""
+    shrinks: float
+    """Speed of a rebound over that of the one before."""
+
+
+@compiled
+def bounce_of(model: Sliding, s: Segment, slide: Slide) -> Bounce:
+    """How a free mass bounces that slides away from a wall."""
+    a, _, _, _ = relative_rates(slide.start, slide.flight)
+    out = -s.side * a
+    back = out - 2.0 * (1.0 + model.mass_ratio) * model.friction
+    shrinks = 0.0
+    if back > 0.0:
+        shrinks = restitution_at(model.law, 0.0) * math.sqrt(back / out)
+    return Bounce(out, back, shrinks)
+
+
+@compiled
+def time_to_completion(model: Sliding, s: Segment, slide: Slide) -> tuple[float, float]:
+    """Time to the completion point after an impact, to first order, and its error.
+
+    An infinite error says that the sequence need not complete from here.
+    """
+    out, back, q = bounce_of(model, s, slide)
+    if not (back > 0.0 and q < 1.0):
+        return 0.0, math.inf
+    w = s.gap_rate
+    left = w * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - q)
+    # By how much the pressing acceleration changes meanwhile: with the force and the springs, and
+    # with what impacts and friction do to the primary's velocity.
+    _, jerk, _, snap = relative_rates(slide.start, slide.flight)
+    mu = model.mass_ratio
+    drag = 2.0 * model.free.damping
+    jerk = abs(jerk) + 2.0 * drag * mu * model.friction
+    change = (jerk + left * snap) * left + 2.0 * drag * mu / (1.0 + mu) * w
+    if not change < 0.25 * back:
+        return 0.0, math.inf
+    # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
+    drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
+    law = abs(restitution_at(model.law, w) - restitution_at(model.law, 0.0))
+    error = left * (drift + law / (1.0 - q))
+    if left > horizon(model.free.forcing, slide.start.phase):
+        return 0.0, math.inf
+    return left, error
+
+
+@compiled
+def bounce_at(bounce: Bounce, duration: float, gap_rate: float, tau: float) -> tuple[float, float]:
+    """Gap and gap rate in the closed rest of a sequence: its bounces are self-similar."""
+    left = 1.0 - tau / duration if duration > 0.0 else 0.0
+    if bounce.shrinks == 0.0 or left <= 0.0:
+        return 0.0, 0.0
+    count = math.floor(math.log(left) / math.log(bounce.shrinks))
+    shrink = math.exp(count * math.log(bounce.shrinks))
+    speed = gap_rate * shrink
+    now = (1.0 - left / shrink) * duration * shrink
+    turn = speed / bounce.out
+    if now <= turn:
+        return max(now, 0.0) * (speed - 0.5 * bounce.out * max(now, 0.0)), speed - bounce.out * now
+    height, fallen = 0.5 * speed * turn, now - turn
+    return max(height - 0.5 * bounce.back * fallen * fallen, 0.0), -bounce.back * fallen
+
+
+@declared.speeds_in_tail.of(Sliding)
+def _speeds_in_tail(model, segment):
+    bounce = bounce_of(model, segment, _begin(model, segment))
+    return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
+
+
+@declared.motion.of(Sliding)
+def _motion(model, segment, tau):
+    s = segment
+    if s.mode == FLIGHT:
+        x, v, gap, rate = unclipped(model, s, _begin(model, s), tau)
+        return x, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
+    x, v = walls.centre(model, s, tau)
+    if s.mode != TAIL or s.gap_rate == 0.0:
+        return x, v, s.gap, 0.0
+    gap, rate = bounce_at(bounce_of(model, s, _begin(model, s)), s.completion, s.gap_rate, tau)
+    # The centre follows the sticking flow; the bounces go on about it.
+    share = s.side * model.mass_ratio / (1.0 + model.mass_ratio)
+    return x + share * gap, v + share * rate, gap, rate

@@ -1,0 +1,321 @@
+"""Dry friction between free mass and box, against an integrator that finds each event by itself."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from project_copy import small_study
+from scenes import QUIET
+from scipy.integrate import solve_ivp
+
+from damper import (
+    Base,
+    Parameters,
+    Record,
+    SIParameters,
+    State,
+    events,
+    periodic_orbit,
+    simulate,
+)
+from damper.engine.compiled import plain
+from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
+from damper.models import start_run
+from damper.study.config import ConfigError, load_study
+
+MOVED = "base_acceleration"
+IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
+#: Approach speed below which the integrator lets a sequence of impacts end in sticking.
+SLOWEST = 1e-9
+
+
+class Integrator:
+    """Events of one run under one harmonic by DOP853, from one event to the next.
+
+    It knows the masses by the primary and the gap at one wall. `mode` is "slide" with the sign of
+    the gap's rate in `way`, or "rest", on a wall where the gap is zero.
+    """
+
+    def __init__(self, p: Parameters, x: float, v: float, gap: float, rate: float) -> None:
+        self.p, self.side, self.time = p, 1.0, 0.0
+        self.state = np.array([x, v, gap, rate])
+        self.events: list[tuple[float, int, float, float]] = []
+        self.mode, self.way = "slide", math.copysign(1.0, rate)
+        if rate == 0.0:
+            self.settle(quiet=True)
+
+    def push(self, t: float, s: np.ndarray) -> float:
+        """Force on the primary but for friction."""
+        p = self.p
+        return p.force_amplitude * math.sin(p.frequency_ratio * t + p.phase) - (
+            2.0 * p.damping_ratio * s[1] + s[0]
+        )
+
+    def common(self, t: float, s: np.ndarray) -> float:
+        """Acceleration of both masses as one, away from the wall."""
+        return self.side * self.push(t, s) / (1.0 + self.p.mass_ratio)
+
+    def rates(self, t: float, s: np.ndarray) -> list[float]:
+        mu, a_f = self.p.mass_ratio, self.p.friction
+        if self.mode == "rest":
+            return [s[1], self.push(t, s) / (1.0 + mu), 0.0, 0.0]
+        sigma = -self.side * self.way
+        x2 = self.push(t, s) + sigma * mu * a_f
+        y2 = -sigma * a_f
+        return [s[1], x2, s[3], self.side * (x2 - y2)]
+
+    def settle(self, quiet: bool = False) -> None:
+        """After a stop: rest, or slide; on a wall nothing holds it but friction and the wall."""
+        own, a_f = self.common(self.time, self.state), self.p.friction
+        on_wall = self.state[2] == 0.0
+        if own < a_f and (on_wall or own > -a_f):
+            self.mode = "rest"
+            self.note(STICK if on_wall else REST)
+        else:
+            # The primary draws away, and the free mass lags.
+            self.mode, self.way = "slide", math.copysign(1.0, own)
+            if not quiet:
+                self.note(REVERSAL)
+
+    def note(self, kind: int, speed: float = 0.0) -> None:
+        side = self.side if kind <= RELEASE else 0.0
+        self.events.append((self.time, kind, side, speed))
+
+    def run(self, until: float, most: int) -> None:
+        while self.time < until and len(self.events) < most:
+            if self.mode == "rest":
+                on_wall = self.state[2] == 0.0
+                ends = [lambda t, s: self.common(t, s) - self.p.friction]
+                if not on_wall:
+                    ends.append(lambda t, s: -self.common(t, s) - self.p.friction)
+                directions = [1.0, 1.0]
+            else:
+                # The gap grows or shrinks all the way.
+                wall = 0.0 if self.way < 0.0 else 2.0 * self.p.clearance
+                ends = [lambda t, s: s[3], lambda t, s, wall=wall: s[2] - wall]
+                directions = [-self.way, self.way]
+            for end, way in zip(ends, directions, strict=False):
+                end.terminal, end.direction = True, way  # type: ignore[attr-defined]
+            pace = max(abs(self.state[3]), math.sqrt(self.state[2]), 1e-10)
+            found = solve_ivp(
+                self.rates,
+                (self.time, until),
+                self.state,
+                method="DOP853",
+                rtol=1e-12,
+                atol=1e-18,
+                first_step=min(1e-4 * pace, 0.5 * (until - self.time)),
+                max_step=0.05,
+                events=ends,
+            )
+            self.time, self.state = float(found.t[-1]), found.y[:, -1].copy()
+            if found.status == 0:
+                return
+            first = 0 if len(found.t_events[0]) else 1
+            if self.mode == "rest":
+                self.mode, self.way = "slide", 1.0 if first == 0 else -1.0
+                self.note(RELEASE if self.state[2] == 0.0 else SLIP)
+                self.part()
+            elif first == 0:
+                self.state[3] = 0.0
+                self.settle()
+            else:
+                self.strike()
+
+    def part(self) -> None:
+        """A short while after a rest: the speed begins at third order, which looks like a stop."""
+        span = self.time, self.time + 1e-4
+        found = solve_ivp(self.rates, span, self.state, method="DOP853", rtol=1e-12, atol=1e-18)
+        self.time, self.state = span[1], found.y[:, -1].copy()
+
+    def strike(self) -> None:
+        p = self.p
+        if self.way > 0.0:
+            # From now on the gap is that of the other wall.
+            self.side, self.state[3] = -self.side, -self.state[3]
+        w, mu, r = -self.state[3], p.mass_ratio, p.restitution
+        self.note(IMPACT, w)
+        v = self.state[1]
+        u = v + self.side * w
+        common = (v + mu * u) / (1.0 + mu)
+        self.state[1] = common + self.side * mu / (1.0 + mu) * r * w
+        self.state[2:] = 0.0, r * w
+        self.way = 1.0
+        pressed = -self.common(self.time, self.state)
+        if r * w == 0.0 or (w < SLOWEST and pressed > p.friction):
+            self.state[1], self.state[3] = common, 0.0
+            self.settle()
+
+
+def scene(seed: int) -> tuple[Parameters, State]:
+    random = np.random.default_rng(seed)
+    p = Parameters(
+        mass_ratio=random.uniform(0.05, 1.0),
+        damping_ratio=random.uniform(0.0, 0.3),
+        frequency_ratio=random.uniform(0.15, 1.5),
+        clearance=random.uniform(0.02, 0.5),
+        restitution=random.choice([0.0, 0.3, 0.6, 0.85]),
+        phase=random.uniform(0.0, 6.0),
+        friction=10.0 ** random.uniform(-2.5, -0.5),
+    )
+    x, v, u = random.normal(size=3) * 0.3
+    return p, State(x, v, x + p.clearance * random.uniform(-0.9, 0.9), u)
+
+
+def both(p: Parameters, state: State, until: float, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Events of the engine and of the integrator without the slow impacts, as many of both."""
+    gap = p.clearance - (state.y - state.x)
+    other = Integrator(p, state.x, state.v, gap, state.v - state.u)
+    other.run(until, most)
+    theirs = np.array(other.events)
+    found = plain(events)(p, state, until=until)
+    ours = np.column_stack([found[n] for n in ("time", "kind", "side", "approach_speed")])
+    # A reversal belongs to the impact before it.
+    kept = []
+    for rows in (ours, theirs):
+        slow = (rows[:, 1] == IMPACT) & (rows[:, 3] < 1e-4)
+        kept.append(rows[~slow & (rows[:, 1] != REVERSAL)])
+    count = min(len(rows) for rows in kept)
+    return kept[0][:count], kept[1][:count]
+
+
+SEEDS = range(24)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_events_against_an_integrator(seed: int) -> None:
+    """Impacts, rests, slips, reversals, chatter with an end and without one, on random scenes."""
+    p, state = scene(seed)
+    ours, theirs = both(p, state, 60.0, 200)
+    count = min(len(ours), 25)
+    assert count >= 3
+    assert ours[:count, 1:3].tolist() == theirs[:count, 1:3].tolist()
+    assert np.abs(ours[:count] - theirs[:count]).max() < 1e-6
+    assert np.abs(ours[:3] - theirs[:3]).max() < 1e-8
+
+
+def test_the_scenes_hold_all_that_happens() -> None:
+    kinds, tails = set(), 0
+    for seed in SEEDS:
+        p, state = scene(seed)
+        run = start_run(p, state)
+        for log in plain(run.segments)(*run.whole_periods(60.0)):
+            kinds |= set(log[:, CAUSE])
+            tails += int((log[:, COMPLETION] > 0.0).sum())
+    assert kinds >= {IMPACT, STICK, RELEASE, REST, SLIP, REVERSAL}
+    assert tails >= 5
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-8, 1e-12])
+def test_closed_bursts_are_as_accurate_as_they_say(accuracy: float) -> None:
+    """Time of completion against a run that resolves many more bounces."""
+    largest = 0.0
+    for seed in SEEDS:
+        p, state = scene(seed)
+        sharp = plain(events)(p, state, until=60.0, accuracy=1e-15)
+        first = sharp[sharp["kind"] == STICK][:1]
+        if len(first):
+            found = plain(events)(p, state, until=float(first["time"][0]) + 0.1, accuracy=accuracy)
+            stuck = found[found["kind"] == STICK][0]
+            largest = max(largest, abs(stuck["time"] - first["time"][0]))
+            assert abs(stuck["x"] - first["x"][0]) <= 2.0 * accuracy
+    assert 1e-3 * accuracy < largest <= accuracy
+
+
+#: A primary that swings freely from x = 1: near the turn the right wall presses with about 1.
+SWING = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0, "clearance": 1.0}
+
+
+@pytest.mark.parametrize("speed", [1e-3, 1e-6, 1e-9])
+def test_comes_to_rest_off_the_wall(speed: float) -> None:
+    """Friction above what presses: one bounce of height w^2 / (2 (A + b)), never snapped to it."""
+    p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=2.0, **SWING)
+    run = start_run(p, State(1.0, 0.0, 2.0, speed))
+    log = plain(lambda: next(run.segments(*run.whole_periods(0.5))).copy())()
+    assert log[:, CAUSE].tolist() == [NOTHING, IMPACT, REST]
+    height = (0.5 * speed) ** 2 / (2.0 * (1.0 + 2.0))
+    assert log[2, GAP] == pytest.approx(height, rel=max(speed, 2e-6))
+    assert plain(run.state_at)(*run.whole_periods(0.5)).v < 0.0
+
+
+def test_remaining_time_and_ratio_of_bounces() -> None:
+    """Friction below what presses: speeds fall by q, in the time of the closed form."""
+    a_f, r, w = 0.6, 0.7, 1e-3
+    p = Parameters(mass_ratio=1e-6, restitution=r, friction=a_f, **SWING)
+    found = plain(events)(p, State(1.0, 0.0, 2.0, w / r), until=0.1)
+    speeds = found["approach_speed"][found["kind"] == IMPACT]
+    q = r * math.sqrt((1.0 - a_f) / (1.0 + a_f))
+    assert speeds[2] / speeds[1] == pytest.approx(q, rel=1e-4)
+    left = w * (1.0 / (1.0 + a_f) + 1.0 / math.sqrt(1.0 - a_f**2)) / (1.0 - q)
+    assert found["time"][found["kind"] == STICK] == pytest.approx(left, rel=1e-4)
+
+
+def test_breaks_away_where_the_common_acceleration_reaches_friction() -> None:
+    """Free decay's mirror: both swing as one, x'' = -x / (1 + mu), from x = 0 on."""
+    p = Parameters(mass_ratio=0.5, restitution=0.5, friction=0.2, **SWING)
+    omega = 1.0 / math.sqrt(1.5)
+    found = plain(events)(p, State(0.0, 0.5, 0.0, 0.5), until=3.0)
+    assert found["kind"][:2].tolist() == [REST, SLIP]
+    assert found["time"][1] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-12)
+
+
+@pytest.mark.parametrize("u", [0.0, 0.3, -0.4])
+def test_an_idle_damper_comes_to_rest(u: float) -> None:
+    """Without a contact, and with accelerations below friction, it ends at rest in the box."""
+    p = Parameters(0.1, 0.1, 0.5, 50.0, 0.6, friction=0.8)
+    found = plain(events)(p, State(0.0, 0.0, 1.0, u), until=500.0)
+    assert set(found["kind"]) <= {REST, SLIP, REVERSAL}
+    assert found["kind"][-1] == REST
+    assert found["time"][-1] < 50.0
+
+
+def test_losses_against_samples() -> None:
+    """What friction takes, as an integral over samples."""
+    observers = {"response": {"friction_loss": True}, "trajectory": {"samples_per_period": 20000}}
+    given = QUIET | {"friction": 0.05, "restitution": 0.6}
+    found = simulate(**given, transient=1, periods=1, observers=observers)
+    kept = found.isel(instant=np.isfinite(found.trajectory_time.values))
+    apart = abs(kept.trajectory_free_velocity.values - kept.trajectory_velocity.values)
+    loss = 0.1 * 0.05 * np.trapezoid(apart, kept.trajectory_time.values)
+    assert float(found.friction_loss) == pytest.approx(loss, rel=1e-6)
+    assert {0.0, 2.0} <= set(kept.trajectory_mode.values)
+
+
+@pytest.mark.parametrize("forcing", [Base("base"), Record([0.0, 1.0], [1.0, 1.0], of=MOVED)])
+def test_the_frame_of_a_base_is_refused(forcing: Any) -> None:
+    p = Parameters(**QUIET, friction=0.1, forcing=forcing)
+    with pytest.raises(ValueError, match=r"^friction = 0\.1 with .* is not known in the frame"):
+        events(p, until=1.0)
+
+
+def test_only_one_model_at_a_time() -> None:
+    message = "support_stiffness_ratio .grounded. and friction .sliding. ask for different models"
+    with pytest.raises(ValueError, match=message):
+        Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
+
+
+def test_no_derivative_by_friction() -> None:
+    orbit = periodic_orbit(Parameters(**QUIET), settle=20)
+    with pytest.raises(ValueError, match=r"^no derivative by friction"):
+        orbit.sensitivity("friction")
+
+
+def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
+    study = small_study()
+    study["parameters"]["friction"] = 0.1
+    study["observers"] |= {"laws": {}, "lyapunov": {}}
+    path = tmp_path / "study.yaml"
+    path.write_text(yaml.safe_dump(study))
+    with pytest.raises(ConfigError) as error:
+        load_study(path)
+    for name in ("laws", "lyapunov"):
+        assert f"observers.{name}\n    {name} does not know dry friction" in str(error.value)
+
+
+def test_machine_in_si_units() -> None:
+    """Friction in m/s2 over F0/M."""
+    p = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6, friction=0.5)
+    assert p.dimensionless.friction == pytest.approx(0.1)
