@@ -76,7 +76,7 @@ EMPTY = {
     "slow_manifold": "no impacts on the right wall",
 }
 #: Kinds of other cubes, with tests of their own for what is asked here.
-OTHERS = {"basins", "convergence", "laws", "special_points", "schematic", "profiles"}
+OTHERS = {"basins", "convergence", "damping", "laws", "special_points", "schematic", "profiles"}
 
 
 def test_every_kind_is_asked() -> None:

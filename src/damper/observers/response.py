@@ -6,6 +6,7 @@ window's ends cut count with the part inside. How integrals and peak are found i
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from damper.theory.steady import steady_amplitude
 
 #: What the fields of `damper.models.response.ResponseIntegrals` come to; whether the window has
 #: begun; the energy stored at its start and at the end of what has been read.
-_TOTALS = record_type(
+TOTALS = record_type(
     "square",
     "speed_square",
     "work",
@@ -139,11 +140,11 @@ class Response(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._tables = prepare_tables(self._model)
-        self._totals = np.zeros(1, _TOTALS)
+        self._totals = np.zeros(1, TOTALS)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _follow(self._model, self._tables, log, self._window, self._totals)
+        follow(self._model, self._tables, log, self._window, self._totals)
 
     def finish(self, finished: bool) -> None:
         """Write the run's results."""
@@ -179,7 +180,8 @@ class Response(Observer):
 
 
 @compiled
-def _follow(model, tables, log, window, totals):
+def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: np.ndarray) -> None:
+    """Add a piece of the log to `TOTALS`."""
     total = totals[0]
     # Segments of this piece in which the window begins, and the last one in it.
     first = last = -1

@@ -62,6 +62,8 @@ OWN_DIMENSIONS = {
     "draw": ("random draw", "1"),
     "complete_burst": ("complete burst in the record, from 1", "1"),
     "burst_impact": ("impact of the burst, from 1", "1"),
+    "half_cycle": ("half cycle of the primary in the record, from 1", "1"),
+    "part": ("part of the first peak", "1"),
     "exponent": ("Lyapunov exponent, the largest first", "1"),
     "segment": ("segment of the run, in the order of time", "1"),
     "instant": ("sample or event of the trajectory", "1"),

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from damper.observers import OBSERVERS, make_observers, writable
 from damper.observers.common.stretch import sample_steps
+from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
 from damper.parameters.variables import GREATER_IS_WORSE, Variable
@@ -140,6 +141,8 @@ class Product(Made):
 
     of_theory: ClassVar[bool] = False
     """Whether it shows a theory of the rigid damper, whatever its settings are."""
+    knows: ClassVar[tuple[str, ...]] = BASIC
+    """Quantities that its theory knows."""
     needs: ClassVar[tuple[str | tuple[str, ...], ...]] = ()
     """Observers that it reads, whatever its settings are; of several in one place any will do."""
     roles: ClassVar[Mapping[str, Role]] = {}

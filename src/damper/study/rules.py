@@ -162,20 +162,35 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         else:
             break
         mistakes.add(("figures", name, "interactive"), message, "false")
-    if study.model != "rigid":
-        message = f"its formulas are those of the rigid damper, this is the {study.model} one"
-    elif laws := {point.law for point in points} - {"constant"}:
-        message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
-    elif unknown := acting.difference(BASIC):
-        message = f"its formulas do not know {_acting_text(min(unknown), study)}"
+    shown = {(section, name): made for section, name, made in study.products() if made.theoretical}
+    places: dict[Any, Any] = {place: made.knows for place, made in shown.items()}
+    if "accumulation" in study.observers:
+        # A chatter sequence is on one wall.
+        places[("observers", "accumulation")] = (*BASIC, "restitution_left")
+    for place, known in places.items():
+        if study.model != "rigid":
+            message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+        elif laws := {point.law for point in points} - {"constant"}:
+            message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
+        elif unknown := acting.difference(known):
+            message = f"its formulas do not know {_acting_text(min(unknown), study)}"
+        else:
+            continue
+        mistakes.add(place, message, "a study of the rigid damper with constant restitution")
+    if "decay" in study.observers:
+        _check_free(study, mistakes)
+
+
+def _check_free(study: Study, mistakes: Mistakes) -> None:
+    """Refuse to observe the decay of a vibration that is not free."""
+    if any(point.force_amplitude and point.forcing.kind != "none" for point in study.corners):
+        message, allowed = "a force drives the damper", "force_amplitude: 0, or forcing: none"
+    elif study.model == "time_varying":
+        message, allowed = "the variation of the free mass drives the damper", "a constant mass"
     else:
         return
-    # A chatter sequence is on one wall.
-    strange = "accumulation" in study.observers and acting.difference(BASIC, ("restitution_left",))
-    places = [("observers", "accumulation")] if strange else []
-    places += [(section, name) for section, name, made in study.products() if made.theoretical]
-    for place in places:
-        mistakes.add(place, message, "a study of the rigid damper with constant restitution")
+    message += ": its vibration is not free, and does not decay by itself"
+    mistakes.add(("observers", "decay"), message, allowed)
 
 
 def _acting_text(name: str, study: Study) -> str:
@@ -205,7 +220,9 @@ def _check_friction(study: Study, mistakes: Mistakes) -> None:
     """Refuse what does not know dry friction, before anything is run."""
     if all(point.friction == 0.0 for point in study.corners):
         return
-    places = [("observers", name) for name in ("laws", "lyapunov") if name in study.observers]
+    places = [
+        ("observers", name) for name in ("decay", "laws", "lyapunov") if name in study.observers
+    ]
     for place in [*places, *(("orbits", name) for name in study.orbits)]:
         mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
 

@@ -4,14 +4,14 @@ from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
 
 
-def need_basic(parameters: Parameters) -> None:
+def need_basic(parameters: Parameters, *also: str) -> None:
     """Raise ValueError unless these make the damper of the closed forms.
 
-    It has rigid walls, a constant restitution, and no quantity but those of `BASIC`.
+    It has rigid walls, a constant restitution, and no quantity but those of `BASIC` and `also`.
     """
     p = parameters
     if p.model != "rigid":
         raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
     if p.law != "constant":
         raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
-    need_known(p, BASIC, "the closed form")
+    need_known(p, (*BASIC, *also), "the closed form")

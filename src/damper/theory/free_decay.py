@@ -1,0 +1,147 @@
+"""Free decay: equivalent damping ratio of a light free mass with two impacts per cycle.
+
+On the slow invariant manifold (`damper.theory.slow_manifold`) each impact has the approach speed
+4 theta d / (pi (1 + r)) and takes mu (1 - r^2)/2 times its square; two of them per cycle let the
+amplitude A = xi d of the primary fall at the rate zeta_eq A,
+
+    zeta_eq = zeta + (4 mu rho / pi^2) (theta / xi)^2
+    theta = (1 + sqrt(1 - (1 + rho^2)(1 - xi^2))) / (1 + rho^2)
+
+It is largest at xi = rho, where theta = 1, and ends just below, at the fold. The error is of the
+order of the mass ratio. Derivation: docs/theory.md.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from damper.parameters import Parameters
+from damper.theory import need_basic
+from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope
+
+
+class Damping(NamedTuple):
+    """An amplitude of the primary, in units of length, and the equivalent damping ratio there."""
+
+    amplitude: float
+    damping_ratio: float
+
+
+def equivalent_damping(parameters: Parameters, amplitudes: ArrayLike) -> np.ndarray:
+    """Equivalent damping ratio at amplitudes of the primary, in their shape.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        In free motion.
+    amplitudes : array_like
+        In units of length, > 0.
+
+    Returns
+    -------
+    ndarray
+        The dashpot's share included; NaN below the fold, where there is no such motion. Above
+        `amplitude_range` that motion is not stable.
+
+    Raises
+    ------
+    ValueError
+        For an amplitude out of range, and for all but a rigid damper with a constant restitution,
+        a clearance, an oscillating primary, and nothing that drives, holds or pulls.
+
+    Examples
+    --------
+    >>> p = Parameters(1e-3, 0.0, 1.0, clearance=1.0, restitution=0.5, force_amplitude=0.0)
+    >>> float(equivalent_damping(p, largest_damping(p).amplitude))
+    0.0019098593171027442
+    """
+    _need_free(parameters)
+    p = parameters
+    xi = np.asarray(amplitudes, dtype=float) / p.clearance
+    if not (xi > 0.0).all():
+        raise ValueError(f"amplitudes = {amplitudes!r}: must be numbers > 0")
+    theta, _ = branches(xi, p.restitution)
+    return p.damping_ratio + _strength(p) * (theta / xi) ** 2
+
+
+def largest_damping(parameters: Parameters) -> Damping:
+    """The largest equivalent damping ratio, zeta + (2 mu/pi)(1 + r)/(1 - r), and its amplitude.
+
+    That amplitude A is where the whole gap is pi A (1 + r)/(1 - r). With r = 1 nothing is lost at
+    any amplitude: ValueError, as `equivalent_damping`.
+    """
+    _need_free(parameters)
+    p = parameters
+    rho = slope(p.restitution)
+    if rho == 0.0:
+        raise ValueError("restitution = 1.0: impacts lose nothing, so no amplitude damps most")
+    return Damping(rho * p.clearance, p.damping_ratio + _strength(p) / rho**2)
+
+
+def amplitude_range(parameters: Parameters) -> tuple[float, float]:
+    """Amplitudes of the primary, least and largest, between which the motion is stable.
+
+    In units of length. Errors are those of `equivalent_damping`.
+    """
+    _need_free(parameters)
+    p = parameters
+    low = fold(p.restitution).xi
+    return low * p.clearance, float(amplitude(SYMMETRIC_LIMIT, p.restitution)) * p.clearance
+
+
+def time_of_decay(parameters: Parameters, start: float, end: float) -> float:
+    """Time in which the primary's amplitude falls from `start` to `end`, both in `amplitude_range`.
+
+    In units of time: the integral of ((1 + rho^2) theta - 1) / (4 mu rho theta^2/pi^2 + zeta xi^2)
+    over theta, in closed form. Infinite where nothing is lost.
+
+    Raises
+    ------
+    ValueError
+        As `equivalent_damping`, and for an amplitude out of range or an `end` above `start`.
+    """
+    low, high = amplitude_range(parameters)
+    for name, value, most in (("start", start, high), ("end", end, start)):
+        if not low <= value <= most:
+            raise ValueError(f"{name} = {value!r}: must be a number from {low!r} to {most!r}")
+    p = parameters
+    # Rounding may put the fold itself below the fold.
+    xi = np.maximum(np.array([start, end]) / p.clearance, fold(p.restitution).xi)
+    first, last = branches(xi, p.restitution)[0].tolist()
+    square, zeta, impacts = 1.0 + slope(p.restitution) ** 2, p.damping_ratio, _strength(p)
+    # The loss is a theta^2 - 2 zeta theta + zeta, with the discriminant -4 rest.
+    a = impacts + zeta * square
+    if a == 0.0:
+        return math.inf if first > last else 0.0
+    rest = zeta * (a - zeta)
+    at_start, at_end = impacts * np.array([first, last]) ** 2 + zeta * xi**2
+    if at_end == 0.0:  # only with restitution 1, where the fold is at amplitude 0
+        return math.inf
+    inner = (a * first - zeta) * (a * last - zeta)
+    # The difference of two arcus tangents as one, over the square root of `rest`.
+    z = a * (first - last) / (rest + inner)
+    root = math.sqrt(rest)
+    turn = math.atan(root * z) / root if root > 0.0 else z
+    return square / (2.0 * a) * math.log(at_start / at_end) - impacts / a * turn
+
+
+def _strength(p: Parameters) -> float:
+    return 4.0 * p.mass_ratio * slope(p.restitution) / math.pi**2
+
+
+def _need_free(parameters: Parameters) -> None:
+    """Raise ValueError unless the law holds for these parameters."""
+    p = parameters
+    need_basic(p, "force_amplitude", "forcing")
+    if p.force_amplitude != 0.0 and p.forcing.kind != "none":
+        raise ValueError(
+            f"force_amplitude = {p.force_amplitude!r}: the law is that of free motion; must be 0"
+        )
+    if p.clearance == 0.0:
+        raise ValueError("clearance = 0.0: the law is over the clearance; must be > 0")
+    if p.damping_ratio >= 1.0:
+        raise ValueError(
+            f"damping_ratio = {p.damping_ratio!r}: the law is that of a vibration; must be < 1"
+        )

@@ -1,0 +1,161 @@
+"""Decay of free vibrations against closed forms, numerical integration, and the energy balance."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+import damper
+
+DAMPER = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.0, "restitution": 0.5}
+FREE = DAMPER | {"clearance": 0.6, "force_amplitude": 0.0, "transient": 0, "periods": 8}
+
+
+def observed(**changes: Any) -> xr.Dataset:
+    settings = {"decay": {"half_cycles": 40, "parts": [0.5, 0.1]}}
+    return damper.simulate(
+        **{"observers": settings, "initial_displacement": 2.0, **FREE, **changes}
+    )
+
+
+def listed(cube: xr.Dataset, name: str) -> np.ndarray:
+    values = cube[name].values
+    return values[np.isfinite(values)]
+
+
+@pytest.mark.parametrize("mass", ["far from the walls", "without a clearance"])
+def test_linear_vibration_has_the_damping_of_its_dashpot(mass: str) -> None:
+    """A free mass that touches nothing, and one that moves with the primary for good."""
+    together = mass == "without a clearance"
+    cube = observed(clearance=0.0 if together else 9.0)
+    heavier = 1.1 if together else 1.0
+    zeta, omega = 0.02 / math.sqrt(heavier), 1.0 / math.sqrt(heavier)
+    turn = math.pi / (omega * math.sqrt(1 - zeta**2))
+    k = np.arange(int(cube.half_cycles))
+    assert len(k) == int((8 * math.tau - 0.5 * turn) / turn) + 1
+    np.testing.assert_allclose(listed(cube, "peak_time"), turn * k, atol=1e-13)
+    peaks = 2 * np.exp(-zeta * omega * turn * k)
+    np.testing.assert_allclose(listed(cube, "peak_amplitude"), peaks, rtol=1e-13)
+    ratios = cube.equivalent_damping_ratio.values
+    np.testing.assert_allclose(ratios[1 : len(k) - 1], zeta, rtol=1e-11)
+    assert np.isnan([ratios[0], *ratios[len(k) - 1 :]]).all()
+    halved, tenth = cube.fall_time.values
+    assert halved == pytest.approx(math.log(2) / (zeta * omega), rel=1e-12)
+    assert math.isnan(tenth)
+    assert cube.energy_at_start == 2.0
+    assert cube.energy_to_impacts == 0.0
+
+
+def integrated(d: float, end: float) -> tuple[np.ndarray, float]:
+    """Largest |x| with its time between zeros of x, and energy lost in impacts, by dop853."""
+    mu, zeta, r = 0.1, 0.02, 0.5
+
+    def rates(t: float, s: np.ndarray) -> list[float]:
+        return [s[1], -s[0] - 2 * zeta * s[1], s[3], 0.0]
+
+    def hit(t: float, s: np.ndarray) -> float:
+        return d - abs(s[2] - s[0])
+
+    def turn(t: float, s: np.ndarray) -> float:
+        return s[1]
+
+    hit.terminal, hit.direction = True, -1
+    t, state, lost = 0.0, np.array([2.0, 0.0, 2.0, 0.0]), 0.0
+    found = [(0.0, 2.0)]
+    while t < end:
+        run = solve_ivp(rates, (t, end), state, "DOP853", events=(hit, turn), rtol=1e-12,
+                        atol=1e-13, max_step=0.1)  # fmt: skip
+        found += [(when, s[0]) for when, s in zip(run.t_events[1], run.y_events[1], strict=True)]
+        t, state = run.t[-1], run.y[:, -1].copy()
+        found.append((t, state[0]))
+        if run.status == 1:
+            approach = state[3] - state[1]
+            lost += 0.5 * mu / (1 + mu) * (1 - r * r) * approach**2
+            state[1] += mu * (1 + r) / (1 + mu) * approach
+            state[3] = state[1] - r * approach
+    times, x = np.array(sorted(found)).T
+    halves = np.split(np.arange(len(x)), np.flatnonzero(np.diff(np.sign(x))) + 1)[:-1]
+    tops = [half[np.argmax(abs(x[half]))] for half in halves]
+    return np.array([times[tops], abs(x[tops])]), lost
+
+
+def test_peaks_through_impacts_are_those_of_an_integrator() -> None:
+    cube = observed(initial_position=0.0, clearance=1.6, periods=5)
+    (times, peaks), lost = integrated(1.6, 5 * math.tau)
+    assert len(peaks) >= 9
+    assert lost > 0.1
+    np.testing.assert_allclose(listed(cube, "peak_time"), times, atol=1e-6)
+    np.testing.assert_allclose(listed(cube, "peak_amplitude"), peaks, rtol=1e-9)
+    assert cube.energy_to_impacts == pytest.approx(lost, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"restitution": 0.0},
+        {"mass_ratio": 2.0, "initial_velocity": 1.0},
+        {"damping_ratio": 1.5},
+        {"support_stiffness_ratio": 0.3, "support_damping_ratio": 0.02},
+        {"contact_stiffness_ratio": 1e3},
+        {"gravity": 0.05},
+    ],
+    ids=["chattering", "plastic", "heavy", "overdamped", "grounded", "compliant", "gravity"],
+)
+def test_energies_add_up(changes: dict[str, float]) -> None:
+    cube = observed(**changes)
+    parts = [float(cube[f"energy_{name}"]) for name in ("to_impacts", "to_dashpot", "left")]
+    start = float(cube.energy_at_start)
+    if changes.keys().isdisjoint({"support_stiffness_ratio", "gravity"}):
+        v = changes.get("initial_velocity", 0.0)
+        mu = changes.get("mass_ratio", 0.1)
+        assert start == pytest.approx(0.5 * (4.0 + (1.0 + mu) * v * v), rel=1e-14)
+    assert min(parts[:2]) > 0.0
+    assert sum(parts) == pytest.approx(start, rel=1e-10)
+
+
+def test_a_later_record_has_the_same_peaks() -> None:
+    """One that begins on the way to zero leaves that part out."""
+    whole, later = observed(), observed(transient=3, periods=5, frequency_ratio=1.0)
+    times, peaks = listed(whole, "peak_time"), listed(whole, "peak_amplitude")
+    start = 3 * math.tau
+    kept = len(listed(later, "peak_time"))
+    assert kept >= 8
+    assert abs(times[-kept] - start) > 0.1
+    np.testing.assert_allclose(listed(later, "peak_time") + start, times[-kept:], rtol=1e-12)
+    np.testing.assert_array_equal(listed(later, "peak_amplitude"), peaks[-kept:])
+
+
+def test_lists_that_are_too_short_leave_counts_and_times() -> None:
+    whole, short = observed(), observed(observers={"decay": {"half_cycles": 3}})
+    assert short.half_cycles == whole.half_cycles > 3
+    np.testing.assert_array_equal(short.peak_amplitude, whole.peak_amplitude[:3])
+    np.testing.assert_array_equal(short.fall_time, whole.fall_time)
+
+
+@pytest.mark.parametrize("driven", [{"force_amplitude": 1.0}, {"modulation_depth": 0.1}])
+def test_of_a_driven_vibration_all_is_missing(driven: dict[str, float]) -> None:
+    cube = observed(**driven)
+    for name in ("peak_amplitude", "equivalent_damping_ratio", "fall_time", "energy_left"):
+        assert np.isnan(cube[name]).all()
+
+
+def test_si_units() -> None:
+    """The same vibration, with a gap of 1.2 m, 2 kg and 200 N/m."""
+    si = {"primary_mass": 2.0, "damping": 0.8, "stiffness": 200.0, "free_mass": 0.2, "gap": 1.2,
+          "forcing_frequency": 10.0, "restitution": 0.5}  # fmt: skip
+    run = {"force_amplitude": 0.0, "transient": 0, "periods": 8, "initial_displacement": 2.0}
+    settings = {"decay": {"half_cycles": 40, "parts": [0.5, 0.1]}}
+    found, other = damper.simulate(**si, **run, observers=settings), observed()
+    sizes = {
+        "peak_amplitude": 1.0,
+        "peak_time": 0.1,
+        "fall_time": 0.1,
+        "equivalent_damping_ratio": 1.0,
+        "energy_to_impacts": 200.0,
+    }
+    for name, size in sizes.items():
+        np.testing.assert_allclose(found[name], size * other[name], rtol=1e-9, atol=1e-12)
