@@ -297,6 +297,20 @@ def test_only_one_model_at_a_time() -> None:
         Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
 
 
+@pytest.mark.parametrize("other", [{"gravity": 0.2}, {"restitution_left": 0.2}])
+def test_gravity_and_walls_that_differ_are_refused(other: dict[str, float]) -> None:
+    name = next(iter(other))
+    with pytest.raises(ValueError, match=rf"^{name} .*friction: dry friction does not know"):
+        Parameters(**QUIET, friction=0.1, **other)
+
+
+def test_the_observer_of_decay_refuses_friction() -> None:
+    with pytest.raises(ValueError, match=r"^friction = 0\.1: the observer decay does not know"):
+        simulate(
+            **QUIET, friction=0.1, force_amplitude=0.0, transient=0, periods=1, observers=["decay"]
+        )
+
+
 def test_no_derivative_by_friction() -> None:
     orbit = periodic_orbit(Parameters(**QUIET), settle=20)
     with pytest.raises(ValueError, match=r"^no derivative by friction"):
