@@ -406,7 +406,7 @@ def test_observer_not_asked_for_is_not_imported(name: str) -> None:
     code = LOADED.format(point=POINT, name=name)
     before, after, heavy = in_new_process(code, DAMPER_COMPILE="0")
     assert before == []
-    # What reads whole bursts builds on the observer that finds them.
-    built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"]}
+    # What reads whole bursts builds on the observer that finds them, decay on that of energies.
+    built_on = {"burst_at": ["bursts"], "chatter_bursts": ["bursts"], "decay": ["response"]}
     assert after == sorted([*built_on.get(name, []), name])
     assert heavy == []

@@ -13,10 +13,12 @@ from damper.study.fields import NamedMapping
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
-from damper.study.settings import Draws, draw_settings, drawn_of
+from damper.study.settings import Draws, check_drawn, draw_settings, drawn_of
 from damper.verification import base
 
 _NONE: dict[str, Any] = {}
+#: Models whose laws are not known, and the quantities that make them.
+_LAWLESS = {"sliding": ("friction",)}
 FIGURES = Kinds(base.Made, "damper.verification.metamorphic.figures")
 TABLES = Kinds(base.Made, "damper.verification.metamorphic.tables")
 
@@ -72,7 +74,9 @@ class Metamorphic(base.Verification):
         return {"cube.nc": self._job("cube", about, tuple(self.parts(engine)))}
 
     def _job(self, module: str, settings: dict[str, Any], needs: tuple[str, ...] = ()) -> Job:
-        models = [f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES)]
+        models = [
+            f"damper.models.{name}" for name in ("rigid", *MODEL_NAMES) if name not in _LAWLESS
+        ]
         loads = [f"{model}{part}" for model in models for part in ("", ".response", ".laws")]
         compiled = () if needs else ("metamorphic",)
         place = f"damper.verification.metamorphic.{module}"
@@ -83,7 +87,11 @@ class Metamorphic(base.Verification):
             mistakes.add(("sets",), "no runs are given", "a name and its draws")
         for name, draws in self.sets.items():
             with mistakes.at("sets", name):
-                base.require(drawn_of(draws), mistakes, at=())
+                check_drawn(draws, mistakes)
+                if drawn_of(draws):
+                    base.require(drawn_of(draws), mistakes, at=())
                 for one in drawn_of(draws):
                     if one not in base.DIMENSIONLESS:
                         mistakes.unknown((one,), "dimensionless quantity", one, base.DIMENSIONLESS)
+                    elif any(one in names for names in _LAWLESS.values()):
+                        mistakes.add((one,), f"no laws of runs with {one} are known", "without it")
