@@ -67,19 +67,19 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
         end = fly(model, s, start)
         if end.outcome == EVENT:
             return _over_impact(model, s, end)
-        return _go_on(model, s, end, FLIGHT, NOTHING)
+        return go_on(model, s, end, FLIGHT, NOTHING)
     if s.mode == STICKING:
         end = stick(model, s)
         if end.outcome == EVENT:
-            return _go_on(model, s, end, FLIGHT, RELEASE)
-        return _go_on(model, s, end, STICKING, NOTHING)
+            return go_on(model, s, end, FLIGHT, RELEASE)
+        return go_on(model, s, end, STICKING, NOTHING)
     x, v = centre(model, s, s.completion)
     end = End(s.completion, EVENT, s.side, x, v, 0.0, 0.0, 1)
-    return _go_on(model, s, end, STICKING, STICK)
+    return go_on(model, s, end, STICKING, STICK)
 
 
 @compiled
-def _go_on(model, s, end, mode, cause):
+def go_on(model: Any, s: Segment, end: End, mode: float, cause: float) -> Step:
     """Step over an end without an impact."""
     tau, gap, rate = end.duration, end.gap, end.gap_rate
     new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)

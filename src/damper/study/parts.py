@@ -85,9 +85,10 @@ def simulation_modules(study: Study) -> tuple[str, ...]:
     """Modules of the model and the observers of a study: others do not concern its results."""
     # Points of any model that do not ask for it, such as those without modulation, are rigid.
     models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
+    energies = {"decay", "laws", "response"}
     return (
         *models,
-        *(f"{model}.response" for model in models if study.observers.keys() & {"response", "laws"}),
+        *(f"{model}.response" for model in models if study.observers.keys() & energies),
         *(f"{model}.laws" for model in models if "laws" in study.observers),
         *sorted(f"damper.observers.{name}" for name in study.observers),
     )

@@ -329,20 +329,13 @@ def _following(model, segment, start):
         return _slide(model, s, start)
     if s.mode == TAIL:
         x, v = walls.centre(model, s, s.completion)
-        return _go_on(model, s, End(s.completion, EVENT, 0.0, x, v, 0.0, 0.0, 1), STICKING, STICK)
+        return walls.go_on(
+            model, s, End(s.completion, EVENT, 0.0, x, v, 0.0, 0.0, 1), STICKING, STICK
+        )
     end = _rest(model, s)
     if end.outcome != EVENT:
-        return _go_on(model, s, end, s.mode, NOTHING)
-    return _go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
-
-
-@compiled
-def _go_on(model, s, end, mode, cause):
-    """Step over an end without an impact."""
-    tau, gap, rate = end.duration, end.gap, end.gap_rate
-    new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
-    gave_up = end.outcome == GAVE_UP
-    return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, _begin(model, new))
+        return walls.go_on(model, s, end, s.mode, NOTHING)
+    return walls.go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
 
 
 @compiled
@@ -404,7 +397,9 @@ def _slide(model, s, slide):
     if tau < stops or gave_up:
         outcome = GAVE_UP if gave_up else NO_EVENT
         rate = -slide.sigma * s.side * max(-slide.sigma * s.side * p.slope, 0.0)
-        return _go_on(model, s, End(tau, outcome, 0.0, x, v, left, rate, steps), FLIGHT, NOTHING)
+        return walls.go_on(
+            model, s, End(tau, outcome, 0.0, x, v, left, rate, steps), FLIGHT, NOTHING
+        )
     new = segment_after(s, model.cycle, tau, x, v, left, 0.0, s.side, FLIGHT, REVERSAL, 0.0)
     new = _settled(model, new)
     return Step(tau, True, False, steps, new, _begin(model, new))
