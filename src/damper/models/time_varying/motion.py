@@ -315,18 +315,20 @@ def _fill_terms(model, inertia, x, v, step, weights, count, terms):
     shape stand in the first row before."""
     strength = model.free.strength
     drag = 2.0 * model.free.damping
+    both = terms[0]
+    apart = terms[1]
     position = x
     velocity = v
     for k in range(DEGREE + 1):
-        force = float(terms[0, k])
+        force = float(both[k])
         own = own_term(model.mass, force, k)
         rest = (strength * force - own) - drag * velocity - position
         for j in range(1, min(k + 1, count)):
-            rest -= float(weights[j]) * float(terms[1, k - j])
+            rest -= float(weights[j]) * float(apart[k - j])
         term = rest / inertia
-        terms[1, k] = term
+        apart[k] = term
         term += own
-        terms[0, k] = term
+        both[k] = term
         position = step * velocity / (k + 1.0)
         velocity = step * term / (k + 1.0)
 
