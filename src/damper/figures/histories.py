@@ -25,6 +25,7 @@ from damper.figures.trajectory import TrajectoryFigure, in_periods, time_label
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
+from damper.sweep.record import length_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,8 +120,8 @@ def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
 
 
 def _remarks(place: xr.Dataset) -> list[str]:
-    recorded = place.attrs.get("recorded_periods")
-    return [] if recorded is None else [f"each panel classed from {recorded} cycles"]
+    length = length_text(place)
+    return [f"each panel classed from {length}"] if length else []
 
 
 def _ordinate(place: xr.Dataset) -> str:

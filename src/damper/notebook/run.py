@@ -15,10 +15,12 @@ from damper.analysis.places import need_cube
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantity import real, whole
+from damper.parameters.run import RunSettings
 from damper.parameters.state import need_state
 from damper.study.simulation import simulate
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
+from damper.sweep.record import settings_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,8 +91,9 @@ class Run:
     @property
     def _begun(self) -> float:
         """Time at which its record begins."""
-        transient = self.cube.attrs["transient_periods"] * self.parameters.cycle
-        return transient + (self.state.time if self.state else 0.0)
+        cycle, begun = self.parameters.cycle, self.state.time if self.state else 0.0
+        length = RunSettings(**settings_of(self.cube))
+        return length.cycles(cycle, self.parameters.forcing.end - begun)[0] * cycle + begun
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
         """Draw both masses over time, from and to so many cycles of the record."""

@@ -128,7 +128,7 @@ class SampledTrajectory(Observer):
         rest = self.start - first / rate
         if abs(rest) * rate < SLACK:
             rest = 0.0
-        samples = self._steps(int(window.length)) + 1
+        samples = self._steps(window.length) + 1
         self._stretch = Stretch(
             self._window, float(first), rest, float(rate), float(samples), float(self.events)
         )
@@ -149,7 +149,7 @@ class SampledTrajectory(Observer):
             self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
         self._put({"trajectory_events_left_out": count.left_out})
 
-    def _steps(self, window_length: int) -> int:
+    def _steps(self, window_length: float) -> int:
         """Sample steps of the stretch, once it is known to lie in the record."""
         return sample_steps(self.samples_per_period, self.start, self.length, window_length)
 

@@ -4,7 +4,6 @@ python -m damper.study.check config/studies/restitution.yaml ...
 """
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any
 
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
-from damper.parameters.quantities import is_si
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -71,11 +69,11 @@ def _notes(study: Any) -> Iterator[str]:
     """Yield what runs leave out, does not go into this machine's memory, or is to be compiled."""
     if not isinstance(study, Study):
         return
-    frequencies = study.ends["forcing_frequency" if is_si(study.ends) else "frequency_ratio"]
-    length = 2.0 * math.pi / max(frequencies) * (study.transient + study.periods)
-    if length < study.force.end:
+    cycle, transient, periods = min(study.windows, key=lambda window: window[0] * sum(window[1:]))
+    length = cycle * (transient + periods)
+    if length < study.force.end * (1.0 - 1e-9):
         yield (
-            f"runs end at {length:g} ({study.transient} + {study.periods} cycles), before "
+            f"runs end at {length:g} ({transient:g} + {periods:g} cycles), before "
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
     found, most = estimate(study), machine_memory()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -184,6 +185,22 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         )
         return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
 
+    @cached_property
+    def windows(self) -> list[tuple[float, float, float]]:
+        """Length of a cycle, and cycles before and in the record, at the ends of the clock.
+
+        ValueError where a force that has no end is to end them.
+        """
+        ends, length = self.ends, RunLength(**self.run)
+        clock = ends.get("forcing_frequency") or ends.get("frequency_ratio") or (1.0,)
+        cycles = (2.0 * math.pi / frequency for frequency in {min(clock): 0, max(clock): 0})
+        return [(cycle, *length.cycles(cycle, self.force.end)) for cycle in cycles]
+
+    @property
+    def most_cycles(self) -> tuple[float, float]:
+        """Cycles before and in the record of the longest runs."""
+        return max((window[1:] for window in self.windows), key=sum)
+
     @property
     def model(self) -> str:
         """The model of the damper that the study's values ask for."""
@@ -208,7 +225,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             self.branches,
             self.observers,
             self.orbits,
-            self.periods,
+            min(periods for _, _, periods in self.windows),
             starts,
             self.force,
             not SI_ONLY.isdisjoint(self.ends),

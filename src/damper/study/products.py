@@ -75,8 +75,8 @@ class StudyContents:
     """Observers with their settings."""
     orbits: Mapping[str, FollowedOrbit]
     """The periodic motions that are followed."""
-    periods: int
-    """Length of the record."""
+    periods: float
+    """Length of the shortest record, in cycles."""
     starts: tuple[str, ...] = ()
     """Initial quantities that are drawn."""
     force: Forcing = HARMONIC

@@ -29,6 +29,12 @@ def check_study(study: Study) -> None:
     with mistakes.at("forcing"):
         study.forcing.check_force(study._folder, mistakes)
     mistakes.settle()
+    try:
+        _ = study.windows
+    except ValueError as error:
+        key, _, words = str(error).partition(" = ")
+        mistakes.add((key,), *words.split(": must be "))
+    mistakes.settle()
     contents = study.contents
     _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
@@ -69,18 +75,18 @@ def _check_record(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
     # The classes of their settings are made when they are asked for.
     sampled: Any = study.observers.get("trajectory")
     if sampled is not None and contents.stretch is None:
-        length = study.periods - sampled.start if sampled.length is None else sampled.length
+        length = contents.periods - sampled.start if sampled.length is None else sampled.length
         message = (
             f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
-            f"record of {study.periods} periods"
+            f"record of {contents.periods} periods"
         )
-        allowed = f"start + length <= {study.periods}, at least one sample step"
+        allowed = f"start + length <= {contents.periods}, at least one sample step"
         mistakes.add(("observers", "trajectory"), message, allowed)
     counted: Any = study.observers.get("chatter_bursts")
     for i, start in enumerate(counted.since if counted else ()):
-        if start >= study.periods:
-            message = f"begins {start:g} periods into a record of {study.periods}"
-            allowed = f"number >= 0 and < {study.periods}"
+        if start >= contents.periods:
+            message = f"begins {start:g} periods into a record of {contents.periods}"
+            allowed = f"number >= 0 and < {contents.periods}"
             mistakes.add(("observers", "chatter_bursts", "since", i), message, allowed)
 
 

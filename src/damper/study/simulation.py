@@ -147,7 +147,7 @@ def simulate(
         **record(
             observers,
             "" if state else initial,
-            {name: type(DEFAULTS[name])(value) for name, value in run.items()},
+            {n: v if isinstance(v, Mapping) else type(DEFAULTS[n])(v) for n, v in run.items()},
             {name: axes[name] for name in follow},
             force,
         ),

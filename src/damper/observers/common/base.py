@@ -17,11 +17,18 @@ from damper.parameters.variables import NO_VALUE, Variable
 
 
 class Window(NamedTuple):
-    """Record of a run: from `periods` whole periods plus `time` on, `length` periods long."""
+    """Record of a run: from `periods` cycles plus `time` on, `length` cycles long."""
 
     periods: float
     time: float
     length: float
+
+    def end(self, cycle: float) -> tuple[float, float]:
+        """Whole cycles and the rest of the moment at which it ends."""
+        periods = self.periods + self.length
+        whole = math.floor(periods)
+        time = self.time + (periods - whole) * cycle
+        return (whole, time) if time < cycle else (whole + 1.0, time - cycle)
 
 
 class Observer:
