@@ -136,6 +136,20 @@ def test_mistakes_in_a_study(tmp_path: Path, old: str, new: str, message: str) -
     assert message in str(caught.value)
 
 
+def test_decay_is_observed_after_a_record_alone(tmp_path: Path) -> None:
+    text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{decay: }")
+    with pytest.raises(ConfigError, match="after a record"):
+        load_study(_written(tmp_path, text))
+    text = text.replace("transient: 0", "transient: {time: end}")
+    load_study(_written(tmp_path, text.replace("periods: {time: end}", "periods: {time: 9}")))
+
+
+def test_settings_refuse_models_that_they_do_not_know(tmp_path: Path) -> None:
+    text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{response: {extremes: true}}")
+    with pytest.raises(ConfigError, match=r"observers\.response\.extremes\n    knows the models"):
+        load_study(_written(tmp_path, text.replace("gap: 0.02", "gap: 0.02, friction: 1")))
+
+
 def _written(folder: Path, text: str) -> Path:
     path = folder / "shaken.yaml"
     path.write_text(text)

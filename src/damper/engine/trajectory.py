@@ -11,6 +11,7 @@ from damper.engine.loop import FINISHED, LOG_FULL, run
 from damper.engine.model import initial_segment, motion
 from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
 from damper.parameters import NO_UNITS, State
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.run import DEFAULTS
 
 LOG_ROWS = 1024
@@ -56,7 +57,10 @@ class Trajectory:
         self.start = self.whole_periods(state.time)
         self._state = np.empty(COLUMNS)
         self._counts = np.zeros(3, dtype=np.int64)
-        self._max_events = int(max_events)
+        self.max_events = int(max_events)
+        self.initial = state
+        #: What drives it, as its parameters say.
+        self.force: Forcing = HARMONIC
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
@@ -70,7 +74,7 @@ class Trajectory:
     @property
     def is_compiled(self) -> bool:
         """Whether the cache holds its compiled code; true where nothing is compiled."""
-        given = self.model, self._state, 0.0, 0.0, self._max_events, NO_LOG, self._counts
+        given = self.model, self._state, 0.0, 0.0, self.max_events, NO_LOG, self._counts
         return not isinstance(run, Compiled) or run.is_kept(*given)
 
     @property
@@ -145,7 +149,7 @@ class Trajectory:
         if self.status != FINISHED:
             return False, 0
         end = float(periods), float(time)  # an int would be compiled for itself
-        given = self.model, self._state, *end, self._max_events
+        given = self.model, self._state, *end, self.max_events
         call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
         if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.

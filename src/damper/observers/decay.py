@@ -7,6 +7,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing.none import ZeroForce
+from damper.engine.forcing.record import PiecewiseLinear
 from damper.engine.model import motion
 from damper.engine.segment import segment_at
 from damper.engine.trajectory import Trajectory
@@ -28,6 +29,8 @@ _STEP = 1.5
 #: Steps after which a zero of v is as good as found; bisection alone needs no more.
 _MAX_ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
+#: Rounding of the end of a record, as a part of it.
+_AT_END = 1e-12
 
 _NONE = "missing unless the vibration is free"
 
@@ -48,8 +51,8 @@ class Decay(Observer):
     mass takes no part, and negative where the peaks grow.
 
     Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
-    is left. Under a force, and with a free mass that varies, all stays missing, and studies refuse
-    it.
+    is left. Under a force, but after the end of a record or noise, and with a free mass that
+    varies, all stays missing, and studies refuse it.
     """
 
     half_cycles = Setting(
@@ -123,7 +126,7 @@ class Decay(Observer):
         model = self._model
         need_no_friction(model, "the observer decay")
         # A free mass that varies drives the primary as a force does.
-        self._is_free = isinstance(model.free.forcing, ZeroForce) and not _varies(model)
+        self._is_free = _ends_before(model.free.forcing, self._window) and not _varies(model)
         self._step = _STEP / max(model.free.rate, model.stuck.rate)
         self._tables = prepare_tables(model)
         self._totals = np.zeros(1, TOTALS)
@@ -161,6 +164,15 @@ class Decay(Observer):
                 "energy_left": total.stored_last,
             }
         )
+
+
+def _ends_before(forcing: Any, window: Window) -> bool:
+    """Whether nothing drives the damper within the record."""
+    if not isinstance(forcing, PiecewiseLinear) or forcing.value[-1]:
+        return isinstance(forcing, ZeroForce)
+    cycles, time = forcing.cycles[-1], forcing.time[-1]
+    since = (window.periods - cycles) * forcing.cycle + (window.time - time)
+    return bool(since >= -_AT_END * (cycles * forcing.cycle + time))
 
 
 def _varies(model: Any) -> bool:

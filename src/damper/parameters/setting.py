@@ -34,6 +34,8 @@ class Setting:
     timed : bool, default False
         Whether it may be a mapping in place of the number: ``{"time": 30}`` in s or sqrt(M/K), or
         ``{"time": "end"}``, that of what drives the damper.
+    models : tuple of str, optional
+        Of an observer's setting: those of the damper that it knows, where these are not all.
     """
 
     default: Any
@@ -47,6 +49,7 @@ class Setting:
     least: int = 0
     stated: bool = False
     timed: bool = False
+    models: tuple[str, ...] = ()
 
     def __get__(self, observer: Any, kind: type | None = None) -> Any:
         """Return the setting, from the class; an object holds the value in its place."""

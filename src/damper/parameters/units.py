@@ -9,9 +9,18 @@ SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
 FORCE = "F0"
+IMPULSE = "F0 sqrt(M/K)"
 ACCELERATION = "F0/M"
 #: What these units are called where the damper is given in SI units.
-SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J", FORCE: "N", ACCELERATION: "m/s2"}
+SI_UNITS = {
+    LENGTH: "m",
+    SPEED: "m/s",
+    TIME: "s",
+    ENERGY: "J",
+    FORCE: "N",
+    ACCELERATION: "m/s2",
+    IMPULSE: "N s",
+}
 
 
 def attributes_of(units: str) -> dict[str, str]:
@@ -56,8 +65,18 @@ class Units:
         """Size of the unit of acceleration in m/s2."""
         return self.speed / self.time
 
+    @property
+    def force(self) -> float:
+        """Size of the unit of force in N."""
+        return self.energy / self.length
+
+    @property
+    def impulse(self) -> float:
+        """Size of the unit of impulse in N s."""
+        return self.force * self.time
+
     def size(self, unit: str) -> float:
-        """SI size of LENGTH, SPEED, TIME, ENERGY or ACCELERATION; 1 for anything else."""
+        """SI size of one of `SI_UNITS`; 1 for anything else."""
         name = _NAMES.get(unit)
         return 1.0 if name is None else getattr(self, name)
 
@@ -68,6 +87,8 @@ _NAMES = {
     TIME: "time",
     ENERGY: "energy",
     ACCELERATION: "acceleration",
+    FORCE: "force",
+    IMPULSE: "impulse",
 }
 
 #: Units of a dimensionless run.

@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
+from damper.parameters.units import ACCELERATION as ACCELERATION
 from damper.parameters.units import ENERGY as ENERGY
+from damper.parameters.units import FORCE as FORCE
+from damper.parameters.units import IMPULSE as IMPULSE
 from damper.parameters.units import LENGTH as LENGTH
 from damper.parameters.units import SI_UNITS as SI_UNITS
 from damper.parameters.units import SPEED as SPEED

@@ -6,6 +6,8 @@ import math
 from itertools import combinations, product
 from typing import Any
 
+from damper.observers import observer_class
+from damper.observers.common.base import unknown_model
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.quantities import (
@@ -46,6 +48,7 @@ def check_study(study: Study) -> None:
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
         _check_friction(study, mistakes)
+        _check_settings(study, mistakes)
         _check_theories(study, mistakes)
         _check_kept(study, mistakes)
         _check_steady(study, mistakes)
@@ -187,10 +190,24 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         _check_free(study, mistakes)
 
 
+def _check_settings(study: Study, mistakes: Mistakes) -> None:
+    """Refuse what observers do not know how to measure on this model."""
+    for name, entry in study.observers.items():
+        for key, setting in observer_class(name).settings.items():
+            if setting.models and study.model not in setting.models and getattr(entry, key):
+                message = unknown_model(study.model, setting.models)
+                mistakes.add(("observers", name, key), message, "false")
+
+
 def _check_free(study: Study, mistakes: Mistakes) -> None:
     """Refuse to observe the decay of a vibration that is not free."""
-    if any(point.force_amplitude and point.forcing.kind != "none" for point in study.corners):
-        message, allowed = "a force drives the damper", "force_amplitude: 0, or forcing: none"
+    force = study.force
+    over = force.samples and getattr(force, "after", "") == "zero"
+    if over:
+        over = all(c * before >= force.end * (1.0 - 1e-12) for c, before, _ in study.windows)
+    if not over and any(p.force_amplitude and force.kind != "none" for p in study.corners):
+        message = "a force drives the damper"
+        allowed = "force_amplitude: 0, forcing: none, or transient: {time: end} after a record"
     elif study.model == "time_varying":
         message, allowed = "the variation of the free mass drives the damper", "a constant mass"
     else:

@@ -139,10 +139,10 @@ def check_workload(
     `cycles` before and in the record be known where these are times.
     """
     settings = RunSettings(**run)
-    if cycles is None:
-        cycles = (0, 1) if settings.timed else settings.cycles(1.0, 0.0)
-    transient, periods = cycles
     made = make_observers(observers)
+    if cycles is None and settings.timed:
+        return
+    transient, periods = cycles or settings.cycles(1.0, 0.0)
     Workload(sizes, transient, periods, made, forcing=forcing).refuse_excess()
 
 

@@ -65,6 +65,8 @@ class Observer:
         for name, setting in self.settings.items():
             value = given.get(name, setting.default)
             setattr(self, name, setting.checked(f"{self.name}.{name}", value))
+        asked = {name: s.models for name, s in self.settings.items() if s.models}
+        self._knows = {name: models for name, models in asked.items() if getattr(self, name)}
 
     @property
     def name(self) -> str:
@@ -101,6 +103,10 @@ class Observer:
         """Start on a run, by its number; observers add what they need for it."""
         self._run = run
         self._model = trajectory.model
+        for name, models in self._knows.items():
+            model = type(trajectory.model).__module__.rpartition(".")[2]
+            if model not in models:
+                raise ValueError(f"{self.name}.{name}: {unknown_model(model, models)}")
         # Compiled passes know one kind of window.
         self._window = Window(*map(float, window))
 
@@ -119,6 +125,23 @@ class Observer:
         """Write the run's values of some variables."""
         for name, value in values.items():
             self.arrays[name][self._run] = value
+
+
+def unknown_model(model: str, known: Sequence[str]) -> str:
+    """Say that something knows other models than this one."""
+    return f"knows the models {', '.join(known)}, this damper is {model}"
+
+
+#: Clearance that no free mass ever crosses.
+_FAR = 1e100
+#: Models whose free mass leaves the primary alone where it meets no wall.
+LEAVE_ALONE = ("rigid", "grounded", "time_varying", "compliant")
+
+
+def primary_alone(trajectory: Trajectory) -> Trajectory:
+    """Start the run of a damper's primary alone: the walls are out of reach."""
+    model = trajectory.model._replace(clearance=_FAR)
+    return Trajectory(model, trajectory.initial, trajectory.max_events)
 
 
 def describe(threshold: tuple[float, float]) -> str:
