@@ -212,6 +212,16 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
     assert legend_texts(figure) == ["without damper"]
 
 
+def test_abscissa_may_be_the_natural_frequency() -> None:
+    stiffness = [100.0, 200.0, 400.0]
+    cube = made_up({"frequency_ratio": stiffness}, peak_displacement=np.arange(3.0) + 1.0)
+    cube = cube.rename(frequency_ratio="stiffness").assign_coords(primary_mass=4.0)
+    figure = curves(cube, along="stiffness", natural_frequency=True)
+    (line,) = lines(figure.axes[0])
+    np.testing.assert_allclose(line.get_xdata(), np.sqrt(np.array(stiffness) / 4.0) / (2.0 * np.pi))
+    assert figure.axes[0].get_xlabel().startswith("natural frequency")
+
+
 # --- labels within the page
 
 

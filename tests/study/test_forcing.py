@@ -335,6 +335,11 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     axis = "axes: {forcing_frequency: {start: 3, stop: 4, num: 3, unit: Hz}, "
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
     assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
+    drawn = "draws: {count: 3, seed: 1, forcing_frequency: {range: [3, 4], unit: Hz}}\naxes: {"
+    study = load(tmp_path, "harmonic", text=text.replace("axes: {", drawn))
+    rule = {"range": (2.0 * np.pi * 3.0, 2.0 * np.pi * 4.0), "spacing": "linear"}
+    assert study.draw_settings() == {"count": 3, "seed": 1, "forcing_frequency": rule}
+    assert study.ends["forcing_frequency"] == rule["range"]
     for wrong, message in (
         (
             "restitution: {value: 0.6, unit: Hz}",

@@ -13,7 +13,7 @@ from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import reduced, runs_over
 from damper.figures.common import layout
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
-from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
+from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS, label
 from damper.study import products
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
@@ -72,6 +72,13 @@ class Curves(products.FigureSettings):
     worst: products.Worst = None
     share: products.Share = None
     above: products.Above = None
+    natural_frequency: Annotated[
+        bool,
+        Field(
+            description="Whether the abscissa, which is the stiffness then, is drawn as the "
+            "primary's natural frequency in Hz: a response spectrum under a shock or record."
+        ),
+    ] = False
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: products.Caption = None
 
@@ -79,8 +86,14 @@ class Curves(products.FigureSettings):
         super().check_against(study, mistakes)
         for i, name in enumerate(self.variables):
             products.check_written(("variables", i), name, study, mistakes)
+        if self.natural_frequency and "primary_mass" in study.dimensions:
+            message = "one natural frequency of a stiffness needs one primary_mass, which varies"
+            mistakes.add(("natural_frequency",), message, "false")
 
     def check_together(self, mistakes: Mistakes) -> None:
+        if self.natural_frequency and (self.along != "stiffness" or self.best):
+            message = f"along is {self.along}" if self.along != "stiffness" else "best is given"
+            mistakes.add(("natural_frequency",), message, "along: stiffness, without best")
         products.check_reduction(self.variables, self, mistakes)
         if len(self.variables) > products.MOST_VARIABLES:
             message = f"{len(self.variables)} variables are too many for one figure"
@@ -92,6 +105,11 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     cube = results["cube"]
     along, lines, best = settings.along, settings.lines, settings.best
     place, variables = _shown(cube, settings)
+    abscissa = layout.place_label(place, along, _ABSCISSA)
+    if settings.natural_frequency:
+        natural = np.sqrt(place.stiffness.values / place.primary_mass.item()) / (2.0 * np.pi)
+        place = place.assign_coords(stiffness=natural)
+        abscissa = label("natural frequency", r"$\sqrt{K/M} / (2\pi)$", "Hz")
     beside = [_OVER[name] for name in variables if _OVER.get(name) in place]
     height = 1.0 + _PANEL * len(variables)
     figure, axes = panel_grid(len(variables), width=COLUMN, height=height)
@@ -106,7 +124,7 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         if _OVER.get(name) in place:
             ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
         _dress(ax, place, name, along, settings.log)
-    axes[-1, 0].set_xlabel(layout.place_label(place, along, _ABSCISSA))
+    axes[-1, 0].set_xlabel(abscissa)
     remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
     if best:
         symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))

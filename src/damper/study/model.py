@@ -366,12 +366,13 @@ def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
 def _drawn_text(name: str, drawn: Drawn, si: bool) -> str:
     """What a drawn quantity may be, with units."""
     ways = []
+    rule = drawn.rule
     if drawn.range is not None:
-        low, high = drawn.range
+        low, high = rule["range"]
         log = ", log-uniform" if drawn.spacing == "log" else ""
         ways.append(f"{low:g} to {high:g}{_units_text(name, si)}{log}")
     if drawn.values is not None:
-        ways.append(_values_text(name, drawn.values, si))
+        ways.append(_values_text(name, rule["values"], si))
     often = "" if drawn.share is None else f" ({drawn.share:.0%})"
     return " or ".join(ways) + often
 

@@ -225,6 +225,7 @@ class Drawn(Strict):
         Unit(THE_PARAMETERS),
         Field(description="Where it lies; for a quantity that is a whole number give values."),
     ] = None
+    unit: InHertz = None
     spacing: Annotated[
         Literal["linear", "log"],
         Field(description="Uniform in the range, or uniform in its logarithm (low > 0)."),
@@ -248,7 +249,19 @@ class Drawn(Strict):
     @property
     def ends(self) -> tuple[float, ...]:
         """Ends of the range, and the values."""
-        return (*(self.range or ()), *(self.values or ()))
+        return tuple(
+            _in_own_unit(v, self.unit) for v in (*(self.range or ()), *(self.values or ()))
+        )
+
+    @property
+    def rule(self) -> dict[str, Any]:
+        """What is drawn, in the quantity's own unit, as `damper.sweep.branches.draw` takes it."""
+        given: dict[str, Any] = {"spacing": self.spacing, "share": self.share}
+        for key in ("range", "values"):
+            numbers = getattr(self, key)
+            given[key] = numbers and tuple(_in_own_unit(value, self.unit) for value in numbers)
+        keys = ("range", "spacing", "values", "share")
+        return {key: given[key] for key in keys if given[key] is not None}
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
@@ -325,11 +338,7 @@ def check_drawn(draws: Mapping[str, Any], mistakes: Mistakes) -> None:
 
 def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
     """Return draws as plain values, as `damper.sweep.branches.draw` takes them."""
-    keep = {"range", "spacing", "values", "share"}
-    rules = {
-        name: {key: value for key, value in drawn if key in keep and value is not None}
-        for name, drawn in drawn_of(draws).items()
-    }
+    rules = {name: drawn.rule for name, drawn in drawn_of(draws).items()}
     return {key: draws[key] for key in _DRAW_KEYS if key in draws} | rules
 
 

@@ -114,13 +114,15 @@ def head(
 ) -> None:
     """Write the heading: caption or title, then every value that is the same throughout."""
     coords = place.coords
+    force = json.loads(place.attrs.get("forcing", "{}"))
+    # The clock of what is given by its times says nothing.
+    clock = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
     values = [
         place_text(place, name, coords[name].item())
         for name in (*style.SYMBOLS, "direction", "draw")
-        if name in coords and coords[name].ndim == 0
+        if name in coords and coords[name].ndim == 0 and name not in clock
     ]
-    if "forcing" in place.attrs:
-        values.append(force_text(json.loads(place.attrs["forcing"])))
+    values += force_text(force).split(", ") if force else []
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
     words = _words(caption or place.attrs.get("title", ""))
