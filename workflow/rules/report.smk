@@ -92,20 +92,31 @@ rule report:
         "../scripts/report.py"
 
 
+# Records that drive dampers of the default run: as they are, and beside their cubes.
+RECORDS = {
+    f"{RESULTS}/{name}/{Path(path).name}": path
+    for name, study in DEFAULT.items()
+    for path in getattr(study, "force_files", {}).values()
+}
+
+
 rule crate:
     input:
         [everything_of(study) for study in DEFAULT.values()],
         claims_if_complete(),
         PAGE_FILES if COMPLETE else [],
+        records=list(RECORDS.values()),
     output:
         f"{RESULTS}/ro-crate-metadata.json",
         [f"{RESULTS}/{name}/study.yaml" for name, study in DEFAULT.items() if study.has_cube],
+        *RECORDS,
     log:
         f"{LOGS}/crate.log",
     benchmark:
         f"{TIMES}/crate/crate.tsv"
     params:
         studies=lambda wildcards: [study.about() for study in DEFAULT.values()],
+        records=RECORDS,
     message:
         "Describe the results as an RO-Crate"
     script:
