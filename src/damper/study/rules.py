@@ -7,7 +7,7 @@ from itertools import combinations, product
 from typing import Any
 
 from damper.observers import observer_class
-from damper.observers.common.base import unknown_model
+from damper.observers.common.settings import unknown_model
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.quantities import (

@@ -11,7 +11,7 @@ from damper.engine.compiled import compiled
 from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import Setting, unknown_model
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -125,11 +125,6 @@ class Observer:
         """Write the run's values of some variables."""
         for name, value in values.items():
             self.arrays[name][self._run] = value
-
-
-def unknown_model(model: str, known: Sequence[str]) -> str:
-    """Say that something knows other models than this one."""
-    return f"knows the models {', '.join(known)}, this damper is {model}"
 
 
 #: Clearance that no free mass ever crosses.
