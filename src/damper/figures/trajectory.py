@@ -36,7 +36,7 @@ _VARIABLES = (
 )
 _DRIVE, _ALONE = "trajectory_drive", "trajectory_alone"
 #: Height of the panel of what drives, in inches.
-_DRIVE_HEIGHT = 0.8
+_DRIVE_HEIGHT = 0.95
 _FORCE: dict[str, Any] = {"color": "#555555", "lw": 0.7}
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
@@ -162,7 +162,7 @@ def driven_grid(
         return figure, None, list(grid.ravel())
     figure, grid = panel_grid(
         rows + 1,
-        height=height + _DRIVE_HEIGHT,
+        height=height + _DRIVE_HEIGHT + 0.25,  # of its title
         height_ratios=[_DRIVE_HEIGHT, *[(height - 0.9) / rows] * rows],
     )
     top, *panels = grid.ravel()

@@ -147,7 +147,7 @@ def length_text(cube: Any) -> str:
     """Return how long the record of a cube's runs is, in words; nothing where it does not say."""
     length = str(cube.attrs.get(_ATTRIBUTES["periods"], ""))
     if length == f"time {END}":
-        return f"what is before the {json.loads(cube.attrs['forcing'])['kind']} ends"
+        return f"all until the {json.loads(cube.attrs['forcing'])['kind']} ends"
     if length.startswith("time "):
         time = units_of(cube.trajectory_time.attrs)
         return f"{float(length.removeprefix('time ')):g} {time}"
