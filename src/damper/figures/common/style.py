@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
-from damper.parameters.units import ACCELERATION, ENERGY, FORCE, LENGTH, SPEED, TIME
+from damper.parameters.units import ACCELERATION, ENERGY, FORCE, IMPULSE, LENGTH, SPEED, TIME
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,6 +71,7 @@ _UNITS = {
     ENERGY: "$F_0^2/K$",
     FORCE: "$F_0$",
     ACCELERATION: "$F_0/M$",
+    IMPULSE: r"$F_0\sqrt{M/K}$",
 }
 _BRANCHES = {
     ("direction", "up"): "continued upwards",
