@@ -162,6 +162,24 @@ def test_the_worst_and_the_share_of_several_runs() -> None:
     assert_nothing_overlaps(figure)
 
 
+def test_a_band_from_the_worst_to_the_best() -> None:
+    runs = np.stack([VALUES, VALUES[:, ::-1], VALUES + 1.0], axis=-1)
+    axes = {"mass_ratio": MASSES, "frequency_ratio": X}
+    cube = made_up(axes, {"draw": [0, 1, 2]}, peak_displacement=runs)
+    figure = curves(cube, panels="mass_ratio", band=["draw"])
+    texts = ["worst of 3 draws", "their median", "their best to their worst"]
+    assert legend_texts(figure) == texts
+    for ax, values in zip(figure.axes, runs, strict=True):
+        highest, middle = lines(ax)
+        np.testing.assert_array_equal(highest.get_ydata(), values.max(axis=-1))
+        np.testing.assert_array_equal(middle.get_ydata(), np.median(values, axis=-1))
+        (band,) = ax.collections
+        corners = band.get_paths()[0].vertices[:, 1]
+        assert {*values.min(axis=-1), *values.max(axis=-1)} == {*corners}
+    assert [ax.get_title(loc="left") for ax in figure.axes] == [rf"$\mu$ = {m:g}" for m in MASSES]
+    assert_nothing_overlaps(figure)
+
+
 # --- best
 
 
@@ -185,7 +203,7 @@ def test_best_value_of_each_line() -> None:
             rf"$\mu$ = {mass:g}, best $d$ = {d:g} $F_0/K$, highest at $\omega$ = {X[1]:g}"
             for mass, d in zip(MASSES, (1.5, 0.5, 1.0), strict=True)
         ),
-        "where that line is highest",
+        "where a line is highest",
     ]
     assert "best: the largest" in figure.get_suptitle()
     above, below = figure.axes
@@ -193,6 +211,18 @@ def test_best_value_of_each_line() -> None:
         assert max(a.get_ydata()) == 1.0
         np.testing.assert_allclose(b.get_ydata(), 10 * a.get_ydata())
     assert "$d$" not in figure.get_suptitle()
+
+
+def test_a_free_axis_has_its_best_value_at_each_point() -> None:
+    """A front: the best clearance of the worst over the frequency, for each mass."""
+    cube = best_cube(WORST)
+    settings: dict[str, Any] = {"worst": ["frequency_ratio"], "choose": ["clearance"]}
+    figure = curves(cube, along="mass_ratio", **settings)
+    above, below = figure.axes
+    np.testing.assert_array_equal(lines(above)[0].get_ydata(), np.min(WORST, axis=1))
+    np.testing.assert_array_equal(lines(below)[0].get_ydata(), [1.5, 0.5, 1.0])
+    assert below.get_ylabel().startswith("best clearance")
+    assert_nothing_overlaps(figure)
 
 
 def test_best_needs_every_run_to_have_finished() -> None:

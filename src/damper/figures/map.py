@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.motions import attractors
-from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest, least
+from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
-from damper.analysis.reduction import reduced, runs_over, worst
+from damper.analysis.reduction import REDUCTIONS, least, reduced, runs_over, worst
 from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
@@ -98,7 +98,7 @@ class Map(products.FigureSettings):
         "y": products.Role(least=2),
         "panels": products.Role(most=products.MOST_PANELS, branches=True),
         "each": products.Role(),
-        **products.REDUCTIONS,
+        **{name: role for name, role in products.REDUCTIONS.items() if name != "band"},
     }
 
     variable: Annotated[
@@ -120,6 +120,7 @@ class Map(products.FigureSettings):
     worst: products.Worst = None
     share: products.Share = None
     above: products.Above = None
+    choose: products.Choose = None
     best: Annotated[
         Literal["min", "max"] | None,
         Field(
@@ -167,6 +168,9 @@ class Map(products.FigureSettings):
 
     def check_together(self, mistakes: Mistakes) -> None:
         products.check_reduction([self.variable], self, mistakes)
+        if self.interactive and self.choose:
+            message = "a click shows one design, and this map one of its own at each point"
+            mistakes.add(("interactive",), message, "interactive: false")
         if self.variable == _ATTRACTOR and self.share is not None:
             message = "motions are above no limit"
             mistakes.add(("share",), message, "kind: basins, for the part that ends in each")
@@ -264,12 +268,13 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
         cube = cube.assign({variable: motions})
         classes = list(zip(names, MOTIONS, strict=False))
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
-    worst_over, share_over = settings.get("worst"), settings.get("share")
-    over = [*(worst_over or ()), *(share_over or ())]
+    over = [name for key in REDUCTIONS for name in settings.get(key) or ()]
+    if settings.get("choose"):
+        beside = []  # of other designs
     place = layout.select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
     place = place.sortby([settings["x"], settings["y"]])
     touched = contact(place)
-    if share_over:
+    if settings.get("share"):
         classes = []
     elif variable == "chatter":
         classes = _split_no_chatter(place, touched, classes, from_exact_rest(cube))
@@ -277,9 +282,7 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
         # Touched in one run is touched; amplified in one run is amplified.
         touched = None if touched is None else touched.astype(float).max(over, skipna=False)
         ratio = {name: worst(place[name], over) for name in ("amplitude_ratio",) if name in beside}
-        place, (variable,) = reduced(
-            place, [variable], worst_over, share_over, settings.get("above")
-        )
+        place, (variable,) = reduced(place, [variable], settings)
         place = place.assign(ratio)
     return Classified(place, variable, touched, classes)
 

@@ -151,7 +151,11 @@ def legend(figure: Figure, handles: Sequence[Artist]) -> None:
     """Put a legend below all panels, where it hides nothing, in as many columns as fit."""
     if not handles:
         return
-    widest = max(_length(str(handle.get_label())) for handle in handles)
+    room = (figure.get_figwidth() - 0.6) * _LEGEND
+    for handle in handles:
+        handle.set_label(wrap(_words(str(handle.get_label())), room))
+    lines = (line for handle in handles for line in str(handle.get_label()).split("\n"))
+    widest = max(map(_length, lines))
     columns = max(int((figure.get_figwidth() + 0.14) / (widest / _LEGEND + 0.47)), 1)
     rows = math.ceil(len(handles) / columns)
     figure.legend(
