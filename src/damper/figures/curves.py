@@ -236,6 +236,8 @@ _UNDAMPED = "_undamped"
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
 _MEDIAN: dict[str, Any] = {"ls": "-", "lw": 0.7, "zorder": 1.9}
 _BAND: dict[str, Any] = {"alpha": 0.25, "lw": 0.0, "zorder": 1.2}
+#: Points of a line that are marked, if there are no more.
+_FEW = 20
 #: Height of a row of so many panels, in inches.
 _HEIGHTS = {1: 2.4, 2: 2.4, 3: 2.0}
 
@@ -263,6 +265,8 @@ def _lines(
             if of and not lines and not settings.panels:
                 texts.insert(0, of)
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
+        if place.sizes[along] <= _FEW:
+            style |= {"marker": "o", "ms": 2.2}
         drawn.append((line, style))
     return drawn
 
