@@ -32,6 +32,7 @@ from damper.figures.common.style import (
     VERMILION,
     label,
 )
+from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
 #: Of the free mass between the walls, on the section.
 _RELATIVE = ("relative_displacement", "relative_velocity")
-#: With one value at each point, drawn as lines.
+#: With one value at each point.
 _AMPLITUDES = ("peak_displacement", "rms_displacement")
 #: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
 LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
@@ -73,12 +74,9 @@ _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
     "down": (VERMILION, 1.9, 2.0),
 }
 _SINGLE = (BLACK, 0.9, 2.0)
-_LINE: dict[str, Any] = {"lw": 0.9, "ms": 3.5}
-#: Direction -> mark and dashes of an amplitude's line.
-_LINES: dict[str | None, dict[str, Any]] = {
-    "up": {"marker": "^", "ls": "-", "mfc": BLACK},
-    "down": {"marker": "v", "ls": (0, (2.0, 1.0)), "mfc": "white"},
-}
+#: Amplitudes have one point at each place: larger ones, and not joined, for between two places the
+#: motion may jump.
+_LARGER = 1.8
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
@@ -208,7 +206,9 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
         raise ValueError("mark is compared with where chatter is found, but the cube has none")
     cube = with_relative(cube, settings.variables)
     marked = [name for name in ("chatter", "status") if name in cube]
+    beside = [OVER[name] for name in settings.variables if name in OVER]
     known = [*(name for name in settings.variables if name != _MULTIPLIER), *marked]
+    known += [name for name in beside if name in cube]
     there = cube[[name for name in known if name in cube]].dims
     own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in there]
     kept = (dim for dim in own if dim not in (settings.at or {}))
@@ -287,22 +287,21 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         ax.axhline(1.0, color=BLACK, lw=0.6)
         ax.set_ylim(0.0, 2.0)
         return
-    for index, (direction, branch) in enumerate(_directions(panel)):
+    for direction, branch in _directions(panel):
         colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
         samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
-        if name in _AMPLITUDES:
-            # Marks of both directions at places of their own.
-            step = max(len(grid) // 12, 1)
-            every = (index * step // 2, step)
-            style = _LINE | _LINES.get(direction, {}) | {"color": colour}
-            ax.plot(grid, samples, markevery=every, zorder=order, **style)
-            continue
+        size *= _LARGER if name in _AMPLITUDES else 1.0
         x = np.repeat(grid, samples.shape[1])
         # Rasterised: tens of thousands of vector points make files that no reader opens.
         ax.plot(
             x, samples.ravel(), ".", ms=size, mew=0.0, color=colour, zorder=order, rasterized=True
         )
-    finite = panel[name].values[np.isfinite(panel[name].values)]
+    shown = panel[name].values
+    if OVER.get(name) in panel:
+        alone = undamped(panel, name, along).values
+        ax.plot(grid, alone, zorder=1.0, **REFERENCE)
+        shown = np.append(shown, alone)
+    finite = shown[np.isfinite(shown)]
     if not finite.size:
         note_empty_panel(ax)
         return
@@ -382,11 +381,9 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
 
 
 def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:
-    lines = set(variables) & set(_AMPLITUDES)
     handles = []
     for name, (colour, size, _) in _DIRECTIONS.items():
-        points = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
-        style = _LINE | _LINES[name] if lines else points
+        style = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
         if name in place.get("direction", ()):
             handles.append(legend_line(f"continued {name}wards", color=colour, **style))
     shade = 1.0 if handles else 0.5
@@ -394,4 +391,6 @@ def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None
         handles += [legend_patch(text, color=c, alpha=shade) for text, c in _CHATTER.values()]
     if mark_label is not None:
         handles.append(legend_line(mark_label, **_BRACKET))
+    if any(OVER.get(name) in place for name in variables):
+        handles.append(legend_line("without damper", **REFERENCE))
     return handles

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, dense, section_point
-from damper.analysis.runs import runs
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import GREEN
 from damper.figures.overlays import Panels
@@ -29,8 +28,6 @@ _CURVES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
     False: {"color": GREEN, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
-#: Width of the bars along the lower edge, in points.
-_EXISTS, _STABLE = 1.2, 3.2
 
 
 def overlay(panels: Panels) -> list[Artist]:
@@ -64,8 +61,6 @@ def overlay(panels: Panels) -> list[Artist]:
                 for branch in np.where(shown, points[..., column], np.nan).T:
                     ax.plot(values, branch, **style)
         _reach(ax, points[stable, column])
-        for where, width in ((exists, _EXISTS), (stable, _STABLE)):
-            _bars(ax, values, np.asarray(where.any(axis=1)), width)
     return _handles(bool(stable.any()), bool((exists & ~stable).any()))
 
 
@@ -92,28 +87,10 @@ def _reach(ax: Axes, values: np.ndarray) -> None:
     )
 
 
-def _bars(ax: Axes, values: np.ndarray, where: np.ndarray, width: float) -> None:
-    """Mark ranges along the lower edge."""
-    middle = 0.5 * (values[1:] + values[:-1])
-    edges = np.concatenate([values[:1], middle, values[-1:]])
-    for first, last in runs(where):
-        ax.plot(
-            [edges[first], edges[last + 1]],
-            [0.0, 0.0],
-            transform=ax.get_xaxis_transform(),
-            color=GREEN,
-            lw=width,
-            solid_capstyle="butt",
-            clip_on=False,
-            zorder=4.0,
-        )
-
-
 def _handles(stable: bool, unstable: bool) -> list[Artist]:
-
     texts = {
-        True: "two impacts per period, closed form: stable (thick bar below)",
-        False: "two impacts per period, closed form: unstable (thin bar)",
+        True: "two impacts per period, closed form, stable",
+        False: "two impacts per period, closed form, unstable",
     }
     shown = [kind for kind, seen in ((True, stable), (False, unstable)) if seen]
     return [legend_line(texts[kind], **_CURVES[kind]) for kind in shown]
