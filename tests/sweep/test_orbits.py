@@ -166,6 +166,55 @@ def test_sensitivity_through_chatter(phase: float) -> None:
     np.testing.assert_allclose(orbit.sensitivity("clearance"), five_points(beside, 1e-4), atol=1e-8)
 
 
+FRAME = SIParameters(
+    primary_mass=100.0,
+    damping=800.0,
+    stiffness=4e6,
+    force_amplitude=200.0,
+    forcing_frequency=189.0,
+    free_mass=10.0,
+    gap=0.92e-3,
+    restitution=0.3,
+)
+
+
+@pytest.mark.parametrize(
+    ("p", "names"),
+    [
+        (FRAME, ("gap", "free_mass", "stiffness", "force_amplitude", "forcing_frequency")),
+        (Parameters(frequency_ratio=1.3, **CHATTER), ("clearance", "mass_ratio", "damping_ratio")),
+    ],
+)
+def test_slope_of_the_largest_displacement(
+    p: Parameters | SIParameters, names: tuple[str, ...]
+) -> None:
+    """Against peaks that the observer finds, and against differences of orbits beside."""
+    orbit = periodic_orbit(p)
+    given = {q.name: getattr(p, q.name) for q in type(p).quantities if q.default is None}
+    cube = damper.simulate(
+        **given,
+        transient=600,
+        periods=2,
+        observers=["response"],
+    )
+    assert orbit.peak == pytest.approx(cube.peak_displacement.item(), rel=1e-9)
+    for name in names:
+        value = getattr(p, name)
+
+        def peak(way: float, name: str = name, value: float = value) -> float:
+            beside = replace(p, **{name: value * (1.0 + way)})
+            return periodic_orbit(beside, guess=orbit.state).peak
+
+        slope = plain(orbit.peak_sensitivity)(name)
+        assert slope == pytest.approx(five_points(peak, 1e-4) / value, rel=1e-6)
+
+
+def test_a_peak_that_an_impact_ends_has_no_slope() -> None:
+    orbit = periodic_orbit(Parameters(1.0, 0.1, 1.1738, 1.784, 0.4383), settle=100)
+    with pytest.raises(ValueError, match="no derivative of the peak: an impact ends it at <Per"):
+        orbit.peak_sensitivity("clearance")
+
+
 def test_a_sensitivity_without_bound_is_refused() -> None:
     """A free mass that nothing touches may be anywhere."""
     orbit = periodic_orbit(replace(TWO_IMPACTS, clearance=50.0))

@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
-from damper.models.sensitivity import neighbours
+from damper.models.sensitivity import Stencil, neighbours
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import need_no_friction
 from damper.parameters.forcing import FORCINGS
@@ -29,6 +29,8 @@ _STEPS, _HALVINGS = 60, 12
 _LONGEST = 1000
 #: Condition of the linear equations from which on a derivative by a parameter is roundoff.
 _SINGULAR = 1e12
+#: Speed at a peak, over its displacement, that is rounding.
+_AT_REST = 1e-8
 
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
@@ -200,9 +202,56 @@ class PeriodicOrbit:
         >>> damper.periodic_orbit(p).sensitivity("clearance").round(3).tolist()
         [0.314, 0.206, 0.443, -0.269]
         """
+        change, _, grows = self._change_by(parameter)
+        return change * sizes_of(self.parameters.units) + self.scaled.start * np.tile(grows, 2)
+
+    @cached_property
+    def peak(self) -> float:
+        """Largest displacement of the primary, either way."""
+        return abs(self._peak[1]) * self.parameters.units.length
+
+    def peak_sensitivity(self, parameter: str) -> float:
+        """How the primary's largest displacement changes with a parameter, along this motion.
+
+        As `sensitivity`. At an extremum of the displacement its time does not matter, so that this
+        is the derivative at a fixed phase of the forcing.
+
+        Raises
+        ------
+        ValueError
+            As `sensitivity`, and where an impact ends the largest displacement.
+
+        Examples
+        --------
+        >>> import damper
+        >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0,
+        ...                       clearance=5.0, restitution=0.5)
+        >>> round(damper.periodic_orbit(p).peak_sensitivity("clearance"), 4)
+        -0.3682
+        """
+        change, stencil, (grows, _) = self._change_by(parameter)
+        (time, value), scaled = self._peak, self.scaled
+        arc = run_arc(scaled.parameters.dimensionless, scaled.start, 0.0, time / self._cycle)
+        if abs(arc.end[1]) > _AT_REST * abs(value):
+            raise ValueError(f"no derivative of the peak: an impact ends it at {self!r}")
+        grown = np.sign(value) * arc.change_by(stencil, change)[0]
+        return float(grown * self.parameters.units.length + abs(value) * grows)
+
+    @property
+    def _cycle(self) -> float:
+        return self.parameters.dimensionless.cycle
+
+    @cached_property
+    def _peak(self) -> tuple[float, float]:
+        """Time and displacement, in dimensionless units."""
+        p = self.parameters.dimensionless
+        return run_arc(p, self.scaled.start, 0.0, float(self.period)).peak()
+
+    def _change_by(self, parameter: str) -> tuple[np.ndarray, Stencil, tuple[float, float]]:
+        """Dimensionless derivative of the start, of the models, and growth of length and speed."""
         named_quantity(self.parameters, parameter)
         rates = rates_of(self.parameters, parameter)
-        grows = np.array([rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)] * 2)
+        grows = rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)
         scaled = self.scaled
         p = scaled.parameters.dimensionless
         stencil = neighbours(p, rates)
@@ -214,7 +263,7 @@ class PeriodicOrbit:
         with_wall = np.array([0.0, 0.0, arc.start_side * stencil.clearance, 0.0])
         change = arc.change_by(stencil, with_wall) - with_wall
         change = arc.directions @ np.linalg.solve(matrix, change[: len(matrix)]) + with_wall
-        return change * sizes_of(self.parameters.units) + scaled.start * grows
+        return change, stencil, grows
 
     @cached_property
     def events(self) -> np.ndarray:
