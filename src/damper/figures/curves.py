@@ -228,7 +228,10 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
         if OVER.get(name) in place
     }
     place, names = reduced(place, settings.variables, given)
-    return in_millimetres(place.assign(alone)), names
+    beside_it = (BEST, MEDIAN, _UNDAMPED)
+    return in_millimetres(
+        place.assign(alone), {name + each: name for name in names for each in beside_it}
+    ), names
 
 
 #: What the amplitude without damper is called, after the name of that with one.
