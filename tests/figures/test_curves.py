@@ -180,6 +180,18 @@ def test_a_band_from_the_worst_to_the_best() -> None:
     assert_nothing_overlaps(figure)
 
 
+def test_a_figure_grows_with_its_legend() -> None:
+    """So that panels keep their size, and their labels stay apart."""
+    masses = np.linspace(0.01, 0.12, 12)
+    axes = {"mass_ratio": masses, "clearance": D, "frequency_ratio": X}
+    cube = made_up(axes, {"draw": [0, 1]}, peak_displacement=1.0, rms_ratio=0.5)
+    names = ("peak_displacement", "rms_ratio")
+    figure = curves(cube, *names, lines="mass_ratio", best="clearance", band=["draw"], log=True)
+    assert len(legend_texts(figure)) == 16
+    assert_nothing_overlaps(figure)
+    assert min(ax.get_window_extent().height / figure.dpi for ax in figure.axes) > 1.2
+
+
 @pytest.mark.parametrize(("size", "unit", "factor"), [(1.5e-2, "mm", 1e3), (1.5e-1, "m", 1.0)])
 def test_all_of_a_panel_is_in_one_unit(size: float, unit: str, factor: float) -> None:
     """Though the best runs alone, or the amplitude without damper, would have another one."""

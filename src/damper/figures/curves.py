@@ -130,8 +130,11 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         _dress(ax, part, name, settings.along, settings.log)
         handles += [legend_line(**style) for _, style in drawn if style.get("label")]
     handles += _handles(of, place, variables, settings)
-    remarks = _remarks(cube, settings, variables[0])
-    return finish(figure, place, settings.caption, handles, remarks)
+    remarks = layout.reductions(cube, settings)
+    if settings.best:
+        symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
+        remarks.append(f"best: the largest {symbol} is least")
+    return finish(figure, place, settings.caption, handles, remarks, room=3)
 
 
 def _panels(
@@ -164,12 +167,12 @@ def _draw_line(
 
     x, y = line[settings.along].values, ordinates(name)
     ax.plot(x, y, **style)
-    # Beside a single black line a colour is seen better than grey.
-    colour = style["color"] if settings.lines else BLUE
+    # Beside one black line a colour is seen better than grey; among several a median is lost.
     if name + BEST in line:
+        colour = style["color"] if settings.lines else BLUE
         ax.fill_between(x, ordinates(name + BEST), y, color=colour, **_BAND)
-    if name + MEDIAN in line:
-        ax.plot(x, ordinates(name + MEDIAN), color=colour, **_MEDIAN)
+    if name + MEDIAN in line and not settings.lines:
+        ax.plot(x, ordinates(name + MEDIAN), **_MEDIAN)
     if settings.best and name == settings.variables[0] and np.isfinite(y).any():
         highest = np.nanargmax(y)
         ax.plot(x[highest], y[highest], **_WORST | {"color": style["color"]})
@@ -184,28 +187,14 @@ def _handles(
         colour = BLACK if settings.lines else BLUE
         if settings.lines or settings.panels or not settings.best:
             handles.append(legend_line(of, **_style(0, 1)))
-        if variables[0] + MEDIAN in place:
-            handles.append(legend_line("their median", color=colour, **_MEDIAN))
+        if variables[0] + MEDIAN in place and not settings.lines:
+            handles.append(legend_line("their median", **_MEDIAN))
         handles.append(legend_patch("their best to their worst", color=colour, **_BAND))
     if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
         handles.append(legend_line("without damper", **REFERENCE))
     if settings.best is not None:
         handles.append(legend_line("where a line is highest", **_WORST))
     return handles
-
-
-def _remarks(cube: xr.Dataset, settings: Curves, first: str) -> list[str]:
-    """What the heading says of how runs became lines."""
-    symbol = VARIABLE_SYMBOLS.get(first, first.replace("_", " "))
-    remarks = []
-    if settings.worst:
-        remarks.append(f"worst of {runs_over(cube, settings.worst)}")
-    if settings.best:
-        remarks.append(f"best: the largest {symbol} is least")
-    if settings.choose:
-        axes = " and ".join(SYMBOLS[name] for name in settings.choose)
-        remarks.append(f"at each point the best {axes} of the grid")
-    return remarks
 
 
 def _ordinate(place: xr.Dataset, name: str) -> str:
@@ -237,7 +226,7 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
 #: What the amplitude without damper is called, after the name of that with one.
 _UNDAMPED = "_undamped"
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
-_MEDIAN: dict[str, Any] = {"ls": "-", "lw": 0.7, "zorder": 1.9}
+_MEDIAN: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 0.7, "zorder": 1.9}
 _BAND: dict[str, Any] = {"alpha": 0.25, "lw": 0.0, "zorder": 1.2}
 #: Points of a line that are marked, if there are no more.
 _FEW = 20

@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
-from damper.analysis.reduction import REDUCTIONS, least, reduced, runs_over, worst
+from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
@@ -230,7 +230,7 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
     if not classes:
         _colour_bar(figure, axes, mesh, place[variable])
-    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    remarks = layout.reductions(cube, settings)
     return finish(figure, place, settings.caption, handles, remarks)
 
 
