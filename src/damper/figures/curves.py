@@ -258,7 +258,7 @@ def _lines(
                 texts.insert(0, of)
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
         if place.sizes[along] <= _FEW:
-            style |= {"marker": "o", "ms": 2.2}
+            style |= {"marker": "o", "ms": 2.2, "clip_on": False}
         drawn.append((line, style))
     return drawn
 
