@@ -1,4 +1,4 @@
-"""Basins: which part of the starts ends in which motion, over one parameter."""
+"""Basins: the share of initial conditions that end in each motion, over one parameter."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class BasinsFigure(Product):
-    """The part of the starts that ends in each motion, stacked over one axis.
+    """The share of initial conditions that end in each motion, stacked over one axis.
 
     All other axes and draws are starts.
     """
@@ -40,7 +40,7 @@ class BasinsFigure(Product):
 
 
 def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
-    """Draw the part of the starts that ends in each motion."""
+    """Draw the share of initial conditions that end in each motion."""
     cube, along = results["cube"], settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")
@@ -49,7 +49,7 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
     areas = ax.stackplot(parts.index, parts.T, colors=MOTIONS, labels=parts, **style)
-    ax.set(ylim=(0.0, 1.0), ylabel="part of the starts")
+    ax.set(ylim=(0.0, 1.0), ylabel="share of initial conditions")
     ax.set_xlim(parts.index.min(), parts.index.max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
     remarks = [f"{found.of.max()} starts at each value"]

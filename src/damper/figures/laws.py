@@ -72,8 +72,8 @@ def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(1e-18, 10.0 * LIMIT)
-    ax.set_xlabel("violation over the sizes of its terms; energy scaled to the same limit")
-    ax.set_ylabel("part of the runs\nwith at least that")
+    ax.set_xlabel("violation relative to its terms; energy scaled to the same limit")
+    ax.set_ylabel("share of runs with\nat least that violation")
     ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 

@@ -64,7 +64,7 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
         (line,) = ax.plot(growth[chosen], height, mark, color=colour, label=label)
         line.set(markersize=2.2, markeredgewidth=0.0, alpha=0.6, rasterized=True)
     reach = np.array([1.0, max(10.0 * float(growth.max()), 1e3)])
-    ax.plot(reach, EPS * reach, color="black", lw=0.9, label="roundoff $\\times$ growth")
+    ax.plot(reach, EPS * reach, color="black", lw=0.9, label="roundoff $\\times$ amplification")
     limit = ALLOWANCE * EPS * reach
     ax.plot(reach, limit, color="black", lw=0.9, ls="--", label=f"limit: {ALLOWANCE:g} times that")
     ax.set_xscale("log")
@@ -76,7 +76,7 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
     names = ["0", *(f"$10^{{{exponent}}}$" for exponent in exponents)]
     ax.set_yticks([_NO_DIFFERENCE, *(10.0**exponent for exponent in exponents)], names)
     ax.minorticks_off()
-    ax.set_xlabel("growth of a small noise over the run")
+    ax.set_xlabel("amplification of a small perturbation")
     ax.set_ylabel("largest difference of comparable events")
     ax.legend(frameon=False, fontsize=7.0, loc="upper left", markerscale=1.8)
 
@@ -99,4 +99,4 @@ def _errors(ax: Axes, cube: xr.Dataset) -> None:
     ax.set_ylim(0.5 / values.size, 1.2)
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
     ax.set_xlabel(r"backward error, in units of roundoff ($2^{-52}$)")
-    ax.set_ylabel("part of the runs with at least that")
+    ax.set_ylabel("share of runs with at least that error")
