@@ -10,8 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.figures.common.layout import place_label
 from damper.figures.common.panels import finish, panel_grid
-from damper.figures.common.style import COLUMN
-from damper.figures.map import MOTIONS
+from damper.figures.common.style import COLUMN, motion_colours
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, Role, StudyContents, need_starts
@@ -48,9 +47,11 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     figure, ((ax,),) = panel_grid(1, width=COLUMN, height=3.0 + 0.14 * len(parts.columns))
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
-    areas = ax.stackplot(parts.index, parts.T, colors=MOTIONS, labels=parts, **style)
+    colours = [*motion_colours(parts.columns).values()]
+    areas = ax.stackplot(parts.index, parts.T, colors=colours, labels=parts, **style)
     ax.set(ylim=(0.0, 1.0), ylabel="share of initial conditions")
     ax.set_xlim(parts.index.min(), parts.index.max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
     remarks = [f"{found.of.max()} starts at each value"]
-    return finish(figure, cube, settings.caption, areas, remarks)
+    # The legend has the order of the stack.
+    return finish(figure, cube, settings.caption, reversed(areas), remarks)
