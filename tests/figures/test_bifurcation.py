@@ -119,28 +119,16 @@ def test_one_variable_alone_fits_a_column() -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_mark_says_how_far_chatter_agrees() -> None:
+def test_mark_is_a_bracket_with_a_label() -> None:
     cube = made_up({"frequency_ratio": [1.1]})
     settings = {"variables": ["displacement"], "mark": (0.1, 0.5), "mark_label": "as stated"}
     figure = drawn(cube, **settings)
     (ax,) = figure.axes
     assert bracket(ax) == (0.1, 0.5)
-    # Of .1 to .5 all but .3 chatter; of the others .6 and 1, and .8 stopped, so it does not count.
-    assert ax.get_title("left") == (
-        "chatter at 4 of 5 points in the marked range, 2 of 5 outside,\n"
-        "the outermost at $r$ = 0.1 and 1"
-    )
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()][-1] == "as stated"
     assert ax.get_xlim() == (0.0, 1.0)
     assert_nothing_overlaps(figure)
-
-
-def test_mark_without_chatter() -> None:
-    figure = drawn(made_up({"frequency_ratio": [1.1]}, chatter=[0]), mark=(0, 1), mark_label="m")
-    assert figure.axes[0].get_title("left") == "chatter nowhere"
-    with pytest.raises(ValueError, match="mark is compared with where chatter is found"):
-        drawn(made_up({"frequency_ratio": [1.1]}, chatter=None), mark=(0, 1), mark_label="m")
 
 
 # --- points

@@ -356,7 +356,7 @@ def test_what_an_orbit_owes_to_quantities_in_si_under_other_forces(force: Any) -
         beside = [
             plain(damper.periodic_orbit)(
                 dataclasses.replace(orbit.parameters, **{name: own * (1.0 + part)}),
-                guess=orbit.state,
+                state=orbit.state,
             ).start
             for part in (-1e-4, 1e-4)
         ]

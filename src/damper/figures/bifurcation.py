@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
 from damper.figures.common import layout
 from damper.figures.common.panels import (
@@ -27,7 +25,6 @@ from damper.figures.common.style import (
     COLUMN,
     ORANGE,
     PAGE,
-    SYMBOLS,
     VARIABLE_SYMBOLS,
     VERMILION,
     label,
@@ -115,7 +112,7 @@ class Bifurcation(products.FigureSettings):
         Pair[float] | None,
         Field(
             description="Part of the abscissa to mark by a bracket, such as a range that the "
-            "source states; above the panels stands how far the chatter found agrees with it."
+            "source states; the table intervals says how far the chatter found agrees with it."
         ),
     ] = None
     mark_label: Annotated[Text | None, Field(description="What the mark is; with mark.")] = None
@@ -143,8 +140,6 @@ class Bifurcation(products.FigureSettings):
         self._need_variables(study, mistakes)
         if self.orbits:
             products.need_orbits(("orbits",), study, mistakes)
-        if self.mark and "bursts" not in study.observers:
-            mistakes.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
     def _need_variables(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         shown = set(self.variables)
@@ -174,15 +169,12 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     """Draw variables over one axis, a column of panels each.
 
     Both directions of a continuation are drawn in their own colours; random initial states are
-    drawn over each other. ValueError where a range is marked and the cube has no `chatter` to
-    compare it with.
+    drawn over each other.
     """
     place, variables = _shown(results["cube"], settings), settings.variables
     rows = parts(place, settings.rows)
     width = PAGE if len(variables) > 1 else COLUMN
     height = 1.1 + 1.55 * len(rows)
-    if settings.mark is not None:
-        height += 0.3 + 0.2 * len(rows)
     figure, axes = panel_grid(len(rows), len(variables), width=width, height=height)
     handles = _handles(place, variables, settings.mark_label)
     for row, (text, panel) in zip(axes, rows, strict=True):
@@ -202,8 +194,6 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     """Return the piece of a cube to show."""
-    if settings.mark is not None and "chatter" not in cube:
-        raise ValueError("mark is compared with where chatter is found, but the cube has none")
     cube = with_relative(cube, settings.variables)
     marked = [name for name in ("chatter", "status") if name in cube]
     beside = [OVER[name] for name in settings.variables if name in OVER]
@@ -216,14 +206,11 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
 
 
 def _title(row: np.ndarray, text: str, panel: xr.Dataset, settings: Bifurcation) -> None:
-    """Say at which place a row is, and how far chatter agrees with the mark."""
+    """Say at which place a row is, and mark a range."""
     style = {"pad": 14.0} if "direction" in panel.dims and "chatter" in panel else {}
     if settings.mark is not None:
         for ax in row:
             _bracket(ax, settings.mark)
-        agreement = _agreement(panel, settings.along, settings.mark)
-        text = f"{text}\n{agreement}" if text else agreement
-        style["fontsize"] = 7.0
     title(row[0], text, **style)
 
 
@@ -256,18 +243,6 @@ def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
     low, high = mark
     heights = [0.05, 0.015, 0.015, 0.05]
     ax.plot([low, low, high, high], heights, transform=ax.get_xaxis_transform(), **_BRACKET)
-
-
-def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
-    """Say where chatter is found, and at how many points within the mark and outside it."""
-    found = chatter_in_range(panel, along, *mark)
-    if math.isnan(found["lowest"]):
-        return "chatter nowhere"
-    return (
-        f"chatter at {found['chatter_in_range']} of {found['in_range']} points in the marked "
-        f"range, {found['chatter_outside']} of {found['outside']} outside,\n"
-        f"the outermost at {SYMBOLS[along]} = {found['lowest']:g} and {found['highest']:g}"
-    )
 
 
 def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:

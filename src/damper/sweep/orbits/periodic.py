@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +15,12 @@ from damper.parameters.dampers import need_no_friction
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
-from damper.parameters.state import need_state
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.orbits.arcs import Arc, moving, run_arc, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of
+from damper.sweep.points import one_run
 
 #: Largest change of the state over the period, over the size of the state.
 TOLERANCE = 1e-11
@@ -43,11 +44,12 @@ FOLLOWED = followed(Parameters)
 
 
 def periodic_orbit(
-    parameters: Parameters | SIParameters,
+    parameters: Parameters | SIParameters | None = None,
     period: int = 1,
-    guess: State | None = None,
+    state: State | None = None,
     *,
     settle: int = 200,
+    **values: Any,
 ) -> "PeriodicOrbit":
     """Find a motion that repeats after some forcing periods, stable or not, by Newton's method.
 
@@ -57,15 +59,17 @@ def periodic_orbit(
 
     Parameters
     ----------
-    parameters : Parameters or SIParameters
+    parameters : Parameters or SIParameters, optional
         With SIParameters, the orbit and what is found from it are in m, s and m/s.
     period : int, default 1
         Forcing periods after which it repeats, at most 1000. A shorter motion repeats then, too.
-    guess : State, optional
+    state : State, optional
         Where to look. Its time may be any: the search begins at the next start of a period. When
         not given, a run from rest, after it has settled.
     settle : int, default 200
         Forcing periods of that run.
+    **values
+        As `damper.events` takes them.
 
     Returns
     -------
@@ -88,13 +92,14 @@ def periodic_orbit(
     """
     period = whole("period", period, 1, most=_LONGEST)
     settle = whole("settle", settle, 0, most=MOST_PERIODS)
+    parameters, state = one_run(parameters, state, values)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
-    best = nearest_orbit(scaled, period, _settled(scaled, guess, settle, units))
+    best = nearest_orbit(scaled, period, _settled(scaled, state, settle, units))
     if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):
         raise ValueError(
             f"no motion of period {period} found: the search stopped at {best.state.times(units)}, "
-            f"which the period changes by {best.change:.3g}; try another guess or period"
+            f"which the period changes by {best.change:.3g}; try another state or period"
         )
     return best.of(parameters)
 
@@ -367,16 +372,15 @@ def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     return None
 
 
-def _settled(parameters: Parameters, guess: State | None, settle: int, units: Units) -> np.ndarray:
-    """State at the start of a forcing period: the first one after the guess, or of a long run."""
-    need_state(guess, "guess")
-    start = guess.over(units) if guess else None
+def _settled(parameters: Parameters, state: State | None, settle: int, units: Units) -> np.ndarray:
+    """State at the start of a forcing period: the first one after the state, or of a long run."""
+    start = state.over(units) if state else None
     if start:
         check_state(parameters, start, units)
     trajectory = start_run(parameters, start)
-    at = float(settle) if guess is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
+    at = float(settle) if state is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
     trajectory.skip(at)
     if trajectory.status != FINISHED:
-        run = f"settle = {settle}" if guess is None else f"guess = {guess!r}"
+        run = f"settle = {settle}" if state is None else f"state = {state!r}"
         raise ValueError(f"{run}: the run stopped early, max_events are used up")
     return vector(trajectory.state_at(at))
