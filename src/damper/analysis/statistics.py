@@ -11,7 +11,6 @@ from damper.analysis.closed_forms import damper_at
 from damper.analysis.places import need_known, need_variables, places
 from damper.observers.common.limits import mean_within
 from damper.observers.statistics import MEANS
-from damper.parameters.units import units_of
 from damper.sweep.record import observers_of
 from damper.theory.noise import laws, missing_part
 
@@ -56,7 +55,7 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
         missing = missing_part(damper, rate)  # infinite where bursts complete
         white, in_band = laws(damper), laws(damper, missing if missing < 1.0 else 0.0)
         for name, (_, unit, *_) in MEANS.items():
-            size = units.size(unit) if units_of(cube[name].attrs) != unit else 1.0
+            size = units.size(unit)
             value, error = _mean(place, name, confidence)
             law, least = (found.get(name, math.nan) * size for found in (white, in_band))
             row = {"mean": name, "value": value, "lower": value - error, "upper": value + error}

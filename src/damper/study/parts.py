@@ -57,7 +57,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "fan_axes": self.fan_axes,
                 "fixed": self.fixed,
                 "attributes": about | run,
-                "force_unit": self.force.si_unit,
+                "amplitude": self.force.amplitude,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
             },
             needs=tuple(map(self.slice_path, self.slices())),
