@@ -30,6 +30,8 @@ _MAX_ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
 
 _NONE = "missing unless the vibration is free"
+#: What `vibration` is, in the order of its values.
+_VIBRATIONS = ("free", "forced")
 
 
 class Decay(Observer):
@@ -48,8 +50,8 @@ class Decay(Observer):
     mass takes no part, and negative where the peaks grow.
 
     Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
-    is left. Under a force, and with a free mass that varies, all stays missing, and studies refuse
-    it.
+    is left. Under a force, and with a free mass that varies, all stays missing but `vibration`,
+    which says so, and studies refuse it.
     """
 
     half_cycles = Setting(
@@ -104,6 +106,14 @@ class Decay(Observer):
             comment=f"with that of a support of the free mass; {_NONE}",
         ),
         Variable("energy_left", "energy at the end of the record", ENERGY, comment=_NONE),
+        Variable(
+            "vibration",
+            "whether the vibration is free",
+            "1",
+            dtype="i1",
+            comment="0 free; 1 forced, also by a free mass that varies: nothing else is observed",
+            flags=_VIBRATIONS,
+        ),
     )
 
     def size(self, dim: str, window_length: int) -> int:
@@ -148,6 +158,8 @@ class Decay(Observer):
             decrement = np.log(peaks[:-2] / peaks[2:])
         ratios = decrement / np.hypot(2.0 * math.pi, decrement)
         self._put({"equivalent_damping_ratio": np.concatenate([[np.nan], ratios, [np.nan]])})
+        if finished:
+            self._put({"vibration": _VIBRATIONS.index("free" if self._is_free else "forced")})
         if not (finished and self._is_free):
             return
         total, half = read_record(self._totals), read_record(self._half)

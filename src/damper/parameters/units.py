@@ -14,7 +14,35 @@ ACCELERATION = "F0/M"
 SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J", FORCE: "N", ACCELERATION: "m/s2"}
 
 
-def attributes_of(units: str) -> dict[str, str]:
+#: What the amplitude of a force is called -> the unit of length, and its own SI unit: a force F0;
+#: none, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
+#: acceleration A.
+AMPLITUDES = {
+    FORCE: (LENGTH, "N"),
+    "0": ("L", "N"),
+    "B": ("B", "m"),
+    "U": ("U/M", "kg m"),
+    "A": ("A M/K", "m/s2"),
+}
+
+
+def name_of(unit: str, amplitude: str = FORCE) -> str:
+    """Return what a dimensionless unit is called, from the name of the force's amplitude.
+
+    Examples
+    --------
+    >>> [name_of(unit, "U") for unit in (LENGTH, SPEED, ENERGY, FORCE, TIME)]
+    ['U/M', '(U/M) sqrt(K/M)', 'K (U/M)^2', 'U', 'sqrt(M/K)']
+    """
+    if amplitude == FORCE or unit == TIME:
+        return unit
+    length, _ = AMPLITUDES[amplitude]
+    part = f"({length})" if len(length) > 1 else length
+    names = {SPEED: f"{part} sqrt(K/M)", ENERGY: f"K {part}^2", ACCELERATION: f"{part} K/M"}
+    return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
+
+
+def attributes_of(units: str, amplitude: str = FORCE) -> dict[str, str]:
     """Return a variable's attributes for its units: as CF asks, ones that UDUNITS reads.
 
     Examples
@@ -24,7 +52,9 @@ def attributes_of(units: str) -> dict[str, str]:
     """
     if not units:
         return {}
-    return {"units": "1", "scaled_by": units} if units in SI_UNITS else {"units": units}
+    if units in SI_UNITS:
+        return {"units": "1", "scaled_by": name_of(units, amplitude)}
+    return {"units": units}
 
 
 def units_of(attributes: Mapping[str, Any]) -> str:

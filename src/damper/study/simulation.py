@@ -83,7 +83,8 @@ def simulate(
     -------
     xarray.Dataset
         Dimensions are the given sequences, ``direction`` and ``draw`` if asked for, and those of
-        the observers (``sample``, ...). Lengths in units of F0/K, times in sqrt(M/K), or SI.
+        the observers (``sample``, ...). Lengths are in units of F0/K, or of what takes its place
+        under `forcing`, which `scaled_by` says; times in units of sqrt(M/K); or all in SI.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def simulate(
         attributes["initial"] = repr(state)
     if random:
         attributes["draws"] = json.dumps(random)
-    return gather([part], axes, (), fixed, attributes, force_unit=force.si_unit)
+    return gather([part], axes, (), fixed, attributes, amplitude=force.amplitude)
 
 
 def _with_names(plain: Signature) -> Signature:

@@ -9,7 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
-from damper.parameters.units import ACCELERATION, ENERGY, FORCE, LENGTH, SPEED, TIME
+from damper.parameters.units import (
+    ACCELERATION,
+    AMPLITUDES,
+    ENERGY,
+    FORCE,
+    LENGTH,
+    SI_UNITS,
+    SPEED,
+    TIME,
+    name_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,6 +93,13 @@ _UNITS = {
     ENERGY: "$F_0^2/K$",
     FORCE: "$F_0$",
     ACCELERATION: "$F_0/M$",
+}
+# Those of other forces than F0.
+_UNITS |= {
+    name: f"${name}$".replace("sqrt(K/M)", r"\sqrt{K/M}").replace(" ", r"\,")
+    for amplitude in AMPLITUDES
+    for unit in SI_UNITS
+    if (name := name_of(unit, amplitude)) not in _UNITS
 }
 _BRANCHES = {
     ("direction", "up"): "continued upwards",

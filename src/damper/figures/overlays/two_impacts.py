@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.analysis.closed_forms import admissible_orbits, dense, section_point
+from damper.analysis.closed_forms import admissible_orbits, damper_at, dense, section_point
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import GREEN
+from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
+from damper.theory.free_decay import least_at_resonance
 from damper.theory.two_impacts import Orbit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -27,6 +29,14 @@ _BETWEEN, _MOST = 4, 600
 _CURVES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
     False: {"color": GREEN, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
+}
+_LEAST: dict[str, Any] = {
+    "color": BLACK,
+    "ls": "",
+    "marker": "D",
+    "mfc": "white",
+    "ms": 4.0,
+    "zorder": 4.0,
 }
 
 
@@ -61,7 +71,24 @@ def overlay(panels: Panels) -> list[Artist]:
                 for branch in np.where(shown, points[..., column], np.nan).T:
                     ax.plot(values, branch, **style)
         _reach(ax, points[stable, column])
-    return _handles(bool(stable.any()), bool((exists & ~stable).any()))
+    handles = _handles(bool(stable.any()), bool((exists & ~stable).any()))
+    if along == "clearance" and "peak_displacement" in axes:
+        handles += _mark_least(axes["peak_displacement"], panel, grid)
+    return handles
+
+
+def _mark_least(ax: Axes, panel: xr.Dataset, grid: np.ndarray) -> list[Artist]:
+    """Mark the least amplitude at resonance, where the clearance for it is in the grid."""
+    damper, _ = damper_at(panel, clearance=float(grid[0]))
+    if damper.frequency_ratio != 1.0 or damper.restitution == 1.0:
+        return []
+    least = least_at_resonance(damper)
+    if not grid.min() <= least.clearance <= grid.max():
+        return []
+    ax.plot(least.clearance, least.amplitude, **_LEAST)
+    # The mark has a size of its own.
+    _reach(ax, np.array([0.9 * least.amplitude]))
+    return [legend_line("least amplitude by the law of a light free mass", **_LEAST)]
 
 
 def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
