@@ -166,10 +166,10 @@ def test_si_runs_are_scaled() -> None:
     data = interactive(cube, study.interactive["amplitude"], plan)
     # Colours are those of the worst draw; a drop-down chooses one, whose run is shown.
     assert data["overlaid"] == ["draw"]
-    assert len(data["runs"]) == 3 * 4
+    assert len(data["runs"]) == 4 * 4
     peaks = 1e3 * cube.peak_displacement.max("draw").transpose("gap", ...)
     np.testing.assert_array_equal(unpacked(data["values"]), peaks.values.ravel().astype("f4"))
-    assert data["label"].endswith("worst of 3 draws")
+    assert data["label"].endswith("worst of 4 draws")
     assert data["run_units"] == ["mm", "s", "mm/s"]
     for place, run in zip(points(data), data["runs"], strict=True):
         assert 2.0 * run["clearance"] * run["length"] == pytest.approx(place["gap"])

@@ -23,7 +23,7 @@ VERDICT = {
     "stated": "no number",
     "found": "one & two",
     "numbers": "r | d\n0.5 | 1 < 2",
-    "verdict": "holds under a named reading",
+    "verdict": "true only if read as follows",
     "why": "if it rains",
     "assumptions": "d 0.05",
     "figures": "restitution/figures/paper_b_fig_2",
@@ -114,7 +114,7 @@ def test_page_shows_everything(tmp_path: Path) -> None:
         assert f"restitution/tables/{name}.md" in found.links
     for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):
         assert text in found.text
-    assert "holds under a named reading: if it rains" in found.text
+    assert "true only if read as follows: if it rains" in found.text
     assert "rd\n0.51 < 2" in found.text
     for reason in study.assumed.values():
         assert reason in found.text

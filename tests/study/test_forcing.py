@@ -156,6 +156,17 @@ def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> Non
     )
     same(cube, direct)
     assert cube.force_amplitude.attrs["units"] == direct.force_amplitude.attrs["units"] == unit
+    values = values.replace(f"force_amplitude: {amplitude}", "gravity: 0")
+    with pytest.raises(ConfigError, match=f"force_amplitude >= 0 in {unit}, under"):
+        load(tmp_path, said, text=SI_STUDY.replace("{}", values))
+
+
+def test_laws_of_noise_are_for_noise_alone(tmp_path: Path) -> None:
+    shown = "tables: {one: {kind: statistics}}\n"
+    text = STUDY.replace("response: }", "statistics: }")
+    assert load(tmp_path, NOISE.replace("[0.5, 2]", "[0, 6]") % 1, shown, text).tables
+    with pytest.raises(ConfigError, match=r"tables.one\n    shows the laws of noise"):
+        load(tmp_path, "harmonic", shown, text)
 
 
 def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:

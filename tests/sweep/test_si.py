@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from figures.drawing import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
@@ -25,7 +26,7 @@ from damper.parameters.quantities import (
     SI_NAMES,
     SI_QUANTITIES,
 )
-from damper.parameters.units import units_of
+from damper.parameters.units import AMPLITUDES, name_of, units_of
 from damper.study.config import ConfigError, load_study
 from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.sweep.orbits.periodic import followed
@@ -78,6 +79,8 @@ FORMULAS = {
     "F0^2/K": "force_amplitude**2 / stiffness",
 }
 UNITS = {"F0/K": "m", "sqrt(M/K)": "s", "F0/sqrt(K M)": "m/s", "F0^2/K": "J"}
+#: What these are called under each force.
+NAMES = {name_of(unit, amplitude): unit for unit in UNITS for amplitude in AMPLITUDES}
 
 
 def numbers(p: Parameters | SIParameters) -> dict[str, float]:
@@ -185,6 +188,7 @@ def assert_scaled(cube: xr.Dataset, ratios: xr.Dataset, units: Units) -> None:
     assert set(cube.data_vars) == set(ratios.data_vars)
     for name, variable in ratios.data_vars.items():
         unit = units_of(variable.attrs)
+        unit = NAMES.get(unit, unit)
         assert cube[name].attrs["units"] == UNITS.get(unit, unit)
         assert cube[name].dtype == variable.dtype
         scaled = variable.values * units.size(unit) if unit in UNITS else variable.values
@@ -287,6 +291,35 @@ FORCES: dict[str, tuple[Any, float, float]] = {
 }
 
 
+@pytest.mark.parametrize(
+    ("force", "names"),
+    [
+        ("harmonic", ["F0/K", "F0/sqrt(K M)", "F0^2/K"]),
+        ("none", ["L", "L sqrt(K/M)", "K L^2"]),
+        ("base", ["B", "B sqrt(K/M)", "K B^2"]),
+        ("unbalance", ["U/M", "(U/M) sqrt(K/M)", "K (U/M)^2"]),
+        (FORCES["record of the base"][0], ["A M/K", "(A M/K) sqrt(K/M)", "K (A M/K)^2"]),
+    ],
+)
+def test_dimensionless_results_name_the_units_of_their_force(force: Any, names: list[str]) -> None:
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5}
+    asked = ["stroboscopic_section", "response"]
+    run = {"transient": 0, "periods": 1, "observers": asked, "initial_displacement": 0.1}
+    cube = simulate(**point, clearance=[0.5, 1.0], forcing=force, **run)
+    found = cube.displacement, cube.velocity, cube.dashpot_loss
+    assert [array.attrs["scaled_by"] for array in found] == names
+    assert cube.clearance.attrs["scaled_by"] == cube.initial_displacement.attrs["scaled_by"]
+    if force == "harmonic":
+        free = simulate(**point, clearance=1.0, force_amplitude=0.0, **run)
+        assert free.displacement.attrs["scaled_by"] == "L"
+    figure = drawn("curves", cube, variables=["peak_displacement"], along="clearance")
+    length = {"F0/K": "($F_0/K$)", "A M/K": r"($A\,M/K$)", "U/M": "($U/M$)"}
+    shown = length.get(names[0], f"${names[0]}$")
+    assert (
+        figure.axes[0].get_xlabel().replace("\n", " ").replace("\xa0", " ").endswith(f"/ {shown}")
+    )
+
+
 def under(name: str, **changed: Any) -> SIParameters:
     force, amplitude, _ = FORCES[name]
     own = {"forcing": force, "force_amplitude": amplitude}
@@ -356,7 +389,7 @@ def test_what_an_orbit_owes_to_quantities_in_si_under_other_forces(force: Any) -
         beside = [
             plain(damper.periodic_orbit)(
                 dataclasses.replace(orbit.parameters, **{name: own * (1.0 + part)}),
-                guess=orbit.state,
+                state=orbit.state,
             ).start
             for part in (-1e-4, 1e-4)
         ]

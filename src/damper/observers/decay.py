@@ -33,6 +33,8 @@ _ROUNDOFF = 2.220446049250313e-16
 _AT_END = 1e-12
 
 _NONE = "missing unless the vibration is free"
+#: What `vibration` is, in the order of its values.
+_VIBRATIONS = ("free", "forced")
 
 
 class Decay(Observer):
@@ -52,7 +54,7 @@ class Decay(Observer):
 
     Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
     is left. Under a force, but after the end of a record or noise, and with a free mass that
-    varies, all stays missing, and studies refuse it.
+    varies, all stays missing but `vibration`, which says so, and studies refuse it.
     """
 
     half_cycles = Setting(
@@ -107,6 +109,14 @@ class Decay(Observer):
             comment=f"with that of a support of the free mass; {_NONE}",
         ),
         Variable("energy_left", "energy at the end of the record", ENERGY, comment=_NONE),
+        Variable(
+            "vibration",
+            "whether the vibration is free",
+            "1",
+            dtype="i1",
+            comment="0 free; 1 forced, also by a free mass that varies: nothing else is observed",
+            flags=_VIBRATIONS,
+        ),
     )
 
     def size(self, dim: str, window_length: int) -> int:
@@ -151,6 +161,8 @@ class Decay(Observer):
             decrement = np.log(peaks[:-2] / peaks[2:])
         ratios = decrement / np.hypot(2.0 * math.pi, decrement)
         self._put({"equivalent_damping_ratio": np.concatenate([[np.nan], ratios, [np.nan]])})
+        if finished:
+            self._put({"vibration": _VIBRATIONS.index("free" if self._is_free else "forced")})
         if not (finished and self._is_free):
             return
         total, half = read_record(self._totals), read_record(self._half)

@@ -117,7 +117,7 @@ def _side(states: np.ndarray, counts: np.ndarray, near: float) -> int:
 
 
 def in_words(found: Mapping[str, int]) -> str:
-    """Say what motion it is, by the observer's variables; `chaotic` may stand beside them.
+    """Say what motion it is, by the observer's variables.
 
     Examples
     --------
@@ -127,9 +127,7 @@ def in_words(found: Mapping[str, int]) -> str:
     'period 1, 3 impacts on each wall, symmetric'
     """
     if not found["motion_period"]:
-        if "chaotic" not in found:
-            return "no period found"
-        return "chaotic" if found["chaotic"] else "quasi-periodic or not settled"
+        return "no period found"
     counts = {
         noun: (found[f"motion_{what}_left"], found[f"motion_{what}_right"])
         for what, noun in (("impacts", "impact"), ("completions", "complete chatter sequence"))

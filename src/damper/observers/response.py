@@ -28,7 +28,7 @@ from damper.observers.common.base import (
 )
 from damper.observers.common.settings import Setting
 from damper.parameters.forcing import Base
-from damper.parameters.variables import ACCELERATION, ENERGY, FORCE, LENGTH, Variable
+from damper.parameters.variables import ACCELERATION, ENERGY, LENGTH, SPRING_FORCE, Variable
 from damper.theory.steady import steady_amplitude
 
 #: What the fields of `damper.models.response.ResponseIntegrals` come to; whether the window has
@@ -65,7 +65,7 @@ _EXTREMES = (
     Variable(
         "peak_force",
         "largest force in spring and dashpot, either way",
-        FORCE,
+        SPRING_FORCE,
         comment="what a primary on the ground or a base passes on to it",
     ),
     Variable(

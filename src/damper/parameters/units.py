@@ -10,6 +10,8 @@ TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
 FORCE = "F0"
 IMPULSE = "F0 sqrt(M/K)"
+#: A force in a spring: that by a unit of length, whatever the amplitude of the force is.
+SPRING_FORCE = "K F0/K"
 ACCELERATION = "F0/M"
 #: What these units are called where the damper is given in SI units.
 SI_UNITS = {
@@ -20,10 +22,40 @@ SI_UNITS = {
     FORCE: "N",
     ACCELERATION: "m/s2",
     IMPULSE: "N s",
+    SPRING_FORCE: "N",
 }
 
 
-def attributes_of(units: str) -> dict[str, str]:
+#: What the amplitude of a force is called -> the unit of length, and its own SI unit: a force F0;
+#: none, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
+#: acceleration A.
+AMPLITUDES = {
+    FORCE: (LENGTH, "N"),
+    "0": ("L", "N"),
+    "B": ("B", "m"),
+    "U": ("U/M", "kg m"),
+    "A": ("A M/K", "m/s2"),
+}
+
+
+def name_of(unit: str, amplitude: str = FORCE) -> str:
+    """Return what a dimensionless unit is called, from the name of the force's amplitude.
+
+    Examples
+    --------
+    >>> [name_of(unit, "U") for unit in (LENGTH, SPEED, ENERGY, FORCE, TIME)]
+    ['U/M', '(U/M) sqrt(K/M)', 'K (U/M)^2', 'U', 'sqrt(M/K)']
+    """
+    if amplitude == FORCE or unit == TIME:
+        return FORCE if unit == SPRING_FORCE else unit
+    length, _ = AMPLITUDES[amplitude]
+    part = f"({length})" if len(length) > 1 else length
+    names = {SPEED: f"{part} sqrt(K/M)", ENERGY: f"K {part}^2", ACCELERATION: f"{part} K/M"}
+    names |= {SPRING_FORCE: f"K {part}", IMPULSE: f"{part} sqrt(K M)"}
+    return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
+
+
+def attributes_of(units: str, amplitude: str = FORCE) -> dict[str, str]:
     """Return a variable's attributes for its units: as CF asks, ones that UDUNITS reads.
 
     Examples
@@ -33,7 +65,9 @@ def attributes_of(units: str) -> dict[str, str]:
     """
     if not units:
         return {}
-    return {"units": "1", "scaled_by": units} if units in SI_UNITS else {"units": units}
+    if units in SI_UNITS:
+        return {"units": "1", "scaled_by": name_of(units, amplitude)}
+    return {"units": units}
 
 
 def units_of(attributes: Mapping[str, Any]) -> str:
@@ -88,6 +122,7 @@ _NAMES = {
     ENERGY: "energy",
     ACCELERATION: "acceleration",
     FORCE: "force",
+    SPRING_FORCE: "force",
     IMPULSE: "impulse",
 }
 

@@ -101,9 +101,9 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
 @main.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 def check(files: tuple[str, ...]) -> None:
-    """Check study FILES, and estimate what they take.
+    """Check study FILES, or studies by name, and estimate what they take.
 
-    For each file: whether it is valid, its slices, points, runs and impacts, and rough upper
+    For each: whether it is valid, its slices, points, runs and impacts, and rough upper
     figures of time, memory and disk. Nothing is made.
     """
     from damper.study.check import main as check_files

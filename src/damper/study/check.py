@@ -18,6 +18,8 @@ from damper.sweep.estimate import amount, duration, machine_memory
 
 _COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
 
+#: Where a study is that is given by its name.
+_STUDIES = Path("config/studies")
 _LEGEND = (
     "Rough upper figures. time: of all simulation jobs on one core, without figures and tables; "
     "job, memory: of one of them; gather: memory to gather the cube; disk: slices and cube."
@@ -30,9 +32,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m damper.study.check",
         description="Say of studies whether they are valid and what they take.",
     )
-    parser.add_argument("files", nargs="+", type=Path, help="study files: config/studies/*.yaml")
-    rows, notes, errors = [("study", "valid", *_COLUMNS)], [], []
-    for path in parser.parse_args(arguments).files:
+    parser.add_argument(
+        "files", nargs="+", type=Path, help="study files, or names of those in config/studies"
+    )
+    rows: list[tuple[str, ...]] = [("study", "valid", *_COLUMNS)]
+    notes, errors = [], []
+    for given in parser.parse_args(arguments).files:
+        named = _STUDIES / f"{given}.yaml"
+        path: Path = named if named.exists() and not given.exists() else given
         try:
             study = load_study(path)
             rows.append((path.stem, "yes", *_cells(study)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -14,7 +14,7 @@ from damper.observers.common.stretch import sample_steps
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
-from damper.parameters.variables import GREATER_IS_WORSE, Variable
+from damper.parameters.variables import WORST, Variable
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of
 from damper.study.messages import Mistakes
@@ -132,8 +132,13 @@ class Role:
     several: bool = False
 
 
+#: Quantities that the laws of noise know.
+OF_NOISE = (*BASIC, "force_amplitude", "forcing")
 #: What reduces the runs at each point to one number.
-REDUCTIONS = {name: Role(branches=True, several=True) for name in ("worst", "share")}
+REDUCTIONS = {
+    **{name: Role(branches=True, several=True) for name in ("worst", "band", "share")},
+    "choose": Role(least=2, several=True),
+}
 
 
 class Product(Made):
@@ -196,11 +201,19 @@ At = Annotated[
         "axis lists it; also direction: up or down, and draw: the number of a draw."
     ),
 ]
+_LEAST = [name for name, which in WORST.items() if which == "least"]
 Worst = Annotated[
     Some[Text] | None,
     Field(
         description="Axes, or direction or draw, of whose runs the worst counts: at each point the "
-        f"greatest value, of {join_names(GREATER_IS_WORSE)}."
+        f"greatest value, the least of {join_names(_LEAST)}. Of {join_names(WORST)}."
+    ),
+]
+Band = Annotated[
+    Some[Text] | None,
+    Field(
+        description="The same, and a band shows the runs' values from the worst to the best, of "
+        "three runs or more with their median; after worst."
     ),
 ]
 Share = Annotated[
@@ -215,6 +228,14 @@ Above = Annotated[
     Field(
         description="That limit, in the variable's units: 1 for a ratio to the response without "
         "damper, 0 for chatter of any kind, 1 for complete chatter; with share."
+    ),
+]
+Choose = Annotated[
+    Some[Text] | None,
+    Field(
+        description="Axes that are free to be chosen: at each point they have the values at which "
+        "the (first) variable, reduced by worst or share, is least, or greatest where more is "
+        "better; points at which a run stopped are left out."
     ),
 ]
 Caption = Annotated[
@@ -293,12 +314,14 @@ class FigureSettings(Product):
             mistakes.add((), message, f"{ways}: at: {example}")
 
 
-def check_reduction(variables: Iterable[str], settings: Any, mistakes: Mistakes) -> None:
-    """Note variables that have no worst, and a share without its limit."""
-    for name in variables if settings.worst else ():
-        if name not in GREATER_IS_WORSE:
-            message = f"more of '{name}' is not worse"
-            mistakes.add(("worst",), message, join_names(GREATER_IS_WORSE))
+def check_reduction(variables: Sequence[str], settings: Any, mistakes: Mistakes) -> None:
+    """Note variables that have no worst or best, and a share without its limit."""
+    of = {"worst": variables, "band": variables, "choose": variables[:1]}
+    for key, names in of.items():
+        for name in names if getattr(settings, key, None) else ():
+            if name not in WORST:
+                message = f"no value of '{name}' is worse than another"
+                mistakes.add((key,), message, join_names(WORST), nearest(name, WORST))
     if (settings.share is None) != (settings.above is None):
         given, missing = ("share", "above") if settings.share else ("above", "share")
         allowed = "a number" if missing == "above" else "[draw]"
@@ -391,6 +414,13 @@ def need_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> 
     """Note that the study has one start at each point of an axis."""
     if not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
         mistakes.add((), "needs several starts", "draws, or axes, of initial quantities")
+
+
+def need_noise(study: StudyContents, mistakes: Mistakes) -> None:
+    """Note that no noise drives the primary of the study."""
+    if getattr(study.force, "of", "") != "force" or study.force.kind != "noise":
+        message = "shows the laws of noise, a force on the primary, and this study has none"
+        mistakes.add((), message, "forcing: {kind: noise, ...}")
 
 
 def need_one_run(study: StudyContents, mistakes: Mistakes, bisected: str | None = None) -> None:

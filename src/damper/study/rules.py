@@ -305,8 +305,11 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
         if quantity.name not in given and quantity.default is None
     ]
     for quantity in missing:
-        units = f" in {quantity.units}" if si and quantity.units != "1" else ""
-        allowed = f"{quantity.allowed}{units}, under parameters, axes or draws"
+        units = quantity.units
+        if quantity.name == "force_amplitude":
+            units = study.force.si_unit
+        within = f" in {units}" if si and units != "1" else ""
+        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws"
         mistakes.add(("parameters", quantity.name), f"'{quantity.name}' is not given", allowed)
     return not missing
 
