@@ -23,7 +23,7 @@ from damper.figures.common.panels import (
     title,
     wrapped_panels,
 )
-from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, VARIABLE_SYMBOLS
+from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.study import products
 from damper.study.fields import Some, Text
@@ -132,8 +132,7 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     handles += _handles(of, place, variables, settings)
     remarks = layout.reductions(cube, settings)
     if settings.best:
-        symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
-        remarks.append(f"best: the largest {symbol} is least")
+        remarks.append("best: lowest peak over the band")
     return finish(figure, place, settings.caption, handles, remarks, room=3)
 
 
