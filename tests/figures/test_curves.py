@@ -233,7 +233,7 @@ def test_best_value_of_each_line() -> None:
         ),
         "where a line is highest",
     ]
-    assert "best: the largest" in figure.get_suptitle()
+    assert "best: lowest peak over the band" in figure.get_suptitle()
     above, below = figure.axes
     for a, b in zip(lines(above), lines(below), strict=True):
         assert max(a.get_ydata()) == 1.0

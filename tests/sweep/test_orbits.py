@@ -203,7 +203,7 @@ def test_slope_of_the_largest_displacement(
 
         def peak(way: float, name: str = name, value: float = value) -> float:
             beside = replace(p, **{name: value * (1.0 + way)})
-            return periodic_orbit(beside, guess=orbit.state).peak
+            return periodic_orbit(beside, state=orbit.state).peak
 
         slope = plain(orbit.peak_sensitivity)(name)
         assert slope == pytest.approx(five_points(peak, 1e-4) / value, rel=1e-6)

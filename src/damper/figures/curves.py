@@ -29,7 +29,6 @@ from damper.figures.common.style import (
     COLUMN,
     RATIOS,
     SYMBOLS,
-    VARIABLE_SYMBOLS,
     label,
 )
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
@@ -160,8 +159,7 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     handles += _handles(of, place, variables, settings)
     remarks = layout.reductions(cube, settings)
     if settings.best:
-        symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
-        remarks.append(f"best: the largest {symbol} is least")
+        remarks.append("best: lowest peak over the band")
     return finish(figure, place, settings.caption, handles, remarks, room=3)
 
 

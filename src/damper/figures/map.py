@@ -31,7 +31,6 @@ from damper.figures.common.style import (
     ORANGE,
     PALE,
     RATIOS,
-    SYMBOLS,
     VARIABLE_SYMBOLS,
     VERMILION,
     motion_colours,
@@ -408,7 +407,8 @@ def _best(
     ax.plot(panel[x].values[known], panel[y].values[rows], **style)
     name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
-    text = f"{SYMBOLS[y]} of the {extreme} {name} at each {SYMBOLS[x]}"
+    place = (axis.replace("_", " ") for axis in (y, x))
+    text = f"best {' at each '.join(place)} ({extreme} {name})"
     return [legend_line(text, **style)]
 
 
