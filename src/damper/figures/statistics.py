@@ -16,7 +16,6 @@ from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PAGE, VERMIL
 from damper.observers.statistics import MEANS
 from damper.study import products
 from damper.study.fields import Text
-from damper.study.messages import Mistakes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,15 +35,12 @@ _POINTS: dict[str, Any] = {"ms": 3.5, "lw": 0.9, "mfc": "none"}
 _LAW: dict[str, Any] = {"color": "#999999", "lw": 2.0, "zorder": 1.0}
 
 
-class StatisticsFigure(products.FigureSettings):
+class StatisticsFigure(products.OfNoise, products.FigureSettings):
     """Energies under noise over those of the primary alone, and the power that is lost.
 
     Bars are confidence limits, over all draws where there are several.
     """
 
-    of_theory: ClassVar[bool] = True
-    knows: ClassVar[tuple[str, ...]] = products.OF_NOISE
-    needs = ("statistics",)
     # All draws are one.
     overlays: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, products.Role]] = {
@@ -56,10 +52,6 @@ class StatisticsFigure(products.FigureSettings):
     each: products.Each = None
     at: products.At = None
     caption: products.Caption = None
-
-    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
-        super().check_against(study, mistakes)
-        products.need_noise(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: StatisticsFigure) -> Figure:

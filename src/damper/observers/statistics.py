@@ -1,26 +1,16 @@
 """Statistics of a motion that does not repeat: means over the record with confidence limits."""
 
 import math
-from typing import Any
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
 from damper.engine.model import motion, speeds_in_tail
-from damper.engine.oscillator import Oscillator
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, integrate_segment, longest_step, prepare_tables
-from damper.observers.common.base import (
-    Observer,
-    Window,
-    part_within,
-    record_type,
-    visible_in_tail,
-)
+from damper.observers.common.base import Observer, Window, part_within, record_type, visible_in_tail
 from damper.observers.common.limits import mean_within
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import ENERGY, SPEED, Variable
@@ -173,31 +163,20 @@ def _integrate(model, tables, s, low, high, total):
         total.u2 += part.speed_square
         total.place2 += place * place * (high - low)
         return
+    # The free mass's own; the force is that of the primary.
+    rate = 2.0 * model.mass.damping + math.sqrt(model.mass.stiffness)
     tau = low
     while tau < high:
-        whole = min(longest_step(model.free, tau), _longest(model.mass, tau))
+        whole = longest_step(model.free, tau)
+        if rate > 0.0:
+            whole = min(whole, 0.5 * LONGEST_REACH / rate)
         step = min(whole, high - tau)
         nodes = nodes_for(LONGEST_REACH * (step / whole))
         for k in range(nodes):
             weight = step * float(WEIGHTS[nodes - FEWEST, k])
-            _, v, gap, rate = motion(model, s, tau + step * float(NODES[nodes - FEWEST, k]))
-            u = v - s.side * rate
+            _, v, gap, gap_rate = motion(model, s, tau + step * float(NODES[nodes - FEWEST, k]))
+            u = v - s.side * gap_rate
             place = 1.0 - gap / model.clearance
             total.u2 += weight * u * u
             total.place2 += weight * place * place
         tau = high if step < whole else tau + step
-
-
-@by_class
-def _longest(mass: Any, tau: float) -> float:
-    """Longest step that one rule integrates of a free mass's flight."""
-
-
-@_longest.of(Ballistic)
-def _longest_ballistic(mass, tau):
-    return math.inf
-
-
-@_longest.of(Oscillator)
-def _longest_driven(mass, tau):
-    return longest_step(mass, tau)

@@ -132,8 +132,6 @@ class Role:
     several: bool = False
 
 
-#: Quantities that the laws of noise know.
-OF_NOISE = (*BASIC, "force_amplitude", "forcing")
 #: What reduces the runs at each point to one number.
 REDUCTIONS = {
     **{name: Role(branches=True, several=True) for name in ("worst", "band", "share")},
@@ -189,6 +187,20 @@ class Product(Made):
 
     def check_beside(self, what: str, study: StudyContents, mistakes: Mistakes) -> None:
         """Note why another study cannot measure what this one asks of it."""
+
+
+class OfNoise(Product):
+    """What shows means under noise beside their laws."""
+
+    of_theory: ClassVar[bool] = True
+    knows: ClassVar[tuple[str, ...]] = (*BASIC, "force_amplitude", "forcing")
+    needs = ("statistics",)
+
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        if getattr(study.force, "of", "") != "force" or study.force.kind != "noise":
+            message = "shows the laws of noise, a force on the primary, and this study has none"
+            mistakes.add((), message, "forcing: {kind: noise, ...}")
 
 
 Each = Annotated[
@@ -414,13 +426,6 @@ def need_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> 
     """Note that the study has one start at each point of an axis."""
     if not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
         mistakes.add((), "needs several starts", "draws, or axes, of initial quantities")
-
-
-def need_noise(study: StudyContents, mistakes: Mistakes) -> None:
-    """Note that no noise drives the primary of the study."""
-    if getattr(study.force, "of", "") != "force" or study.force.kind != "noise":
-        message = "shows the laws of noise, a force on the primary, and this study has none"
-        mistakes.add((), message, "forcing: {kind: noise, ...}")
 
 
 def need_one_run(study: StudyContents, mistakes: Mistakes, bisected: str | None = None) -> None:

@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from damper.analysis.places import places
 from damper.analysis.statistics import means_under_noise
-from damper.study import products
-from damper.study.messages import Mistakes
+from damper.study.products import OfNoise
 from damper.tables import Table, number, place_cells, with_units
 
 
-class StatisticsTable(products.Product):
+class StatisticsTable(OfNoise):
     """Means under noise with their confidence limits, beside the laws of white noise."""
-
-    of_theory: ClassVar[bool] = True
-    knows: ClassVar[tuple[str, ...]] = products.OF_NOISE
-    needs = ("statistics",)
-
-    def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
-        super().check_against(study, mistakes)
-        products.need_noise(study, mistakes)
 
 
 def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
