@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -160,6 +161,13 @@ def test_si() -> None:
     """A box that is inclined by 30 degrees has half of gravity along it."""
     p = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6, gravity=9.81 * 0.5)
     assert p.dimensionless.gravity == pytest.approx(9.81 * 0.5 * 2.0 / 10.0, rel=1e-15)
+    inclined = replace(p, gravity=9.81, inclination=30.0)
+    assert inclined.dimensionless.gravity == pytest.approx(p.dimensionless.gravity, rel=1e-15)
+    assert replace(inclined, inclination=0.0).dimensionless.acting.get("gravity") is None
+    step = 1e-4
+    ends = (replace(inclined, inclination=30.0 + way).dimensionless for way in (step, -step))
+    difference = math.fsum(s * end.gravity for s, end in zip((1, -1), ends, strict=True))
+    assert inclined.rates("inclination")["gravity"] == pytest.approx(difference / (2 * step))
     assert SIParameters.of(p.dimensionless, 2.0, 200.0, 10.0).gravity == pytest.approx(4.905)
     moved = SIParameters(
         2.0, 4.0, 200.0, 0.003, 11.0, 0.2, 0.02, 0.6, gravity=-9.81, forcing=Base("ground")
