@@ -19,6 +19,8 @@ from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED
 LEAST_COMPLIANT_RESTITUTION = 1e-3
 #: Largest frequency, in units of sqrt(K/M), of a force.
 LARGEST_FREQUENCY = 1e3
+#: Largest weight, in units of F0, of a free mass along its box.
+LARGEST_WEIGHT = 1e6
 #: Largest rate, in units of sqrt(K/M), at which a support moves the free mass.
 LARGEST_SUPPORT_RATE = 2000.0
 
@@ -590,10 +592,6 @@ def need_no_friction(damper: Any, what: str) -> None:
         raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
 
 
-#: What a model is about, in messages.
-_CALLED = {"compliant": "compliant contact", "sliding": "dry friction"}
-
-
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 
@@ -611,16 +609,11 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
     if len({q.law for q in laws}) > 1:
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
-    for model, name in (("compliant", _STIFFNESS), ("sliding", "friction")):
-        if values["gravity"] and model in asked:
-            raise ValueError(
-                f"gravity = {values['gravity']!r} with {named(name)}: {_CALLED[model]} does "
-                "not know gravity; leave out one of the two"
-            )
-    if values["restitution_left"] != math.inf and "sliding" in asked:
+    weight = values["mass_ratio"] * abs(values["gravity"])
+    if not weight <= LARGEST_WEIGHT:
         raise ValueError(
-            "restitution_left and friction: dry friction does not know walls that differ; leave "
-            "out one of the two"
+            f"gravity = {values['gravity']!r} with {named('mass_ratio')}: the free mass weighs "
+            f"{weight:g} F0 along its box; must be <= {LARGEST_WEIGHT:g} F0"
         )
     if "compliant" in asked:
         _check_compliant(values, named)
@@ -633,6 +626,11 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
+    if values["gravity"]:
+        raise ValueError(
+            f"gravity = {values['gravity']!r} with {named(_STIFFNESS)}: compliant contact does not "
+            "know gravity; leave out one of the two"
+        )
     for q in _laws(values):
         raise ValueError(
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
