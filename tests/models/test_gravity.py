@@ -33,6 +33,7 @@ from damper.models import model_of, start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.observers.common.laws import LAW_NAMES, broken
 from damper.parameters.forcing import Base
+from damper.theory.ball_on_table import bounce
 
 MODELS = ("rigid", "yielding", "grounded", "time_varying", "sliding")
 PAIRS = [(model, force) for model, force in forced_scenes.PAIRS if model in MODELS]
@@ -208,26 +209,32 @@ def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) ->
 
 @pytest.mark.parametrize("period", [1, 2])
 def test_a_ball_bounces_on_an_oscillating_table(period: int) -> None:
-    """With Gamma = A omega^2 / gamma its motions of n periods set in and double where they should.
+    """Its motions of n periods set in and double where they should, extrapolated to no mass ratio.
 
     The table is a heavy primary, whose motion the ball changes by its mass ratio.
     """
-    mu, zeta, omega, r = 1e-6, 0.1, 2.0, 0.5
+    zeta, omega, r = 0.1, 2.0, 0.5
     height = 1 / math.hypot(1 - omega**2, 2 * zeta * omega)
     push = height * omega**2
-    least = period * math.pi * (1 - r) / (1 + r)
-    doubles = math.hypot(least, 2 * (1 + r**2) / (1 + r) ** 2)
-    middle = 0.5 * (least + doubles)
-    p = Parameters(mu, zeta, omega, 100.0, r, gravity=push / middle)
-    # Just after an impact: it flies for whole periods, as long as it takes to be back.
-    angle = math.acos(least / middle)
-    x, v = height * math.sin(angle), height * omega * math.cos(angle)
-    time = (angle + math.atan2(2 * zeta * omega, 1 - omega**2)) / omega
-    start = State(x, v, x - 100.0, 0.5 * p.gravity * period * p.cycle, time)
-    orbit = periodic_orbit(p, period, start)
-    branch = continue_orbit(orbit, "gravity", push / (1.1 * doubles), push / (0.95 * least))
-    found = {point.kind: push / point.value for point in branch.special_points}
-    assert found == pytest.approx({"fold": least, "period doubling": doubles}, rel=20 * mu)
+    onset = period * math.pi * (1 - r) / (1 + r)
+    doubling = math.hypot(onset, 2 * (1 + r**2) / (1 + r) ** 2)
+    middle = 0.5 * (onset + doubling)
+    found = []
+    for mu in (1e-6, 2e-6):
+        p = Parameters(mu, zeta, omega, 100.0, r, gravity=push / middle)
+        known = bounce(p, period)
+        assert known[:3] == pytest.approx((middle, onset, doubling), rel=1e-14)
+        # Just after an impact: it flies for whole periods, as long as it takes to be back.
+        angle = math.acos(onset / middle)
+        x, v = height * math.sin(angle), height * omega * math.cos(angle)
+        time = (angle + math.atan2(2 * zeta * omega, 1 - omega**2)) / omega
+        start = State(x, v, x - 100.0, 0.5 * p.gravity * period * p.cycle, time)
+        orbit = periodic_orbit(p, period, start)
+        assert orbit.events["approach_speed"] == pytest.approx(known.approach_speed, rel=20 * mu)
+        branch = continue_orbit(orbit, "gravity", push / (1.1 * doubling), push / (0.95 * onset))
+        found.append({point.kind: push / point.value for point in branch.special_points})
+    limits = {kind: 2 * value - found[1][kind] for kind, value in found[0].items()}
+    assert limits == pytest.approx({"fold": onset, "period doubling": doubling}, rel=1e-9)
 
 
 @pytest.mark.parametrize("units", [Parameters, SIParameters])
