@@ -14,7 +14,7 @@ from damper.theory import need_basic
 from damper.theory.steady import steady_amplitude
 
 
-class Bounce(NamedTuple):
+class BouncingBall(NamedTuple):
     """The motion with one impact in n periods."""
 
     acceleration: float
@@ -32,7 +32,7 @@ class Bounce(NamedTuple):
         return self.onset < self.acceleration < self.doubling
 
 
-def bounce(parameters: Parameters, periods: int) -> Bounce:
+def bounce(parameters: Parameters, periods: int) -> BouncingBall:
     """The motion with one impact in so many periods.
 
     ValueError without gravity, and where another quantity than these acts.
@@ -49,7 +49,7 @@ def bounce(parameters: Parameters, periods: int) -> Bounce:
     r, gamma, omega = p.restitution, abs(p.gravity), p.frequency_ratio
     amplitude = p.force_amplitude * steady_amplitude(p.damping_ratio, omega)
     onset = periods * math.pi * (1.0 - r) / (1.0 + r)
-    return Bounce(
+    return BouncingBall(
         amplitude * omega**2 / gamma,
         onset,
         math.hypot(onset, 2.0 * (1.0 + r * r) / (1.0 + r) ** 2),
