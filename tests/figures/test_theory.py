@@ -48,6 +48,30 @@ def curves(ax: Axes, dashed: bool) -> np.ndarray:
     return points[np.isfinite(points).all(axis=1)]
 
 
+# --- a ball on a table
+
+
+def test_a_ball_bounces_on_its_closed_form() -> None:
+    cube = damper.simulate(
+        mass_ratio=1e-6, damping_ratio=0.5, frequency_ratio=1.0, clearance=1e3, restitution=0.8,
+        gravity=1.0, force_amplitude=[0.3, 0.5, 0.7, 0.9, 1.3], initial_position=-1.0,
+        initial_relative_velocity=4.0, transient=100, periods=4,
+        observers={"impacts": {"speeds": 4}},
+    )  # fmt: skip
+    settings = {"along": "force_amplitude", "variables": ["approach_speed"]}
+    (ax, *_) = drawn("bifurcation", cube, theory="ball_on_table", **settings).axes
+    found = [line.get_xydata() for line in lines(ax, GREEN) if len(line.get_xdata())]
+    assert len(found) == 3
+    for n, curve in enumerate(found, 1):
+        stable = curve[np.isfinite(curve[:, 1])]
+        assert stable[:, 1] == pytest.approx(n * 2.0 * np.pi / 1.8)
+        onset = n * np.pi / 9.0
+        ends = max(onset, 0.3), min(np.hypot(onset, 2.0 * 1.64 / 3.24), 1.3)
+        assert (stable[0, 0], stable[-1, 0]) == pytest.approx(ends, abs=0.06)
+    speeds = cube.approach_speed.sel(force_amplitude=[0.5, 0.7, 0.9]).values
+    assert speeds == pytest.approx(2.0 * np.pi / 1.8, rel=3e-6)
+
+
 # --- two impacts per period
 
 

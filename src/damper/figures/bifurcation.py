@@ -31,6 +31,7 @@ from damper.figures.common.style import (
 )
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
+from damper.parameters.dampers import BASIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
 from damper.study import products
@@ -117,10 +118,11 @@ class Bifurcation(products.FigureSettings):
     ] = None
     mark_label: Annotated[Text | None, Field(description="What the mark is; with mark.")] = None
     theory: Annotated[
-        Literal["two_impacts"] | None,
+        Literal["two_impacts", "ball_on_table"] | None,
         Field(
             description="Theory to draw over it: the closed-form motion with two impacts per "
-            "period, where it exists and where it is stable."
+            "period, where it exists and where it is stable. Or the stable motions of a ball on an "
+            "oscillating table, over approach speeds."
         ),
     ] = None
     orbits: Annotated[
@@ -129,6 +131,12 @@ class Bifurcation(products.FigureSettings):
     ] = False
     interactive: products.Interactive = False
     caption: products.Caption = None
+
+    @property
+    def knows(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Quantities that its theory knows."""
+        ball = self.theory == "ball_on_table"
+        return (*BASIC, "force_amplitude", "gravity") if ball else BASIC
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -159,6 +167,9 @@ class Bifurcation(products.FigureSettings):
         if _MULTIPLIER in self.variables and not self.orbits:
             message = "'multiplier' is of the study's orbits, which are not drawn"
             mistakes.add(("variables",), message, "orbits: true")
+        if self.theory == "ball_on_table" and "approach_speed" not in self.variables:
+            message = "the motions of a ball on a table have a place over its approach speeds"
+            mistakes.add(("variables",), message, "[approach_speed]")
         if (self.mark is None) != (self.mark_label is None):
             given, missing = ("mark", "mark_label") if self.mark else ("mark_label", "mark")
             allowed = "text" if self.mark else "[low, high], low < high"

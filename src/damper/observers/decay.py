@@ -15,7 +15,6 @@ from damper.models.response import prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.observers.response import TOTALS, follow
-from damper.parameters.dampers import need_no_friction
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -57,6 +56,7 @@ class Decay(Observer):
     varies, all stays missing but `vibration`, which says so, and studies refuse it.
     """
 
+    knows_friction = False
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
     )
@@ -134,7 +134,6 @@ class Decay(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         model = self._model
-        need_no_friction(model, "the observer decay")
         # A free mass that varies drives the primary as a force does.
         self._is_free = _ends_before(model.free.forcing, self._window) and not _varies(model)
         self._step = _STEP / max(model.free.rate, model.stuck.rate)

@@ -244,7 +244,7 @@ def _check_friction(study: Study, mistakes: Mistakes) -> None:
     if all(point.friction == 0.0 for point in study.corners):
         return
     places = [
-        ("observers", name) for name in ("decay", "laws", "lyapunov") if name in study.observers
+        ("observers", name) for name in study.observers if not observer_class(name).knows_friction
     ]
     for place in [*places, *(("orbits", name) for name in study.orbits)]:
         mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")

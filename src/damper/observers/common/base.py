@@ -12,6 +12,7 @@ from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting, unknown_model
+from damper.parameters.dampers import need_no_friction
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -46,6 +47,8 @@ class Observer:
 
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
+    knows_friction: ClassVar[bool] = True
+    """Whether it observes dampers with dry friction, too."""
 
     @property
     def variables(self) -> Sequence[Variable]:
@@ -101,6 +104,8 @@ class Observer:
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
+        if not self.knows_friction:
+            need_no_friction(trajectory.model, f"the observer {self.name}")
         self._run = run
         self._model = trajectory.model
         for name, models in self._knows.items():
