@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from new_process import in_new_process
 
 import damper
 from damper.shell import main
@@ -48,7 +49,7 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
 def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Path) -> None:
     path = tmp_path / "machine.yaml"
     path.write_text(dump_yaml(FRAME))
-    assert damper.design(path, quick=True) == damper.design(FRAME, quick=True)
+    assert repr(damper.design(path, quick=True)) == repr(damper.design(FRAME, quick=True))
     card = called("design", str(path), "--quick", "--restitution", "0.5")
     assert "coefficient of restitution                    0.5\n" in card
     assert "mm" in card
@@ -56,6 +57,25 @@ def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Pat
     with pytest.raises(ConfigError, match=r"machine.yaml:1  mas\n .*\n .*\n .*'mass'\?"):
         damper.design(path)
     assert "unknown key 'mas'" in called("design", str(path), code=1)
+
+
+def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
+    code = """
+import contextlib, io, json, sys
+import damper
+from damper.shell import main
+with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+    main(["check", "config/studies/machine_frame.yaml"])
+print(json.dumps([name for name in sys.modules if name.startswith("damper.sizing")]))
+"""
+    assert in_new_process(code) == []
+
+
+def test_the_example_in_the_documents_is_a_machine(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs/sizing.md").read_text("utf-8")
+    path = tmp_path / "frame.yaml"
+    path.write_text(text.split("```yaml\n")[1].split("```")[0])
+    assert "by the closed law" in repr(damper.design(path, quick=True))
 
 
 def called(*arguments: str, code: int = 0) -> str:

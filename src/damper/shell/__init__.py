@@ -120,12 +120,14 @@ class _DesignCommand(click.Command):
 
         made: list[click.Parameter] = super().get_params(ctx)
         for name, setting in Machine.model_fields.items():
-            number: dict[str, Any] = {} if name in ("title", "counts") else {"type": float}
+            units = [
+                note.text for note in setting.metadata if getattr(note, "keyword", "") == "unit"
+            ]
             option = click.Option(
                 ["--" + name.replace("_", "-"), name],
+                type=str if name in ("title", "counts") else float,
                 nargs=2 if name == "band" else 1,
-                help=setting.description,
-                **number,
+                help=" ".join([f"{setting.description}", *(f"In {unit}." for unit in units)]),
             )
             made.insert(-1, option)
         return made

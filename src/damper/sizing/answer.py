@@ -13,7 +13,7 @@ import numpy as np
 
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import Search
-from damper.sizing.study import Damper, Judge
+from damper.sizing.study import Damper, Judge, rounded
 from damper.study.yaml_file import dump_yaml
 
 if TYPE_CHECKING:
@@ -23,18 +23,17 @@ if TYPE_CHECKING:
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
 #: Units as an engineer writes them: of a number in SI units below a size.
-_SMALL = {"m": (1.0, 1e3, "mm"), "m/s": (0.0, 1.0, "m/s"), "kg": (0.1, 1e3, "g")}
+_SMALL = {"m": (1.0, 1e3, "mm"), "kg": (0.1, 1e3, "g")}
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120}
 _GAPS = (0.4, 2.5)
-_NONE = math.nan
 
 
 def _number(words: str, unit: str = "1") -> Any:
-    return field(default=_NONE, metadata={"words": words, "unit": unit})
+    return field(default=math.nan, metadata={"words": words, "unit": unit})
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Design:
     """The damper of a machine: sizes, what it will do, how wrong things may be. Made by `design`.
 
@@ -54,7 +53,6 @@ class Design:
     worst_frequency: float = _number("worst at", "Hz")
     as_built: float = _number("without tolerances", "*")
     law: float = _number("by the closed law", "*")
-    law_from_afar: float = _number("by the closed law, from large motion", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
     outside_frequency: float = _number("largest outside at", "Hz")
@@ -167,12 +165,8 @@ def design(
     >>> round(found.gap, 6), found.units["gap"], round(found.law, 6)
     (0.001055, 'm', 0.000181)
     """
-    made = _read(machine, given)
-    judge = Judge(made)
-    if quick:
-        return _checked(_by_law(judge))
-    search = Search(judge)
-    return _checked(_answer(judge, search.best()))
+    judge = Judge(_read(machine, given))
+    return _checked(_by_law(judge) if quick else _answer(judge, Search(judge).best()))
 
 
 def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -196,22 +190,16 @@ def _without(m: Machine, frequencies: list[float]) -> np.ndarray:
 
 def _by_law(judge: Judge) -> Design:
     m = judge.machine
-    free_mass = m.largest_mass
-    damper = Damper(free_mass, float(f"{min(judge.law_gap(free_mass), m.largest_gap):.4g}"))
+    asked = judge.law_gap(m.largest_mass)
+    damper = Damper(m.largest_mass, rounded(min(asked, m.largest_gap), 4))
     law = judge.law(damper)
     if not law:
         raise ValueError(
             "the closed laws hold at the natural frequency, "
-            f"{m.rate / (2.0 * math.pi):.4g} Hz, and with a gap of "
-            f"{text_of(judge.law_gap(free_mass), 'm')} or less, for a decay exactly that: must be "
-            "within band and largest_gap; or leave out quick"
+            f"{m.rate / (2.0 * math.pi):.4g} Hz, and with a gap of {text_of(asked, 'm')} or less, "
+            "for a decay exactly that: must be within band and largest_gap; or leave out quick"
         )
-    return _design(judge, damper, quick=True, **_laws(law), **_limits(judge, damper, law["value"]))
-
-
-def _laws(law: Mapping[str, float]) -> dict[str, float]:
-    found = {"law": law["value"]} if law else {}
-    return found | ({"law_from_afar": law["largest"]} if "largest" in law else {})
+    return _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
 
 
 def _design(judge: Judge, damper: Damper, quick: bool, **numbers: Any) -> Design:
@@ -229,21 +217,19 @@ def _design(judge: Judge, damper: Damper, quick: bool, **numbers: Any) -> Design
     )
 
 
-def _limits(judge: Judge, damper: Damper, value: float) -> dict[str, Any]:
+def _by_size(judge: Judge, damper: Damper) -> tuple[str, ...]:
     """Warnings that need no runs."""
-    m, law = judge.machine, judge.law_gap(damper.mass)
-    found = []
+    m, asked, law, found = judge.machine, judge.law_gap(damper.mass), judge.law(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
         found.append(
-            f"The gap is as large as there is room for; the law asks for {text_of(law, 'm')}."
+            f"The gap is as large as there is room for; the law asks for {text_of(asked, 'm')}."
         )
-    by_law = judge.law(damper)
-    if by_law.get("largest", 0.0) > 1.05 * value:
+    if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
         found.append(
-            f"By the closed law a motion of {text_of(by_law['largest'], 'm')} is possible as well: "
-            "a machine that comes from there may stay in it."
+            f"By the closed law a motion of {text_of(law['largest'], 'm')} is possible as well: a "
+            "machine that comes from there may stay in it."
         )
-    return {"warnings": tuple(found)}
+    return tuple(found)
 
 
 def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
@@ -269,17 +255,17 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
 def _answer(judge: Judge, damper: Damper) -> Design:
     studies = {"worst_case": judge.worst_case(damper)}
     cube = cube_of(studies["worst_case"])
-    numbers: dict[str, Any] = _laws(judge.law(damper))
+    numbers: dict[str, Any] = {"law": judge.law(damper).get("value", math.nan)}
     if judge.machine.is_free:
         studies["envelope"] = judge.envelope(damper)
-        numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge)
+        numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge.machine)
     else:
         studies["sweep"] = judge.sweep(damper)
         numbers |= _band_numbers(cube, cube_of(studies["sweep"]), judge)
         studies["motions"] = judge.motions(damper, numbers["worst_frequency"])
-        numbers["motions"] = _motions(cube_of(studies["motions"]), judge)
+        numbers["motions"] = _motions(cube_of(studies["motions"]))
         numbers |= _margins(judge, damper, numbers["worst_frequency"])
-    warnings = _warnings(judge, numbers) + _limits(judge, damper, numbers["worst"])["warnings"]
+    warnings = _warnings(judge, numbers) + _by_size(judge, damper)
     return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
 
 
@@ -303,22 +289,22 @@ def _worst(array: xr.DataArray, keep: str = "") -> xr.DataArray:
     return array.fillna(np.inf).max([dim for dim in array.dims if dim != keep])
 
 
-def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, judge: Judge) -> dict[str, Any]:
+def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[str, Any]:
     import pandas as pd
 
-    m, times = judge.machine, cube.fall_time.isel(part=0)
+    times = cube.fall_time.isel(part=0)
     peaks = envelope[["peak_time", "peak_amplitude"]].to_dataframe().dropna().reset_index()
     time, built = peaks.peak_time - peaks.peak_time.iloc[0], peaks.peak_amplitude
     alone = built.iloc[0] * np.exp(-m.damping_ratio * m.rate * time)
     return {
         "response": pd.DataFrame({"time": time, "without": alone, "as_built": built}),
         "worst": float(_worst(times)),
-        "as_built": float(_worst(_as_built(times, judge))),
-        "tolerances": _tolerances(times, judge),
+        "as_built": float(_worst(_as_built(times))),
+        "tolerances": _tolerances(times, m),
     }
 
 
-def _as_built(array: xr.DataArray, judge: Judge, but: str = "") -> xr.DataArray:
+def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
     """The runs without tolerances, or with those of one quantity."""
     for name in ("free_mass", "gap", "restitution"):
         if name in array.dims and name != but:
@@ -326,20 +312,17 @@ def _as_built(array: xr.DataArray, judge: Judge, but: str = "") -> xr.DataArray:
     return array
 
 
-def _tolerances(array: xr.DataArray, judge: Judge) -> pd.DataFrame | None:
+def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
     import pandas as pd
 
     rows = []
     for name, unit in (("free_mass", "kg"), ("gap", "m"), ("restitution", "1")):
         if name in array.dims:
-            found = _worst(_as_built(array, judge, name), name)
-            off = [text_of(value, unit) for value in found[name].values.tolist()]
-            values = [text_of(value, judge.machine.measured[1]) for value in found.values.tolist()]
-            rows += [
-                {"off": f"{name.replace('_', ' ')} {at}", "worst case": v}
-                for at, v in zip(off, values, strict=True)
-            ]
-    return pd.DataFrame(rows) if rows else None
+            found = _worst(_as_built(array, name), name)
+            off = text_of(float(found[name][2] - found[name][1]), unit)
+            values = (text_of(value, m.measured[1]) for value in found.values.tolist())
+            rows.append([f"{name.replace('_', ' ')}, {off}", *values])
+    return pd.DataFrame(rows, columns=["off by", "less", "as built", "more"]) if rows else None
 
 
 def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str, Any]:
@@ -352,14 +335,11 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
     hertz = np.array(sorted([*judge.band, *judge.beyond]))
     followed = _worst(sweep[variable], axis).values
     worst = np.maximum(_worst(array, axis).values, followed)
-    built = np.maximum(_worst(_as_built(array, judge), axis).values, followed)
+    built = np.maximum(_worst(_as_built(array), axis).values, followed)
     without = _without(m, hertz.tolist())
     inside = np.isin(hertz, judge.band)
     ratio = worst / without
-    at, out = (
-        int(np.argmax(np.where(inside, worst, 0.0))),
-        int(np.argmax(np.where(inside, 0.0, ratio))),
-    )
+    at, out = np.argmax(np.where(inside, worst, 0.0)), np.argmax(np.where(inside, 0.0, ratio))
     rate = cube.impacts_per_period * cube[axis] / (2.0 * math.pi)
     in_band = cube[axis].isin(rates[inside])
     table = {"frequency": hertz, "without": without, "as_built": built, "worst": worst}
@@ -373,11 +353,11 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
         "impact_rate": float(rate.where(in_band).max()),
         "approach_speed": float(cube.max_approach_speed.where(in_band).max()),
         "response": pd.DataFrame(table),
-        "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), judge),
+        "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), m),
     }
 
 
-def _motions(cube: xr.Dataset, judge: Judge) -> pd.DataFrame:
+def _motions(cube: xr.Dataset) -> pd.DataFrame:
     """Where random starts lead to, how often, and how far the machine moves there."""
     import pandas as pd
 
@@ -428,8 +408,8 @@ def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
     found = []
     if numbers.get("outside_ratio", 0.0) > _MORE:
         found.append(
-            f"Outside of the band it amplifies: at {numbers['outside_frequency']:.4g} Hz "
-            f"{numbers['outside_ratio']:.2f} times the {m.measured[2]} without it."
+            f"Outside of the band it amplifies: up to {numbers['outside_ratio']:.2f} times the "
+            f"{m.measured[2]} without it, at {numbers['outside_frequency']:.4g} Hz."
         )
     if numbers.get("band_ratio", 0.0) > _MORE:
         found.append(

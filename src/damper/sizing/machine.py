@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, ValidationError
 
 from damper.parameters.dampers import Parameters
-from damper.study.fields import Pair, Strict, Text, Unit
+from damper.parameters.setting import Setting
+from damper.study.fields import Pair, Text, Unit
 from damper.study.messages import Mistakes, mistakes_of
+from damper.study.settings import declared_class
 from damper.study.yaml_file import ConfigError, Problem, read_yaml
 from damper.theory.steady import steady_amplitude
 
@@ -22,14 +24,42 @@ COUNTS = {
     "rms_displacement": ("rms_displacement", "m", "rms displacement"),
     "decay_time": ("fall_time", "s", "time of decay"),
 }
+AUTO = "auto"
 #: Least and largest free mass over that of the machine.
 MASS_RATIOS = (next(q.minimum for q in Parameters.quantities if q.name == "mass_ratio"), 1.0)
 
-_Positive = Annotated[float, Field(gt=0)]
-_Tolerance = Annotated[float, Field(ge=0)]
+#: All but title and band.
+SETTINGS = {
+    "mass": Setting(1.0, "Vibrating mass of the machine.", "kg", gt=0, stated=True),
+    "natural_frequency": Setting(None, "Without the damper; or stiffness.", "Hz", gt=0),
+    "stiffness": Setting(None, "In place of natural_frequency.", "N/m", gt=0),
+    "damping_ratio": Setting(0.0, "Part of critical damping.", ge=0, lt=1, stated=True),
+    "force_amplitude": Setting(None, "Amplitude of a harmonic force.", "N", gt=0),
+    "base_amplitude": Setting(None, "Amplitude of a base that moves.", "m", gt=0),
+    "unbalance": Setting(None, "Rotating mass times eccentricity.", "kg m", gt=0),
+    "initial_displacement": Setting(None, "From which free motion decays.", "m", gt=0),
+    "largest_mass": Setting(1.0, "Of the damper's free mass.", "kg", gt=0, stated=True),
+    "largest_gap": Setting(1.0, "Room for its whole travel.", "m", gt=0, stated=True),
+    "restitution": Setting(0.0, "Rebound over approach speed.", ge=0, lt=1, stated=True),
+    "mass_tolerance": Setting(0.0, "How far the free mass may be off, either way.", "kg", ge=0),
+    "gap_tolerance": Setting(0.0, "How far the gap may be off, either way.", "m", ge=0),
+    "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
+    "counts": Setting(
+        AUTO,
+        "What is to be small: peak_displacement, rms_displacement or decay_time; auto is the last "
+        "one in free motion, else the first.",
+        choices=(AUTO, *COUNTS),
+    ),
+    "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", gt=0, lt=1),
+    "limit": Setting(None, "Largest value of what counts that is allowed.", "m or s", gt=0),
+}
+if TYPE_CHECKING:
+    Settings = Any
+else:
+    Settings = declared_class("Settings", "What a machine is given by.", SETTINGS)
 
 
-class Machine(Strict):
+class Machine(Settings):  # type: ignore[misc]
     """A vibrating machine, the room there is for a damper, and what counts.
 
     Exactly one of force_amplitude, base_amplitude, unbalance and initial_displacement says what
@@ -37,65 +67,10 @@ class Machine(Strict):
     """
 
     title: Annotated[Text, Field(description="What the machine is, for headings.")] = "A machine"
-    mass: Annotated[_Positive, Unit("kg"), Field(description="Vibrating mass of the machine.")]
-    natural_frequency: Annotated[
-        _Positive | None, Unit("Hz"), Field(description="Without the damper; or stiffness.")
-    ] = None
-    stiffness: Annotated[
-        _Positive | None, Unit("N/m"), Field(description="In place of natural_frequency.")
-    ] = None
-    damping_ratio: Annotated[
-        float, Field(ge=0, lt=1, description="Part of critical damping without the damper.")
-    ]
-    force_amplitude: Annotated[
-        _Positive | None, Unit("N"), Field(description="Amplitude of a harmonic force.")
-    ] = None
-    base_amplitude: Annotated[
-        _Positive | None, Unit("m"), Field(description="Amplitude of a base that moves.")
-    ] = None
-    unbalance: Annotated[
-        _Positive | None,
-        Unit("kg m"),
-        Field(description="Rotating mass times its eccentricity."),
-    ] = None
-    initial_displacement: Annotated[
-        _Positive | None, Unit("m"), Field(description="From which free motion decays.")
-    ] = None
     band: Annotated[
         Pair[float] | None,
         Unit("Hz"),
         Field(description="Lowest and highest frequency of what drives it."),
-    ] = None
-    largest_mass: Annotated[_Positive, Unit("kg"), Field(description="Of the damper's free mass.")]
-    largest_gap: Annotated[
-        _Positive, Unit("m"), Field(description="Room for the free mass's whole travel.")
-    ]
-    restitution: Annotated[
-        float, Field(ge=0, lt=1, description="Rebound speed over approach speed at the stops.")
-    ]
-    mass_tolerance: Annotated[
-        _Tolerance, Unit("kg"), Field(description="The free mass may be so much off either way.")
-    ] = 0.0
-    gap_tolerance: Annotated[
-        _Tolerance, Unit("m"), Field(description="The gap may be so much off either way.")
-    ] = 0.0
-    restitution_tolerance: Annotated[
-        _Tolerance, Field(description="The restitution may be so much off either way.")
-    ] = 0.0
-    counts: Annotated[
-        Literal["peak_displacement", "rms_displacement", "decay_time"] | None,
-        Field(
-            description="What is to be small in the worst case: by default peak_displacement, and "
-            "in free motion decay_time."
-        ),
-    ] = None
-    decay_to: Annotated[
-        float, Field(gt=0, lt=1, description="Part of the first peak to which decay is timed.")
-    ] = 0.1
-    limit: Annotated[
-        _Positive | None,
-        Unit("m or s"),
-        Field(description="Largest value of what counts that is allowed."),
     ] = None
 
     def check_together(self, mistakes: Mistakes) -> None:
@@ -109,7 +84,7 @@ class Machine(Strict):
         if self.band is not None and self.band[0] <= 0.0:
             message = f"the band begins at {self.band[0]:g} Hz"
             mistakes.add(("band",), message, "lowest and highest frequency, both > 0")
-        if self.counts is not None and (self.counts == "decay_time") != free:
+        if self.counts != AUTO and (self.counts == "decay_time") != free:
             what = "decay_time" if free else "peak_displacement or rms_displacement"
             motion = "free motion" if free else "driven motion"
             mistakes.add(("counts",), f"{self.counts} does not go with {motion}", what)
@@ -162,14 +137,22 @@ class Machine(Strict):
         return made | {"force_amplitude": self.force[1]}
 
     @property
-    def static(self) -> float:
-        """Amplitude that drives it at resonance, over the stiffness, in m: F0/K of a force."""
+    def length(self) -> float:
+        """Unit of length of its runs, in m: F0/K of a force, amplitude of a base."""
         kind, amplitude = self.force
-        if kind == "harmonic":
-            return amplitude / self.primary["stiffness"]
-        if kind == "unbalance":
-            return amplitude / self.mass
-        return amplitude * math.hypot(1.0, 2.0 * self.damping_ratio)
+        per = {"harmonic": self.primary["stiffness"], "unbalance": float(self.mass)}
+        return amplitude / per.get(kind, 1.0)
+
+    @property
+    def static(self) -> float:
+        """Amplitude that drives it at resonance, over the stiffness, in m."""
+        based = self.force[0] == "base"
+        return self.length * (math.hypot(1.0, 2.0 * self.damping_ratio) if based else 1.0)
+
+    @property
+    def size(self) -> float:
+        """What counts, in SI units, over that of a run in its own."""
+        return 1.0 / self.rate if self.is_free else self.length
 
     def undamped(self, frequency: float) -> float:
         """Amplitude in m without the damper at a frequency in Hz; infinite where it grows."""
@@ -184,7 +167,8 @@ class Machine(Strict):
     @property
     def measured(self) -> tuple[str, str, str]:
         """Of what counts: variable of a cube, unit, words."""
-        return COUNTS[self.counts or ("decay_time" if self.is_free else "peak_displacement")]
+        usual = "decay_time" if self.is_free else "peak_displacement"
+        return COUNTS[usual if self.counts == AUTO else self.counts]
 
 
 def _exactly_one(machine: Machine, keys: tuple[str, ...], mistakes: Mistakes) -> None:

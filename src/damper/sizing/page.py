@@ -128,12 +128,8 @@ def sketch(design: Design) -> Figure:
     from matplotlib.figure import Figure
 
     m, given = design.machine, design.machine.primary
-    drives = {
-        "harmonic": f"{given['force_amplitude']:g} N",
-        "none": "",
-        "base": "",
-        "unbalance": f"{given['force_amplitude']:g} kg m",
-    }
+    unit = {"harmonic": "N", "unbalance": "kg m"}.get(m.force[0])
+    drives = f"{given['force_amplitude']:g} {unit}" if unit else ""
     with style():
         figure = Figure(layout="constrained")
         ax = figure.subplots()
@@ -143,12 +139,13 @@ def sketch(design: Design) -> Figure:
             ax,
             text_of(m.mass, "kg"),
             "",
-            f"{given['stiffness']:.3g} N/m",
-            f"{given['damping']:.3g} N s/m",
-            drives[m.force[0]],
-            "",
-            text_of(design.free_mass, "kg"),
+            f"{1e-3 * given['stiffness']:.4g} kN/m",
+            f"{given['damping']:.4g} N s/m",
+            drives,
+            "$x$",
+            "$y$",
         )
+        ax.text(3.75, 2.8, text_of(design.free_mass, "kg"), va="center", fontsize=9.0)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
             schematic.dimension(ax, first, last, 1.6, text_of(0.5 * design.gap, "m"))
         figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)

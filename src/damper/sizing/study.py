@@ -14,6 +14,7 @@ import numpy as np
 
 from damper.parameters import Parameters
 from damper.sizing.machine import Machine
+from damper.sweep.grid import product
 from damper.theory.free_decay import equivalent_damping
 from damper.theory.resonance import best_clearance, largest_amplitude, least_amplitude
 from damper.theory.slow_manifold import fold
@@ -30,10 +31,16 @@ _PEAKS = 4000
 _SLOWER = 4.0
 #: Part of the primary's speed with which the free mass begins: at exact rest it may stay there.
 _STIRRED = 0.1
+#: Runs of a damper at each frequency that are made at a time.
+_PIECE = 2
 #: Starts far out: displacement over the least amplitude, at most that without the damper.
 _FAR = 10.0
 #: Starts anywhere, at the frequency of the worst case.
 STARTS = 60
+
+
+#: Points, each of which starts from the end of the one before.
+Chain = list[dict[str, float]]
 
 
 class Damper(NamedTuple):
@@ -60,9 +67,14 @@ class Judge:
         """The gap in m that the closed laws give a free mass, however large."""
         m = self.machine
         if m.is_free:  # the amplitude that is to be reached is where the motion ends
-            assert m.initial_displacement is not None
             return 2.0 * m.decay_to * m.initial_displacement / fold(m.restitution).xi
         return 2.0 * m.static * best_clearance(mass / m.mass, m.damping_ratio, m.restitution)
+
+    @property
+    def distance(self) -> float:
+        """Largest amplitude without the damper over the law's, where the band is off resonance."""
+        m = self.machine
+        return 1.0 if m.is_free else min(max(map(m.undamped, self.band)) / self.least, 1.0)
 
     def law(self, damper: Damper) -> dict[str, float]:
         """What the closed laws say of a damper, of what counts; nothing where they hold not."""
@@ -85,15 +97,9 @@ class Judge:
     def _decay_time(self, damper: Damper) -> float:
         """Time in s by the law of free decay; infinite where the motion ends before."""
         m, clearance = self.machine, 0.5 * damper.gap
-        start = float(m.initial_displacement or 0.0)
-        p = Parameters(
-            damper.mass / m.mass,
-            m.damping_ratio,
-            1.0,
-            clearance,
-            m.restitution,
-            force_amplitude=0.0,
-        )
+        start = m.initial_displacement
+        given = damper.mass / m.mass, m.damping_ratio, 1.0, clearance, m.restitution
+        p = Parameters(*given, force_amplitude=0.0)
         logs = np.linspace(math.log(m.decay_to * start * (1.0 + 1e-9)), math.log(start), 2001)
         rates = equivalent_damping(p, np.exp(logs))
         time = float(np.trapezoid(1.0 / rates, logs)) / m.rate
@@ -135,8 +141,8 @@ class Judge:
         """Where runs start that start far out, in m."""
         m = self.machine
         if m.is_free:
-            return float(m.initial_displacement or 0.0)
-        return _round(min(_FAR * self.least, max(map(m.undamped, self.band))))
+            return m.initial_displacement
+        return rounded(min(_FAR * self.least, max(map(m.undamped, self.band))))
 
     @property
     def observers(self) -> dict[str, Any]:
@@ -164,10 +170,29 @@ class Judge:
         """Quantities that no damper changes."""
         m = self.machine
         if m.is_free:
-            start, rate = float(m.initial_displacement or 0.0), m.rate
+            start, rate = m.initial_displacement, m.rate
             own = {"forcing_frequency": rate, "initial_displacement": start}
-            return m.primary | own | {"initial_relative_velocity": _round(_STIRRED * rate * start)}
-        return m.primary | {"initial_relative_velocity": _round(_STIRRED * m.rate * self.least)}
+            return m.primary | own | {"initial_relative_velocity": rounded(_STIRRED * rate * start)}
+        return m.primary | {"initial_relative_velocity": rounded(_STIRRED * m.rate * self.least)}
+
+    def stages(self, damper: Damper) -> list[list[Chain]]:
+        """All runs of a damper in the band, in the order in which they are made.
+
+        First as built, then with all tolerances at their ends, then what is between.
+        """
+        own, grid = self.nominal(damper), product(self.axes(damper), self.fixed)
+        # As many of its three values are as built: 3, then 0, 1, 2.
+        order = sorted(grid, key=lambda point: (sum(point[n] == own[n] for n in own) + 1) % 4)
+        rates = [2.0 * math.pi * frequency for frequency in self.band]
+        if self.machine.is_free:
+            return _pieces([[point] for point in order], _PIECE)
+        runs = [[point | {"forcing_frequency": rate}] for point in order for rate in rates]
+        fixed = self.fixed | own | {"initial_position": 1.0}
+        followed = [
+            [fixed | {"forcing_frequency": rate} for rate in way] for way in (rates, rates[::-1])
+        ]
+        first, *others = _pieces(runs, _PIECE * len(rates))
+        return [first, followed, *others]
 
     def worst_case(self, damper: Damper) -> dict[str, Any]:
         """The study of all frequencies, in the band and beyond, tolerances and starts."""
@@ -225,9 +250,14 @@ class Judge:
         }
 
 
-def _round(value: float, digits: int = 3) -> float:
+def _pieces(runs: list[Chain], size: int) -> list[list[Chain]]:
+    return [runs[start : start + size] for start in range(0, len(runs), size)]
+
+
+def rounded(value: float, digits: int = 3) -> float:
+    """A number of few digits."""
     return float(f"{value:.{digits}g}")
 
 
 def _digits(values: np.ndarray) -> list[float]:
-    return [_round(value, 6) for value in values.tolist()]
+    return [rounded(value, 6) for value in values.tolist()]
