@@ -9,6 +9,8 @@ import pytest
 
 import damper
 from damper.sizing.answer import Design
+from damper.sizing.search import Search
+from damper.sizing.study import Damper, Judge
 from damper.study.config import load_study
 from damper.sweep.cube import gather
 from damper.sweep.slices import run_part
@@ -39,6 +41,10 @@ def folder(found: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+def damper_of(found: Design) -> Damper:
+    return Damper(found.free_mass, found.gap)
+
+
 def cube_of(path: Path):
     """Make a study's cube as the workflow does, from its file."""
     study = load_study(path)
@@ -54,6 +60,8 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     inside = (hertz > 18.9) & (hertz < 21.1)
     peaks = [cubes[name].peak_displacement.where(inside).max() for name in ("worst_case", "sweep")]
     assert found.worst == max(map(float, peaks))
+    judge = Judge(found.machine)
+    assert math.isclose(found.worst, Search(judge).worst(damper_of(found)), rel_tol=1e-12)
     rate = (cubes["worst_case"].impacts_per_period * hertz).where(inside).max()
     assert math.isclose(found.impact_rate, float(rate), rel_tol=1e-15)
     speed = cubes["worst_case"].max_approach_speed.where(inside).max()
@@ -86,7 +94,7 @@ def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
     free = {"initial_displacement": 0.05, "decay_to": 0.3, "restitution_tolerance": 0.1}
     given = {k: v for k, v in MACHINE.items() if k not in ("base_amplitude", "band")}
     found = damper.design(**given | free)
-    assert found.worst < 0.5 * found.without
+    assert found.worst < 0.6 * found.without
     assert found.units["worst"] == "s"
     found.save(tmp_path)
     cube = cube_of(tmp_path / "studies/worst_case.yaml")

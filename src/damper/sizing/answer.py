@@ -246,7 +246,7 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
         return
     yield (
         f"Starts: at rest, and from {text_of(judge.far, 'm')}, with the free mass stirred; and the "
-        f"motion followed through the frequencies both ways. {run['transient']} cycles pass before "
+        f"motion followed through the band both ways. {run['transient']} cycles pass before "
         f"{run['periods']} count."
     )
     yield f"The band has {len(judge.band)} frequencies; between them nothing is computed."
@@ -333,11 +333,12 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
     array = cube[variable]
     rates = array[axis].values
     hertz = np.array(sorted([*judge.band, *judge.beyond]))
-    followed = _worst(sweep[variable], axis).values
+    inside = np.isin(hertz, judge.band)
+    followed = np.zeros(len(hertz))
+    followed[inside] = _worst(sweep[variable], axis).values
     worst = np.maximum(_worst(array, axis).values, followed)
     built = np.maximum(_worst(_as_built(array), axis).values, followed)
     without = _without(m, hertz.tolist())
-    inside = np.isin(hertz, judge.band)
     ratio = worst / without
     at, out = np.argmax(np.where(inside, worst, 0.0)), np.argmax(np.where(inside, 0.0, ratio))
     rate = cube.impacts_per_period * cube[axis] / (2.0 * math.pi)
