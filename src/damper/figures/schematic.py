@@ -151,7 +151,8 @@ def box(
     _dashpot(ax, 0.0, 3.2, 1.4, damping)
     _write(ax, 5.7, 0.75, body)
     _write(ax, 5.7, 1.6, free)
-    _arrow(ax, (8.2, 2.2), (9.5, 2.2), force)
+    if force:
+        _arrow(ax, (8.2, 2.2), (9.5, 2.2), force)
     _coordinate(ax, 3.2, 3.5, displacement)
     _coordinate(ax, 5.7, 2.1, free_displacement)
     ax.set_xlim(-0.5, 9.8)
@@ -202,6 +203,7 @@ def _wheel(ax: Axes, x: float) -> None:
 
 
 def dimension(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+    """Draw a length with its arrows, and its text above."""
     arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 5.0}
     ax.annotate("", (last, y), (first, y), arrowprops=arrow | {"color": BLACK, "lw": 0.5})
     _write(ax, 0.5 * (first + last), y + 0.08, text, "bottom")

@@ -58,8 +58,8 @@ class Design:
     outside_frequency: float = _number("largest outside at", "Hz")
     impact_rate: float = _number("impacts, at most", "1/s")
     approach_speed: float = _number("approach speed, at most", "m/s")
-    lowest_gap: float = _number("its motion changes below the gap", "m")
-    highest_gap: float = _number("its motion changes above the gap", "m")
+    lowest_gap: float = _number("its periodic motion changes below the gap", "m")
+    highest_gap: float = _number("its periodic motion changes above the gap", "m")
     warnings: tuple[str, ...] = ()
     """What has to be known first."""
     assumed: tuple[str, ...] = ()
@@ -125,7 +125,8 @@ def text_of(value: float, unit: str) -> str:
     below, size, small = _SMALL.get(unit, (0.0, 1.0, unit))
     if abs(value) < below:
         value, unit = size * value, small
-    return f"{value:.3g}" + ("" if unit == "1" else f" {unit}")
+    digits = ".3g" if abs(value) < 1e3 else ".0f"
+    return f"{value:{digits}}" + ("" if unit == "1" else f" {unit}")
 
 
 def design(
@@ -242,7 +243,7 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
         return
     run = judge.run
     if m.is_free:
-        yield "It is let go at rest, the free mass in the middle or halfway to either wall."
+        yield "It is let go at rest; the free mass is stirred, in the middle or halfway to a wall."
         return
     yield (
         f"Starts: at rest, and from {text_of(judge.far, 'm')}, with the free mass stirred; and the "

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pandas as pd
 
 from damper.figures import schematic
+from damper.figures.common.layout import few_decades
 from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, style
 from damper.sizing.answer import Design, text_of
+from damper.sizing.machine import Machine
 from damper.study.yaml_file import dump_yaml
 
 if TYPE_CHECKING:
@@ -67,16 +69,21 @@ def _blocks(design: Design) -> Iterator[_Block]:
     yield _Block("title", f"{m.title}: its impact damper")
     for text in design.warnings:
         yield _Block("warning", text)
-    yield _Block("figure", "sketch", "Machine and damper; the free mass drawn in its middle")
+    yield _Block("figure", "sketch", f"The machine, {_drives(m)}, and its damper")
     rows = [(words, value) for _, words, value in design.lines]
     yield _Block("head", f"What it does to the {m.measured[2]}")
     yield _Block("table", pd.DataFrame(rows, columns=["", "value"]))
     if design.response is not None:
-        words = "Decay of the free motion" if m.is_free else "With and without, in the band and out"
+        words = (
+            "Decay of the free motion"
+            if m.is_free
+            else "With and without the damper, in the band and beyond"
+        )
         yield _Block("figure", "response", words)
     if design.tolerances is not None:
         yield _Block("head", "How wrong things may be")
-        yield _Block("text", "One quantity off its value at a time, the others as built.")
+        words = "One quantity off its value at a time, the others as built; from the starts alone."
+        yield _Block("text", words)
         yield _Block("table", design.tolerances)
     if design.motions is not None:
         yield _Block("head", "Where other starts lead")
@@ -123,13 +130,26 @@ def _html(block: _Block, folder: Path) -> str:
     return f"<{tags[sort]}>{escape(content)}</{tags[sort]}>"
 
 
+def _drives(m: Machine) -> str:
+    """What makes the machine vibrate, in words."""
+    kind, amplitude = m.force
+    if kind == "none":
+        return f"let go at {text_of(m.initial_displacement, 'm')}"
+    low, high = m.band or (0.0, 0.0)
+    band = f" at {low:g} to {high:g} Hz"
+    if kind == "base":
+        return f"on a base that moves by {text_of(amplitude, 'm')}{band}"
+    what = "an unbalance" if kind == "unbalance" else "a force"
+    return f"under {what} of {amplitude:g} {'kg m' if kind == 'unbalance' else 'N'}{band}"
+
+
 def sketch(design: Design) -> Figure:
     """Draw the machine and its damper with their dimensions."""
     from matplotlib.figure import Figure
 
     m, given = design.machine, design.machine.primary
-    unit = {"harmonic": "N", "unbalance": "kg m"}.get(m.force[0])
-    drives = f"{given['force_amplitude']:g} {unit}" if unit else ""
+    kind, amplitude = m.force
+    drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if kind == "unbalance" else ""
     with style():
         figure = Figure(layout="constrained")
         ax = figure.subplots()
@@ -166,6 +186,7 @@ def response(design: Design) -> Figure:
                 ax.plot(table.time, 1e3 * table[name], **look)
             ax.axhline(1e3 * m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
             ax.set(xlabel="time / s", ylabel="peaks of the displacement / mm", yscale="log")
+            few_decades(ax)
             ax.legend(frameon=False)
             return figure
         assert m.band is not None

@@ -195,7 +195,7 @@ class Judge:
         return [first, followed, *others]
 
     def worst_case(self, damper: Damper) -> dict[str, Any]:
-        """The study of all frequencies, in the band and beyond, tolerances and starts."""
+        """The study of tolerances and starts at all frequencies, in the band and beyond."""
         axes: dict[str, dict[str, Any]] = {
             name: {"values": values} for name, values in self.axes(damper).items()
         }
@@ -263,4 +263,4 @@ def rounded(value: float, digits: int = 3) -> float:
 
 
 def _digits(values: np.ndarray) -> list[float]:
-    return [rounded(value, 6) for value in values.tolist()]
+    return [rounded(value, 8) for value in values.tolist()]
