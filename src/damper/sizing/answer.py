@@ -14,7 +14,6 @@ import numpy as np
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import Search
 from damper.sizing.study import Damper, Judge, rounded
-from damper.study.yaml_file import dump_yaml
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,8 +36,8 @@ def _number(words: str, unit: str = "1") -> Any:
 class Design:
     """The damper of a machine: sizes, what it will do, how wrong things may be. Made by `design`.
 
-    Numbers are in SI units, `units` names them; what is not known is NaN. `what counts` stands for
-    the largest or the rms displacement in the band, or the time of decay.
+    Numbers are in SI units, which `units` names; NaN is not known. `worst`, `without`, `as_built`
+    and `law` are of what counts: largest or rms displacement in the band, or time of decay.
     """
 
     machine: Machine
@@ -108,10 +107,6 @@ class Design:
         from damper.sizing.page import write
 
         write(self, Path(folder))
-
-    def to_yaml(self, name: str) -> str:
-        """Return a study of `studies` as a file has it."""
-        return dump_yaml(self.studies[name])
 
 
 def text_of(value: float, unit: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -15,14 +16,16 @@ from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, st
 from damper.sizing.answer import Design, text_of
 from damper.sizing.machine import Machine
 from damper.study.yaml_file import dump_yaml
+from damper.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
-table { border-collapse: collapse; margin: 0.5em 0 } td, th { padding: 0.15em 0.9em 0.15em 0;
-text-align: left; border-bottom: 1px solid #ddd } .warning { background: #fdeee6; padding: 0.5em
-0.8em; border-left: 4px solid #D55E00; margin: 0.4em 0 } img { max-width: 100% }"""
+table { border-collapse: collapse } img { max-width: 100% } li { margin-left: 1.2em }
+td, th { padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }
+blockquote { background: #fdeee6; border-left: 4px solid #D55E00; font-weight: bold;
+padding: 0.5em 0.8em; margin: 0.4em 0 }"""
 _WITHOUT: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.5, "label": "without damper"}
 _BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as built, worst start"}
 _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
@@ -30,104 +33,81 @@ _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "a
 _HIGHEST = 3.0
 
 
-class _Block(NamedTuple):
-    """A part of the page: its sort, and a text, a table or the stem of a figure."""
-
-    sort: str
-    content: Any
-    words: str = ""
-
-
 def write(design: Design, folder: Path) -> None:
     """Write page, figures, CSV files, the machine and the studies of a design into a folder."""
     (folder / "studies").mkdir(parents=True, exist_ok=True)
     machine = design.machine.model_dump(mode="json", exclude_unset=True)
-    (folder / "machine.yaml").write_text(dump_yaml(machine), "utf-8")
-    for name in design.studies:
-        (folder / "studies" / f"{name}.yaml").write_text(design.to_yaml(name), "utf-8")
-    numbers = [(n, getattr(design, n), design.units[n], words) for n, words, _ in design.lines]
-    frame = pd.DataFrame(numbers, columns=["name", "value", "unit", "meaning"])
-    frame.to_csv(folder / "numbers.csv", index=False)
+    texts = {"machine.yaml": dump_yaml(machine)}
+    texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in design.studies.items()}
     figures = {"sketch": sketch(design)}
     if design.response is not None:
-        design.response.to_csv(folder / "response.csv", index=False)
+        texts["response.csv"] = design.response.to_csv(index=False)
         figures["response"] = response(design)
     with style():
         for name, figure in figures.items():
             save(figure, folder / f"{name}.svg")
             save(figure, folder / f"{name}.png")
-    blocks = list(_blocks(design))
-    (folder / "design.md").write_text("\n\n".join(map(_markdown, blocks)) + "\n", "utf-8")
-    body = "\n".join(_html(block, folder) for block in blocks)
-    title = escape(design.machine.title)
-    page = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-    (folder / "design.html").write_text(f"{page}<style>{_CSS}</style></head>\n{body}</html>\n")
+    numbers = [(n, getattr(design, n), design.units[n], words) for n, words, _ in design.lines]
+    data = pd.DataFrame(numbers, columns=["name", "value", "unit", "meaning"])
+    table = Table(f"{design.machine.title}: its impact damper", data, list(_body(design)))
+    table.save(folder / "numbers.csv", folder / "design.md")
+    texts["design.html"] = _page(table, folder)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
 
 
-def _blocks(design: Design) -> Iterator[_Block]:
+def _body(design: Design) -> Iterator[str | pd.DataFrame]:
+    """The page below its title, as Markdown and tables."""
     m = design.machine
-    yield _Block("title", f"{m.title}: its impact damper")
-    for text in design.warnings:
-        yield _Block("warning", text)
-    yield _Block("figure", "sketch", f"The machine, {_drives(m)}, and its damper")
-    rows = [(words, value) for _, words, value in design.lines]
-    yield _Block("head", f"What it does to the {m.measured[2]}")
-    yield _Block("table", pd.DataFrame(rows, columns=["", "value"]))
+    yield from (f"> **{text}**" for text in design.warnings)
+    yield f"![The machine, {_drives(m)}, and its damper](sketch.png)"
+    yield f"## What it does to the {m.measured[2]}"
+    yield pd.DataFrame([line[1:] for line in design.lines], columns=["", "value"])
     if design.response is not None:
-        words = (
-            "Decay of the free motion"
-            if m.is_free
-            else "With and without the damper, in the band and beyond"
-        )
-        yield _Block("figure", "response", words)
+        words = "Decay of the free motion" if m.is_free else "Response in the band and beyond"
+        yield f"![{words}, with the damper and without](response.png)"
     if design.tolerances is not None:
-        yield _Block("head", "How wrong things may be")
-        words = "One quantity off its value at a time, the others as built; from the starts alone."
-        yield _Block("text", words)
-        yield _Block("table", design.tolerances)
+        yield "## How wrong things may be"
+        yield "One quantity off its value at a time, the others as built; from the starts alone."
+        yield design.tolerances
     if design.motions is not None:
-        yield _Block("head", "Where other starts lead")
-        yield _Block(
-            "text",
+        yield "## Where other starts lead"
+        yield (
             f"From random starts at {design.worst_frequency:.4g} Hz, where the worst case is; in "
-            "brackets the 95 % limits of their part.",
+            "brackets the 95 % limits of their part."
         )
-        yield _Block("table", design.motions)
-    yield _Block("head", "What was assumed")
-    yield _Block("list", design.assumed)
-    if design.studies:
-        files = ", ".join(f"studies/{name}.yaml" for name in design.studies)
-        yield _Block(
-            "text",
-            f"Every number is made by {files}; the limits of the gap by following "
-            "the periodic motion. The machine is in machine.yaml, numbers.csv has all digits.",
-        )
+        yield design.motions
+    yield "## What was assumed"
+    yield "\n".join(f"- {text}" for text in design.assumed)
+    files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed laws"
+    yield (
+        f"Every number is made by {files}; limits of the gap by following the periodic motion. The "
+        "machine is in machine.yaml, numbers.csv has all digits."
+    )
 
 
-def _markdown(block: _Block) -> str:
-    sort, content, words = block
-    if sort == "table":
-        rows = [list(content.columns), ["---"] * len(content.columns), *content.values.tolist()]
-        return "\n".join(f"| {' | '.join(map(str, row))} |" for row in rows)
-    if sort == "list":
-        return "\n".join(f"- {text}" for text in content)
-    forms = {"title": "# {}", "head": "## {}", "warning": "> **{}**", "text": "{}"}
-    return f"![{words}]({content}.png)" if sort == "figure" else forms[sort].format(content)
+def _page(table: Table, folder: Path) -> str:
+    """The same as one HTML file with its figures in it."""
+    parts = []
+    for part in table.body:
+        if not isinstance(part, str):
+            parts.append(part.to_html(index=False, border=0))
+        elif found := re.fullmatch(r"!\[(.*)\]\((.*)\.png\)", part):
+            drawn = (folder / f"{found[2]}.svg").read_text("utf-8")
+            words = f"<figcaption>{escape(found[1])}</figcaption>"
+            parts.append(f"<figure>{drawn[drawn.index('<svg') :]}{words}</figure>")
+        else:
+            before, tag = next(pair for pair in _TAGS if part.startswith(pair[0]))
+            lines = part.split("\n") if before == "- " else [part.strip("*")]
+            parts += [f"<{tag}>{escape(line.removeprefix(before))}</{tag}>" for line in lines]
+    title = escape(table.title)
+    head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+    body = "\n".join([f"<h1>{title}</h1>", *parts])
+    return f"{head}<style>{_CSS}</style></head>\n<body>\n{body}\n</body></html>\n"
 
 
-def _html(block: _Block, folder: Path) -> str:
-    sort, content, words = block
-    if sort == "table":
-        return str(content.to_html(index=False, border=0))
-    if sort == "list":
-        return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in content)}</ul>"
-    if sort == "figure":
-        drawn = (folder / f"{content}.svg").read_text("utf-8")
-        return f"<figure>{drawn[drawn.index('<svg') :]}<figcaption>{words}</figcaption></figure>"
-    tags = {"title": "h1", "head": "h2", "text": "p"}
-    if sort == "warning":
-        return f'<p class="warning"><b>{escape(content)}</b></p>'
-    return f"<{tags[sort]}>{escape(content)}</{tags[sort]}>"
+#: What begins a part of the body -> its element.
+_TAGS = (("## ", "h2"), ("> **", "blockquote"), ("- ", "li"), ("", "p"))
 
 
 def _drives(m: Machine) -> str:
