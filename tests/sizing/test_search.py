@@ -27,15 +27,17 @@ def test_the_decay_law_is_found_in_its_limit() -> None:
     assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
 
 
-DRIVEN = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.998 * F, 1.002 * F]}
-
-
 @pytest.mark.parametrize(
-    ("restitution", "whole"), [(0.0, False), pytest.param(0.2, True, marks=pytest.mark.exhaustive)]
+    ("restitution", "whole"),
+    [(0.0, False), (0.2, False), pytest.param(0.0, True, marks=pytest.mark.exhaustive)],
 )
 def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool) -> None:
-    """At a mass ratio of 1e-3, from all gaps or from those about the law's in steps of 1 %."""
-    judge = Judge(machine_of({**LIGHT, **DRIVEN, "restitution": restitution}))
+    """At a mass ratio of 1e-3, from all dampers or from gaps about the law's in steps of 1 %.
+
+    In a wider band the free mass falls out of step at its ends, and the best gap is smaller.
+    """
+    given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
+    judge = Judge(machine_of({**LIGHT, **given, "restitution": restitution}))
     search, gap = Search(judge), judge.law_gap(1.0)
     about = [Damper(1.0, gap * (1.0 + 0.01 * k)) for k in range(-3, 4)]
     found = search.best() if whole else search.best_of(about)
