@@ -15,8 +15,11 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
-from damper.theory.free_decay import equivalent_damping
-from damper.theory.resonance import best_clearance, largest_amplitude, least_amplitude
+from damper.theory.free_decay import (
+    equivalent_damping,
+    largest_at_resonance,
+    least_at_resonance,
+)
 from damper.theory.slow_manifold import fold
 
 #: Frequencies in the band, at least and at most, and on each side of it.
@@ -60,15 +63,14 @@ class Judge:
     def least(self) -> float:
         """Least amplitude in m that the resonance law allows, of the largest mass."""
         m = self.machine
-        ratio = m.largest_mass / m.mass
-        return m.static * least_amplitude(ratio, m.damping_ratio, m.restitution)
+        return m.static * least_at_resonance(self._dimensionless(m.largest_mass)).amplitude
 
     def law_gap(self, mass: float) -> float:
         """The gap in m that the closed laws give a free mass, however large."""
         m = self.machine
         if m.is_free:  # the amplitude that is to be reached is where the motion ends
             return 2.0 * m.decay_to * m.initial_displacement / fold(m.restitution).xi
-        return 2.0 * m.static * best_clearance(mass / m.mass, m.damping_ratio, m.restitution)
+        return 2.0 * m.static * least_at_resonance(self._dimensionless(mass)).clearance
 
     @property
     def distance(self) -> float:
@@ -79,27 +81,31 @@ class Judge:
     def law(self, damper: Damper) -> dict[str, float]:
         """What the closed laws say of a damper, of what counts; nothing where they hold not."""
         m = self.machine
-        ratio, clearance = damper.mass / m.mass, 0.5 * damper.gap
         if m.is_free:
             time = self._decay_time(damper)
             return {"value": time} if time < math.inf else {}
         if m.band is None or not m.band[0] <= m.rate / (2.0 * math.pi) <= m.band[1]:
             return {}
         size = m.static / (math.sqrt(2.0) if m.counts == "rms_displacement" else 1.0)
-        given = ratio, m.damping_ratio, m.restitution
-        best = best_clearance(*given)
-        if clearance > 1.01 * m.static * best:
+        clearance = 0.5 * damper.gap / m.static
+        least, best = least_at_resonance(self._dimensionless(damper.mass))
+        if clearance > 1.01 * best:
             return {}
-        largest = largest_amplitude(*given, min(clearance / m.static, best))
-        least = least_amplitude(*given) if clearance > 0.99 * m.static * best else largest
+        p = self._dimensionless(damper.mass, clearance=min(clearance, best))
+        largest = largest_at_resonance(p)
+        least = least if clearance > 0.99 * best else largest
         return {"value": size * least, "largest": size * largest}
+
+    def _dimensionless(self, mass: float, **options: float) -> Parameters:
+        """A damper of this machine at resonance, for the closed laws."""
+        m = self.machine
+        given = {"clearance": 1.0, "restitution": m.restitution} | options
+        return Parameters(mass / m.mass, m.damping_ratio, 1.0, **given)
 
     def _decay_time(self, damper: Damper) -> float:
         """Time in s by the law of free decay; infinite where the motion ends before."""
-        m, clearance = self.machine, 0.5 * damper.gap
-        start = m.initial_displacement
-        given = damper.mass / m.mass, m.damping_ratio, 1.0, clearance, m.restitution
-        p = Parameters(*given, force_amplitude=0.0)
+        m, start = self.machine, self.machine.initial_displacement
+        p = self._dimensionless(damper.mass, clearance=0.5 * damper.gap, force_amplitude=0.0)
         logs = np.linspace(math.log(m.decay_to * start * (1.0 + 1e-9)), math.log(start), 2001)
         rates = equivalent_damping(p, np.exp(logs))
         time = float(np.trapezoid(1.0 / rates, logs)) / m.rate
