@@ -1,6 +1,7 @@
 """Free decay with two impacts a period, of a light free mass: its damping against the law."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from damper.engine.compiled import plain
 from damper.theory.free_decay import (
     amplitude_range,
     equivalent_damping,
+    largest_at_resonance,
     largest_damping,
     least_at_resonance,
     time_of_decay,
@@ -227,3 +229,15 @@ def test_what_is_no_resonance_is_refused(changes: dict[str, Any], words: str) ->
     given: dict[str, Any] = {"frequency_ratio": 1.0, "restitution": 0.5, **changes}
     with pytest.raises(ValueError, match=words):
         least_at_resonance(Parameters(0.1, 0.02, clearance=1.0, **given))
+
+
+@pytest.mark.parametrize(("restitution", "alone"), [(0.0, True), (0.2, True), (0.6, False)])
+def test_with_a_high_restitution_a_large_motion_is_in_balance_too(
+    restitution: float, alone: bool
+) -> None:
+    p = Parameters(1e-2, 1e-3, 1.0, 1.0, restitution)
+    least = least_at_resonance(p)
+    largest = largest_at_resonance(replace(p, clearance=least.clearance))
+    assert math.isclose(largest, least.amplitude, rel_tol=1e-4) == alone
+    small = largest_at_resonance(replace(p, mass_ratio=1e-6, damping_ratio=0.1, clearance=1e-3))
+    assert math.isclose(small, 5.0, rel_tol=2e-3)  # the dashpot's

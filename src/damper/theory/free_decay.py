@@ -22,6 +22,8 @@ from damper.parameters import Parameters
 from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope
 
+_ROUNDING = 1e-12
+
 
 class Damping(NamedTuple):
     """An amplitude of the primary, in units of length, and the equivalent damping ratio there."""
@@ -114,6 +116,32 @@ def least_at_resonance(parameters: Parameters) -> Resonance:
         raise ValueError("restitution = 1.0: impacts lose nothing, so no clearance is best")
     amplitude = 0.5 * p.force_amplitude / (p.damping_ratio + _strength(p) / rho**2)
     return Resonance(amplitude, amplitude / rho)
+
+
+def largest_at_resonance(parameters: Parameters) -> float:
+    """Largest amplitude that is in balance under the force sin(t), at a clearance up to the best.
+
+    Beside the least one there may be a large one, with little damping and a restitution above 0.3.
+    In units of length, to four digits. Errors are those of `least_at_resonance`, and ValueError for
+    a clearance of 0 or above the best one.
+
+    Examples
+    --------
+    >>> best = least_at_resonance(Parameters(0.1, 0.02, 1.0, 1.0, restitution=0.6)).clearance
+    >>> p = Parameters(0.1, 0.02, 1.0, 0.999 * best, restitution=0.6)
+    >>> round(largest_at_resonance(p), 1)
+    11.0
+    """
+    p, best = parameters, least_at_resonance(parameters).clearance
+    if not 0.0 < p.clearance <= best * (1.0 + _ROUNDING):
+        raise ValueError(f"clearance = {p.clearance!r}: must be > 0 and <= {best!r}, the best one")
+    # Without impacts it would be that of the dashpot alone, and without either there is no bound.
+    most = p.force_amplitude / (p.damping_ratio + 1e-9) / p.clearance + 1.0
+    theta = 1.0 + np.geomspace(1e-9, 10.0 * most, 100_000)
+    xi = amplitude(theta, p.restitution)
+    loss = 2.0 * (p.damping_ratio * xi + _strength(p) * theta**2 / xi) * p.clearance
+    lacks = np.flatnonzero(loss < p.force_amplitude)
+    return p.clearance * float(xi[lacks[-1]] if lacks.size else slope(p.restitution))
 
 
 def amplitude_range(parameters: Parameters) -> tuple[float, float]:
