@@ -1,6 +1,5 @@
 """The page of results: everything on it, escaped, and the same each time."""
 
-import csv
 import html.parser
 from pathlib import Path
 
@@ -47,7 +46,7 @@ class Page(html.parser.HTMLParser):
         values = dict(attrs)
         self.links += [values["href"]] if "href" in values else []
         self.names += [values["id"]] if "id" in values else []
-        self.images += [values] if tag == "img" else []
+        self.images += [values] if "srcset" in values else []  # not those of the cards
         if tag not in ("img", "meta", "br", "input"):
             self.open.append(tag)
 
@@ -63,12 +62,10 @@ def made(tmp_path: Path, rows: int = 3) -> Page:
     study = load_study(ROOT / "config/studies/restitution.yaml")
     about = study.about()
     for path, _ in about["tables"]:
-        file = tmp_path / f"{path}.csv"
+        file = tmp_path / f"{path}.md"
         file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("w", newline="") as stream:
-            csv.writer(stream).writerows(
-                [["mass_ratio", "a<b"], *([k, "<i>"] for k in range(rows))]
-            )
+        lines = ["| gap, F0/K | a<b |", "|---|---|", *(f"| {k} | <i> |" for k in range(rows))]
+        file.write_text("\n".join(["# Title", "", *lines, "", "Remark."]))
     kinds = [kind for _, kind, *_ in (*about["figures"], *about["tables"])]
     how = captions(CAPTIONS, kinds)
     text = page([chapter(about, tmp_path)], [VERDICT], how, TEMPLATE)
@@ -112,7 +109,7 @@ def test_page_shows_everything(tmp_path: Path) -> None:
         assert f"restitution/{path}.svg" in found.links
     for name in study.tables:
         assert f"restitution/tables/{name}.md" in found.links
-    for text in (study.title, study.source, "mass ratio", "a<b", "<i>", "1 < 2", "one & two."):
+    for text in (study.title, study.source, "gap, F0/K", "a<b", "<i>", "1 < 2", "one & two."):
         assert text in found.text
     assert "true only if read as follows: if it rains" in found.text
     assert "rd\n0.51 < 2" in found.text
@@ -130,9 +127,9 @@ def test_values_have_units() -> None:
 
 
 def test_figures_have_their_printed_proportions(tmp_path: Path) -> None:
-    """A page-wide figure twice as wide as a column-wide one: letters are of the same size."""
+    """300 dots per inch, of which the page has 96."""
     for image in made(tmp_path).images:
-        assert image["srcset"] == f"{image['src']} 2x"
+        assert image["srcset"] == f"{image['src']} 3.125x"
 
 
 def test_every_caption_stands_alone(tmp_path: Path) -> None:

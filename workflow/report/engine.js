@@ -310,7 +310,7 @@ damper.watch = (model, from, { fraction = 0.03, speed: least = 0, cycles: length
     return { ...damper.repeats(model, states.slice(-33), counts.slice(-33)), chatter,
       sticking: stuck / (length * model.cycle) };
   };
-  return { see, result };
+  return { see, result, states };
 };
 
 // After how many cycles the motion repeats, what happens in that time, and on which side it is.

@@ -6,10 +6,11 @@ are not in it but in a file of their own, which it shows.
 
 from __future__ import annotations
 
-import csv
 import platform
+import re
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from gzip import compress
@@ -19,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import damper
+from damper.report.documents import table_in
 from damper.report.stopped import stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
@@ -27,6 +29,15 @@ SHOWN_ROWS = 40
 MOST_BYTES = 10e6
 #: What studies are listed under, by their source.
 SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
+#: Where the front leads: title, text, study whose chapter it is or "claims".
+CARDS = (
+    ("Size a damper", "Which gap a machine needs, and what it gains: try any.", "machine_frame"),
+    ("See chatter", "Bursts of impacts that end in sticking: watch any.", "restitution"),
+    ("Check the papers", "Each statement, whether it holds, and the figure behind it.", "claims"),
+)
+_YES_NO = {"True": "yes", "False": "no"}
+#: Scripts of the page, in this order.
+SCRIPTS = ("engine.js", "page.js")
 #: What the foot of the page has of each cube's attributes, and the packages that it lists.
 PROVENANCE = ("code_digest", "accuracy", "transient_periods", "recorded_periods", "runs")
 PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plotly", "snakemake")
@@ -47,7 +58,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class ShownTable:
-    """A table: its path below the folder of results without suffix, and its cells, rounded."""
+    """A table: its path below the folder of results without suffix, and its cells."""
 
     path: str
     kind: str
@@ -147,20 +158,25 @@ def versions() -> dict[str, str]:
 def _table(path: str, kind: str, results: Path) -> ShownTable:
     if "/timed/" in path:  # times differ from run to run, and the page does not
         return ShownTable(path, kind)
-    with (results / f"{path}.csv").open(encoding="utf-8", newline="") as file:
-        head, *rows = list(csv.reader(file)) or [[]]
-    shown = [[_rounded(cell) for cell in row] for row in rows[:SHOWN_ROWS]]
+    text = table_in((results / f"{path}.md").read_text(encoding="utf-8"))
+    head, _, *rows = [line[2:-2].split(" | ") for line in text.splitlines()]
+    shown = [[_YES_NO.get(cell, cell) for cell in row] for row in rows[:SHOWN_ROWS]]
     return ShownTable(path, kind, head, shown, max(0, len(rows) - SHOWN_ROWS))
 
 
-def _rounded(cell: str) -> str:
-    """A number with a fraction in six digits; anything else as it is."""
-    if "." not in cell:
-        return cell
-    try:
-        return f"{float(cell):.6g}"
-    except ValueError:
-        return cell
+def typeset(text: str) -> str:
+    """Return text as HTML, its units as formulas.
+
+    Examples
+    --------
+    >>> str(typeset("2 F0/sqrt(K M) < 1"))
+    '2 F<sub>0</sub>/√(KM) &lt; 1'
+    """
+    from markupsafe import Markup, escape
+
+    html = str(escape(text)).replace("sqrt(K M)", "√(KM)").replace("sqrt", "√")
+    html = re.sub(r"\bF0\b", "F<sub>0</sub>", html)
+    return Markup(re.sub(r"\^(\d)|(?<=m/s)(2)\b", r"<sup>\1\2</sup>", html))
 
 
 def plotly_script() -> str:
@@ -229,6 +245,24 @@ def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
     }
 
 
+def _cards(
+    chapters: Sequence[Chapter], verdicts: Sequence[Mapping[str, str]]
+) -> Iterator[dict[str, str]]:
+    """Title, text, target and picture of each card whose chapter there is."""
+    made = {one.name: one for one in chapters}
+    for title, text, name in CARDS:
+        card = {"title": title, "text": text, "target": name}
+        if name == "claims" and verdicts:
+            drawn = {figure.path for one in chapters for figure in one.figures}
+            named = " ".join(row["figures"] for row in verdicts).split()
+            yield card | {"picture": next((path for path in named if path in drawn), "")}
+        elif name in made:
+            one = made[name]
+            shown = (figure.path for figure in one.figures if figure.kind != "schematic")
+            target = f"figure={one.interactive[0][0]}" if one.interactive else name
+            yield card | {"target": target, "picture": next(shown, "")}
+
+
 def page(
     chapters: Sequence[Chapter],
     verdicts: Sequence[Mapping[str, str]],
@@ -245,12 +279,12 @@ def page(
     how_to_read : mapping
         From `captions`.
     template : Path
-        A Jinja template; the page's script, of the same name, lies beside it.
+        A Jinja template; the page's scripts, engine.js and page.js, lie beside it.
     """
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters["words"] = words
+    environment.filters |= {"words": words, "typeset": typeset}
     chapters = sorted(chapters, key=lambda one: SUBJECTS.index(one.subject))
     subjects = {name: [one for one in chapters if one.subject == name] for name in SUBJECTS}
     studies = [{path.partition("/")[0] for path in row["figures"].split()} for row in verdicts]
@@ -261,9 +295,11 @@ def page(
             {**row, "shown_by": [one for one in chapters if one.name in names]}
             for row, names in zip(verdicts, studies, strict=True)
         ],
+        cards=list(_cards(chapters, verdicts)),
+        counts=Counter(row["verdict"] for row in verdicts),
         how_to_read=how_to_read,
         provenance=PROVENANCE,
         versions=versions(),
-        script=template.with_suffix(".js").read_text(encoding="utf-8"),
+        script="".join((template.parent / name).read_text(encoding="utf-8") for name in SCRIPTS),
     )
     return text if text.endswith("\n") else f"{text}\n"
