@@ -300,7 +300,8 @@ damper.watch = (model, from, { fraction = 0.03, speed: least = 0, cycles: length
       now.complete[s.side]++;
       now.row = now.wall = 0;
     }
-    for (let tau; (tau = states.length / 2 * model.cycle - start) <= s.duration && states.length <= 2 * length;) {
+    const end = s.duration + 1e-12 * model.cycle; // the last sample is where the run ends
+    for (let tau; (tau = states.length / 2 * model.cycle - start) <= end && states.length <= 2 * length;) {
       states.push(damper.motion(model, s, Math.max(tau, 0)));
       counts.push([now[-1], now[1], now.complete[-1], now.complete[1]]);
     }

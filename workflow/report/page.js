@@ -52,9 +52,13 @@ damper.running = function* (data, given, direction) {
         here.state = [at, speed * v, at + place, speed * u];
       }
       if (value !== given[along]) {
-        const end = yield* settle(here.model, here.state, transient + periods);
-        if (!end) return null;
-        here.state = damper.motion(here.model, end, (transient + periods - end.cycles) * here.model.cycle - end.time);
+        const key = JSON.stringify([direction, { ...given, [along]: value }]), known = data.ends ??= {};
+        if (!known[key]) {
+          const end = yield* settle(here.model, here.state, transient + periods);
+          if (!end) return null;
+          known[key] = damper.motion(here.model, end, (transient + periods - end.cycles) * here.model.cycle - end.time);
+        }
+        here.state = known[key];
       }
       before = begun = here;
     }
@@ -143,7 +147,7 @@ const layout = (x, y, more = {}) => ({ xaxis: x, yaxis: y, margin: { l: 10, r: 1
   paper_bgcolor: colour("paper"), plot_bgcolor: colour("paper"), font: { family: "system-ui, sans-serif",
     color: colour("ink") }, hovermode: "closest", legend: { orientation: "h", y: 1.01, yanchor: "bottom",
     itemsizing: "constant" }, ...more });
-const PLOT = { responsive: true, displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]] };
+const PLOT = { responsive: true, displayModeBar: innerWidth > 700 && "hover", displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]] };
 const download = (name, rows) => element("a", { download: name, href: URL.createObjectURL(new Blob(
   [rows.map((row) => `${row.map((cell) => /[",]/.test(cell) ? `"${cell}"` : cell).join()}\n`).join("")])) }).click();
 
@@ -213,7 +217,7 @@ damper.draw = (place) => {
   panel.setAttribute("aria-label", `${place.dataset.caption}. The fields below choose a point, too.`);
   const said = element("p", { className: "said" }), beside = element("p", { className: "more" });
   said.setAttribute("aria-live", "polite");
-  const stage = element("canvas", { className: "stage", height: 120 });
+  const stage = element("canvas", { className: "stage", height: 80 }), scale = element("p", { className: "more" });
   stage.setAttribute("role", "img");
   const [history, primary, relative] = ["history", "", ""].map((name) => element("div", { className: name, role: "group" }));
   const now = element("div", { className: "now" }), past = element("div", { className: "past" }, history, now);
@@ -236,7 +240,7 @@ damper.draw = (place) => {
     button("Motion as CSV", () => download("motion.csv", [["time", "x", "v", "y", "u"], ...(shown?.rows ?? [])])), note);
   const colourOf = map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "";
   place.replaceChildren(controls, element("p", { className: "more" }, colourOf), panel, sliders,
-    element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, bar, text, stage, runs, measured);
+    element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, bar, text, stage, scale, runs, measured);
 
   const at = (one) => Number(picks[one.name].value);
   // Number of a place in what lies in the order of the axes.
@@ -367,7 +371,7 @@ damper.draw = (place) => {
 
   const follow = async (moves) => {
     const mine = ++asked;
-    if (panel._fullLayout) Plotly.relayout(panel, { shapes: cursor() });
+    if (panel._fullLayout) setTimeout(() => mine === asked && Plotly.relayout(panel, { shapes: cursor() }));
     const others = changed();
     beside.textContent = others.length ? `Not as in the figure above: ${others.map((one) =>
       `${one.label} ${show(values[one.name] === null ? "as the other" : scaled(one.name, values[one.name]))} ${one.units}`.trim()).join(", ")}.` : "";
@@ -388,7 +392,7 @@ damper.draw = (place) => {
   };
   const stop = (why) => {
     said.textContent = why;
-    runs.hidden = stage.hidden = measured.hidden = true;
+    runs.hidden = stage.hidden = scale.hidden = measured.hidden = true;
   };
 
   const present = (run, moves) => {
@@ -398,7 +402,7 @@ damper.draw = (place) => {
     const size = l * units.l, scaledRows = rows.map(([time, ...state]) => [time * t, ...state.map((value, k) => value * size / (k % 2 ? t : 1))]);
     shown = { run, rows: scaledRows, walls: run.model.clearance * size, cycle: run.model.cycle * t, begins: performance.now() };
     let words = damper.in_words(run);
-    if (!run.period) words = run.growth > 1e3 ? `chaotic: a start 1e-9 beside it is ${show(run.growth * 1e-9)} F0/K apart after ${data.run.periods} cycles`
+    if (!run.period) words = run.growth > 1e3 ? `chaotic: a difference of 1e-9 grows to ${show(Number((run.growth * 1e-9).toPrecision(2)))} in ${data.run.periods} cycles`
       : `no period up to 8 cycles: quasi-periodic, or not settled after ${data.run.transient} cycles`;
     said.replaceChildren(element("b", {}, `${CHATTER[run.chatter]}; ${words}`), ` at ${where()}`);
     const share = (part) => found.work > 0 ? ` (${show(100 * part / found.work)} %)` : "";
@@ -413,7 +417,7 @@ damper.draw = (place) => {
       ["of it stored", found.stored * joule, units.energy + share(found.stored)]];
     measured.replaceChildren(...told.filter(([, value]) => Number.isFinite(value)).map(([label, value, unit]) =>
       element("div", {}, element("dt", {}, label), element("dd", {}, `${show(value)} ${pretty(unit)}`))));
-    runs.hidden = stage.hidden = measured.hidden = false;
+    runs.hidden = stage.hidden = scale.hidden = measured.hidden = false;
     stage.setAttribute("aria-label", `The free mass in its box over ${run.cycles} cycles: ${said.textContent}`);
     if (moves && !matchMedia("(prefers-reduced-motion: reduce)").matches) start_playing(true); else animate(0);
     setTimeout(() => shown?.run === run && plots(run, units));
@@ -461,18 +465,17 @@ damper.draw = (place) => {
     const radius = 14, travel = 0.18 * wide, centre = wide / 2 + a / shown.peak * 0.22 * wide, half = travel + radius;
     pen.strokeStyle = pen.fillStyle = colour("ink");
     pen.lineWidth = 3;
-    pen.strokeRect(centre - half, 40, 2 * half, 44);
+    pen.strokeRect(centre - half, 18, 2 * half, 44);
     pen.lineWidth = 1;
     pen.beginPath();
     const left = centre - half; // the spring to the frame
-    for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 62 + (k % 24 && (k % 2 ? 8 : -8)));
+    for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 40 + (k % 24 && (k % 2 ? 8 : -8)));
     pen.stroke();
-    pen.font = "12px system-ui, sans-serif";
-    const ratio = walls ? travel / walls / (0.22 * wide / shown.peak) : 1;
-    pen.fillText(`t = ${show(time)}; ways in the box are drawn ${show(Number(ratio.toPrecision(2)))} times as large as those of the box`, 4, 14);
+    const ratio = walls ? travel / walls / (0.22 * wide / shown.peak) : 1, times = show(Number(ratio.toPrecision(2)));
+    scale.textContent = `In the box ways are drawn ${times} times as large as those of the box. Time ${time.toPrecision(3)}`;
     pen.fillStyle = BLUE;
     pen.beginPath();
-    pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 62, radius, 0, 7);
+    pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
     pen.fill();
     const plot = history._fullLayout?.xaxis;
     now.style.left = plot ? `${plot._offset + plot.l2p(time)}px` : "-9px";

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import platform
 import re
+import struct
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -47,13 +48,15 @@ PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plot
 class Figure:
     """A figure: its path below the folder of results without suffix.
 
-    `caption` is what it shows, in words, `see` what to see in it.
+    `caption` is what it shows, in words, `see` what to see in it, `size` its printed width and
+    height in the pixels of a page, 96 per inch.
     """
 
     path: str
     kind: str
     caption: str
     see: str = ""
+    size: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -129,13 +132,27 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         about["source"],
         about["description"],
         [Value(*value) for value in about["values"]],
-        [Figure(*figure) for figure in about["figures"]],
+        [
+            Figure(*figure, size=_printed_size(results / f"{figure[0]}.png"))
+            for figure in about["figures"]
+        ],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
         about.get("interactive", ()),
         _provenance(cube) if cube.is_file() else {},
         "interactive" in about,
     )
+
+
+def _printed_size(picture: Path) -> tuple[int, int] | None:
+    """Width and height of a PNG by its own resolution; None where there is no file."""
+    if not picture.is_file():
+        return None
+    with picture.open("rb") as file:
+        head = file.read(1024)
+    width, height = struct.unpack(">II", head[16:24])
+    per_metre = struct.unpack(">I", head[(at := head.index(b"pHYs") + 4) : at + 4])[0]
+    return round(width * 96 / 0.0254 / per_metre), round(height * 96 / 0.0254 / per_metre)
 
 
 def _provenance(cube: Path) -> dict[str, str]:
@@ -296,7 +313,7 @@ def page(
             for row, names in zip(verdicts, studies, strict=True)
         ],
         cards=list(_cards(chapters, verdicts)),
-        counts=Counter(row["verdict"] for row in verdicts),
+        counts=dict(sorted(Counter(row["verdict"] for row in verdicts).items())),
         how_to_read=how_to_read,
         provenance=PROVENANCE,
         versions=versions(),
