@@ -133,8 +133,8 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         about["description"],
         [Value(*value) for value in about["values"]],
         [
-            Figure(*figure, size=_printed_size(results / f"{figure[0]}.png"))
-            for figure in about["figures"]
+            Figure(path, kind, caption, see, _printed_size(results / f"{path}.png"))
+            for path, kind, caption, see in about["figures"]
         ],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
