@@ -149,7 +149,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     figures = [(path, "A figure", "Steps.") for path in paths]
     tables = [ShownTable("study/tables/t", "intervals", ["n", "m"], [["10", "x"], ["9", "y"]])]
     one = Chapter("study", "A study", "ours", "sticking", tables=tables, interactive=figures)
-    text = page([one], [], {"intervals": "<p>How.</p>"}, TEMPLATE)
+    text = page([one], [], {"intervals": lambda settings: "<p>How.</p>"}, TEMPLATE)
     (folder / "report.html").write_text(text)
     (folder / "plotly.js").write_text(plotly_script())
     return folder

@@ -89,7 +89,7 @@ def test_runs_that_stopped_early_are_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", [*FIGURES, *TABLES])
 def test_every_kind_has_a_caption_that_renders(kind: str) -> None:
-    text = captions(CAPTIONS, [kind])[kind]
+    text = captions(CAPTIONS, [kind])[kind]({"variables": ["displacement", "peak_displacement"]})
     assert text.startswith("<p>")
     assert len(Page(text).text) > 40
 
@@ -97,7 +97,7 @@ def test_every_kind_has_a_caption_that_renders(kind: str) -> None:
 def test_captions_in_error_are_refused(tmp_path: Path) -> None:
     (tmp_path / "map.rst").write_text("A `broken link_ and *emphasis")
     with pytest.raises(Exception, match="start-string without end-string"):
-        captions(tmp_path, ["map"])
+        captions(tmp_path, ["map"])["map"]({})
 
 
 def test_page_shows_everything(tmp_path: Path) -> None:
@@ -146,6 +146,8 @@ def test_every_caption_stands_alone(tmp_path: Path) -> None:
     study = load_study(ROOT / "config/studies/restitution.yaml")
     kinds = [product.kind for product, _ in study.files("figures").values()]
     assert found.text.count("A ladder of approach speeds") == kinds.count("bifurcation") > 5
+    # How to read it speaks only of what is there.
+    assert "White dots mark" not in found.text
     # A drawing of the model has none.
     assert found.text.count("Values of the study: ") == len(found.images) - kinds.count("schematic")
     for figure in study.figures.values():

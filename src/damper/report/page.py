@@ -11,9 +11,9 @@ import re
 import struct
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from gzip import compress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
@@ -48,7 +48,8 @@ PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plot
 class Figure:
     """A figure: its path below the folder of results without suffix.
 
-    `caption` is what it shows, in words, `see` what to see in it, `size` its printed width and
+    `caption` is what it shows, in words, `see` what to see in it, `settings` decide on what there
+    is to say of how to read it, `size` is its printed width and
     height in the pixels of a page, 96 per inch.
     """
 
@@ -56,6 +57,7 @@ class Figure:
     kind: str
     caption: str
     see: str = ""
+    settings: Mapping[str, Any] = field(default_factory=dict)
     size: tuple[int, int] | None = None
 
 
@@ -133,8 +135,8 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         about["description"],
         [Value(*value) for value in about["values"]],
         [
-            Figure(path, kind, caption, see, _printed_size(results / f"{path}.png"))
-            for path, kind, caption, see in about["figures"]
+            replace(Figure(*figure), size=_printed_size(results / f"{figure[0]}.png"))
+            for figure in about["figures"]
         ],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
@@ -239,27 +241,33 @@ def words(path: str) -> str:
     return path.rpartition("/")[2].replace("_", " ").replace("~", " ")
 
 
-def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
-    """Return, for each kind of figure or table, how to read it, as HTML.
+def captions(folder: Path, kinds: Iterable[str]) -> dict[str, Callable[[Mapping[str, Any]], str]]:
+    """Return, for each kind of figure or table, what says by its settings how to read it, as HTML.
 
     Parameters
     ----------
     folder : Path
-        With a reStructuredText file for each kind; of one without there is nothing to say.
+        With a reStructuredText file for each kind, a Jinja template of the settings, so that it
+        speaks only of what is there; of a kind without there is nothing to say.
     kinds : iterable of str
     """
     from docutils.core import publish_parts
+    from jinja2 import Environment
 
-    settings = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
-    paths = {kind: folder / f"{kind}.rst" for kind in sorted(set(kinds))}
-    return {
-        kind: publish_parts(
-            path.read_text(encoding="utf-8") if path.is_file() else "",
-            writer="html5",
-            settings_overrides=settings,
-        )["fragment"].strip()
-        for kind, path in paths.items()
-    }
+    docutils = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
+
+    def reader(path: Path) -> Callable[[Mapping[str, Any]], str]:
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        template = Environment(trim_blocks=True).from_string(text)
+
+        def how_to_read(settings: Mapping[str, Any]) -> str:
+            said = template.render({"variables": [], **settings})
+            parts = publish_parts(said, writer="html5", settings_overrides=docutils)
+            return str(parts["fragment"]).strip()
+
+        return how_to_read
+
+    return {kind: reader(folder / f"{kind}.rst") for kind in sorted(set(kinds))}
 
 
 def _cards(
@@ -283,7 +291,7 @@ def _cards(
 def page(
     chapters: Sequence[Chapter],
     verdicts: Sequence[Mapping[str, str]],
-    how_to_read: Mapping[str, str],
+    how_to_read: Mapping[str, Callable[[Mapping[str, Any]], str]],
     template: Path,
 ) -> str:
     """Render the page.
