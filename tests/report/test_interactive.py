@@ -1,6 +1,7 @@
 """Interactive figures: what the page is given, and what it makes of it in a browser."""
 
 import base64
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -203,6 +204,20 @@ def test_a_click_shows_the_run_there(browser: Browser) -> None:
     work = values["work of the force per cycle"]
     parts = [values[f"of it {what}"] for what in ("lost in the dashpot", "lost in impacts")]
     assert sum(parts) + values["of it stored"] == pytest.approx(work, rel=1e-3)
+
+
+def test_the_free_mass_moves_until_it_is_paused(browser: Browser) -> None:
+    button = f"{figure('map')}.querySelector('.bar button')"
+    clock = f"{figure('map')}.querySelector('.stage + p').textContent"
+    assert browser.value(f"{button}.textContent") == "Pause"  # after the click before
+    now = browser.value(clock)
+    browser.wait(f"{clock} !== {now!r}")
+    browser.value(f"{button}.focus()")
+    browser.press("Enter")
+    browser.wait(f"{button}.textContent === 'Play'")
+    now = browser.value(clock)
+    time.sleep(0.3)
+    assert browser.value(clock) == now
 
 
 def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None:

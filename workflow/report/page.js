@@ -234,7 +234,7 @@ damper.draw = (place) => {
     text.select();
     navigator.clipboard?.writeText(text.value).then(() => { note.textContent = "Copied."; }, () => {});
   });
-  const bar = element("div", { className: "controls" }, play, element("label", {}, "speed ", speed),
+  const bar = element("div", { className: "controls bar" }, play, element("label", {}, "speed ", speed),
     copy("Copy link", () => location.href), copy("Copy as Python", () => python()), copy("Copy as YAML", () => yaml()),
     button("Figure as CSV", () => download(`${place.dataset.figure.replaceAll("/", "-")}.csv`, table())),
     button("Motion as CSV", () => download("motion.csv", [["time", "x", "v", "y", "u"], ...(shown?.rows ?? [])])), note);
@@ -503,13 +503,13 @@ damper.draw = (place) => {
     for (const one of others) if (!(one.name in quantity)) kept[one.name] = at(one);
     if (data.variables?.length > 1) kept.shown = variable.value;
     for (const one of others) if (one.name in quantity && values[one.name] !== one.own[at(one)]) kept[`${one.name}_shown`] = at(one);
-    for (const name in values) if (values[name] !== start[name]) kept[name] = values[name];
+    for (const name in values) if (values[name] !== start[name]) kept[name] = values[name] ?? "";
     window.history.replaceState(null, "", `#${new URLSearchParams(kept)}`);
   };
   const recall = (kept) => {
     if (kept.get("figure") !== place.dataset.figure) return;
     if (kept.has("shown")) variable.value = kept.get("shown");
-    for (const name in values) set(name, kept.has(name) ? Number(kept.get(name)) : start[name]);
+    for (const name in values) set(name, !kept.has(name) ? start[name] : kept.get(name) === "" ? null : Number(kept.get(name)));
     for (const one of others) {
       const own = one.name in quantity ? one.own.indexOf(values[one.name]) : Number(kept.get(one.name) ?? 0);
       picks[one.name].value = kept.get(`${one.name}_shown`) ?? Math.max(own, 0);
@@ -594,6 +594,7 @@ const unfold = () => {
   target?.scrollIntoView();
 };
 addEventListener("hashchange", unfold);
+document.addEventListener("click", ({ target }) => target.closest("a[href^='#']") && setTimeout(unfold));
 unfold();
 
 const contents = document.querySelector("nav details"), search = document.querySelector("#search");
