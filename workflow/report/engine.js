@@ -5,12 +5,15 @@ const damper = { figures: {} };
 
 // How the masses move in a segment, and what began it, by the numbers of damper.engine.segment.
 const FLIGHT = 0, TAIL = 1, STICKING = 2, NOTHING = -1, IMPACT = 0, STICK = 1, RELEASE = 2;
-// Terms of a Taylor series, over a step of one over the fastest rate: to roundoff.
-const TERMS = 19;
+// Terms of a Taylor series to roundoff, over a step of one over the fastest rate, and over parts of it.
+const TERMS = 19, FEWER = [[0.02, 9], [0.2, 13], [1, TERMS]];
 // Of a polynomial's terms in each of its Bernstein coefficients, by degree: binomials' ratios.
 const choose = (n, k) => k ? choose(n - 1, k - 1) * n / k : 1;
 const BERNSTEIN = Array.from({ length: TERMS }, (_, degree) => Array.from({ length: degree + 1 }, (_, k) =>
   Float64Array.from({ length: k + 1 }, (_, n) => choose(k, n) / choose(degree, n))));
+
+// Plain arrays: typed ones of this size lie outside the heap, and cost more than the sums in them.
+const zeros = (count) => new Array(count).fill(0);
 
 damper.model = (p, accuracy = 1e-12) => {
   const { mass_ratio: mass, damping_ratio: damping, frequency_ratio: omega, phase = 0, gravity = 0 } = p;
@@ -25,11 +28,12 @@ damper.model = (p, accuracy = 1e-12) => {
 
 // Terms of the displacement over a step h: x'' + 2 damping x' + stiffness x = strength sin(angle) + pull.
 damper.series = (osc, omega, x, v, angle, h) => {
-  const terms = new Float64Array(TERMS), sine = Math.sin(angle), cosine = Math.cos(angle);
+  const count = FEWER.find(([part]) => h <= part * osc.step)?.[1] ?? TERMS;
+  const terms = zeros(count), sine = Math.sin(angle), cosine = Math.cos(angle);
   const square = h * h, drag = 2 * osc.damping * h, turn = omega * h;
   terms[0] = x;
   terms[1] = v * h;
-  for (let n = 0, power = osc.strength; n < TERMS - 2; n++) {
+  for (let n = 0, power = osc.strength; n < count - 2; n++) {
     const wave = (n & 1 ? cosine : sine) * (n & 2 ? -power : power);
     const force = n ? wave : wave + osc.pull;
     terms[n + 2] = (square * (force - osc.stiffness * terms[n]) - drag * (n + 1) * terms[n + 1]) / ((n + 1) * (n + 2));
@@ -58,10 +62,10 @@ damper.first_root = (terms) => {
     if (terms[first] < 0 && first > 0) return 0;
     first++;
   }
-  const a = terms.subarray(first), degree = a.length - 1;
+  const a = first ? terms.slice(first) : terms, degree = a.length - 1;
   for (let n = 1; n <= degree; n++) size += Math.abs(a[n]);
   if (a[0] > size) return Infinity;
-  const b = new Float64Array(degree + 1);
+  const b = zeros(degree + 1);
   for (let k = 0; k <= degree; k++) {
     const parts = BERNSTEIN[degree][k];
     for (let n = 0; n <= k; n++) b[k] += parts[n] * a[n];
@@ -158,16 +162,16 @@ damper.step = (model, s, at) => {
   }
   const way = damper.series(osc, model.omega, at.x, at.v, model.omega * (s.time + at.tau) + model.phase, h);
   if (s.mode === FLIGHT) {
-    const gap = new Float64Array(TERMS);
-    for (let n = 2; n < TERMS; n++) gap[n] = s.side * way[n];
+    const gap = zeros(way.length);
+    for (let n = 2; n < way.length; n++) gap[n] = s.side * way[n];
     gap[0] = at.gap;
     gap[1] = at.rate * h;
     // At a release both accelerations are the same, by definition.
     gap[2] = s.cause === RELEASE && !at.tau ? 0 : gap[2] + s.side * 0.5 * gravity * h * h;
     return { h, way, seen: gap };
   }
-  const force = new Float64Array(TERMS - 2);
-  for (let n = 0; n < TERMS - 2; n++) force[n] = -s.side * (n + 1) * (n + 2) * way[n + 2];
+  const force = zeros(way.length - 2);
+  for (let n = 0; n < force.length; n++) force[n] = -s.side * (n + 1) * (n + 2) * way[n + 2];
   force[0] -= s.side * gravity * h * h;
   return { h, way, seen: force };
 };
@@ -192,8 +196,8 @@ damper.following = (model, s, limit) => {
     const near = s.side ? damper.first_root(seen) : Infinity;
     let far = Infinity;
     if (s.mode === FLIGHT) {
-      const other = new Float64Array(TERMS);
-      for (let n = 0; n < TERMS; n++) other[n] = -seen[n];
+      const other = zeros(seen.length);
+      for (let n = 0; n < seen.length; n++) other[n] = -seen[n];
       other[0] += 2 * model.clearance;
       far = damper.first_root(other);
     }
