@@ -240,7 +240,7 @@ damper.draw = (place) => {
     button("Motion as CSV", () => download("motion.csv", [["time", "x", "v", "y", "u"], ...(shown?.rows ?? [])])), note);
   const colourOf = map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "";
   place.replaceChildren(controls, element("p", { className: "more" }, colourOf), panel, sliders,
-    element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, bar, text, stage, scale, runs, measured);
+    element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, stage, scale, bar, text, runs, measured);
 
   const at = (one) => Number(picks[one.name].value);
   // Number of a place in what lies in the order of the axes.
