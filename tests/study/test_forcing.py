@@ -446,11 +446,6 @@ ORBITS = "orbits: {a: {along: clearance, start: 1}}\n"
             "figures: {all: {kind: bifurcation, along: clearance, theory: two_impacts}}\n",
             ["figures.all\n", "its formulas do not know forcing: base"],
         ),
-        (
-            "base",
-            "figures: {all: {kind: bifurcation, along: clearance, interactive: true}}\n",
-            ["figures.all.interactive\n", "the page does not know forcing: base"],
-        ),
         ("harmonic", "draws: {count: 2, seed: 1}\n", ["draws\n", "no quantity is drawn"]),
     ],
     ids=str,

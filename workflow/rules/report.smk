@@ -1,6 +1,7 @@
 """One page with all verdicts, figures and tables; captions are in workflow/report."""
 
 from damper.report.documents import tables_of
+from damper.report.page import SCRIPTS as PAGE_SCRIPTS
 from damper.report.page import too_large
 
 CAPTIONS = HOME / "workflow/report"
@@ -39,7 +40,8 @@ def _page_kinds():
 def _page_texts():
     """Template, script and captions of the page: by content, for their times mean nothing."""
     paths = (
-        CAPTIONS / name for name in ("page.html", "page.js", *map("{}.rst".format, _page_kinds()))
+        CAPTIONS / name
+        for name in ("page.html", *PAGE_SCRIPTS, *map("{}.rst".format, _page_kinds()))
     )
     return [path for path in paths if path.is_file()]
 

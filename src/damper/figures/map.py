@@ -242,9 +242,9 @@ def _marks(
     if settings.best:
         # A ratio itself, or any variable beside the ratio of amplitudes.
         own = variable if variable in RATIOS else "amplitude_ratio"
-        if own in panel:
-            values = np.where(layout.numbers(panel[own], y, x) < 1.0, values, np.nan)
-        marks += _best(ax, panel, x, y, values, settings.best, variable)
+        ratios = layout.numbers(panel[own], y, x) if own in panel else None
+        rows = best_places(values, ratios, settings.best)
+        marks += _best(ax, panel, x, y, rows, settings.best, variable)
     return marks
 
 
@@ -389,22 +389,27 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     return [legend_line("ratio = 1", color=BLACK, lw=_CONTOUR)]
 
 
+def best_places(values: np.ndarray, ratios: np.ndarray | None, best: str) -> np.ndarray:
+    """Row of the best value in each column where ratios are below 1, -1 where there is none."""
+    values = values if ratios is None else np.where(ratios < 1.0, values, np.nan)
+    signed = values if best == "min" else -values
+    return np.array([least(c) if np.isfinite(c).any() else -1 for c in signed.T])
+
+
 def _best(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str, variable: str
+    ax: Axes, panel: xr.Dataset, x: str, y: str, rows: np.ndarray, best: str, variable: str
 ) -> list[Artist]:
     """Mark the best y of every x."""
-    known = np.isfinite(values).any(axis=0)
-    signed = values if best == "min" else -values
-    rows = [least(column) for column in signed.T[known]]
+    known = rows >= 0
     style: dict[str, Any] = {
         "ls": "",
         "marker": "o",
-        "ms": 2.6 if values.shape[1] <= 60 else 1.8,
+        "ms": 2.6 if rows.size <= 60 else 1.8,
         "mfc": "white",
         "mec": BLACK,
         "mew": 0.4,
     }
-    ax.plot(panel[x].values[known], panel[y].values[rows], **style)
+    ax.plot(panel[x].values[known], panel[y].values[rows[known]], **style)
     name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
     place = (axis.replace("_", " ") for axis in (y, x))

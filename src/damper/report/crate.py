@@ -55,7 +55,7 @@ def crate(
     names = {
         path: ". ".join(part for part in (caption, see) if part)
         for about in studies
-        for path, _, caption, see in about["figures"]
+        for path, _, caption, see, *_ in about["figures"]
     }
     programs = [
         {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "version": number}

@@ -258,7 +258,7 @@ Interactive = Annotated[
     bool,
     Field(
         description="Whether the page of results has it interactively as well: values at the "
-        "pointer, other axes by choice, and the motion at some hundred points. Of rigid walls."
+        "pointer, other axes by choice, and the motion at any point of a damper with rigid walls."
     ),
 ]
 

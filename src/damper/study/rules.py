@@ -161,16 +161,6 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     """Refuse to compare a damper with a theory of another one."""
     points = study.corners
     acting = {name for point in points for name in point.acting}
-    for name in study.interactive:
-        if study.model != "rigid":
-            message = (
-                f"the page evaluates motions of the rigid damper, this is the {study.model} one"
-            )
-        elif unknown := acting.difference(BASIC, ("yield_speed",)):
-            message = f"the page does not know {_acting_text(min(unknown), study)}"
-        else:
-            break
-        mistakes.add(("figures", name, "interactive"), message, "false")
     shown = {(section, name): made for section, name, made in study.products() if made.theoretical}
     places: dict[Any, Any] = {place: made.knows for place, made in shown.items()}
     if "accumulation" in study.observers:
