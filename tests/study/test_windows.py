@@ -147,7 +147,15 @@ def test_decay_is_observed_after_a_record_alone(tmp_path: Path) -> None:
 def test_settings_refuse_models_that_they_do_not_know(tmp_path: Path) -> None:
     text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{response: {extremes: true}}")
     with pytest.raises(ConfigError, match=r"observers\.response\.extremes\n    knows the models"):
-        load_study(_written(tmp_path, text.replace("gap: 0.02", "gap: 0.02, friction: 1")))
+        load_study(
+            _written(
+                tmp_path,
+                text.replace(
+                    "gap: 0.02",
+                    "gap: 0.02, friction_coefficient: 0.1, transverse_acceleration: 9.81",
+                ),
+            )
+        )
 
 
 def _written(folder: Path, text: str) -> Path:

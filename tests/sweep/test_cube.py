@@ -35,6 +35,7 @@ RUN: dict[str, Any] = {"transient": 2, "periods": 3, "accuracy": 1e-12, "max_eve
 READ_BY_UDUNITS = {
     "1",
     "rad",
+    "degree",
     "kg",
     "m",
     "s",

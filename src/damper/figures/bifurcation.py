@@ -136,7 +136,7 @@ class Bifurcation(products.FigureSettings):
     def knows(self) -> tuple[str, ...]:  # type: ignore[override]
         """Quantities that its theory knows."""
         ball = self.theory == "ball_on_table"
-        return (*BASIC, "force_amplitude", "gravity") if ball else BASIC
+        return (*BASIC, "force_amplitude", "gravity") if ball else super().knows
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from damper.engine.bodies import Ballistic, acceleration_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, phase_at, rate_of
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Oscillator
@@ -54,12 +54,12 @@ def have_rigid_walls(kind: type) -> None:
     """Let the contact force of a model be that of rigid walls."""
     contact_force.of(kind)(rigid_contact_force)
     contact_speed.of(kind)(_no_contact_speed)
+    force_bound.of(kind)(largest_force)
 
 
-@by_class_or_default
+@by_class
 def force_bound(model: Any) -> float:
     """Largest force on the primary, and of friction on the free mass."""
-    return largest_force(model)
 
 
 @compiled

@@ -37,8 +37,8 @@ def writable(name: str) -> list[tuple["Variable", str]]:
 
     Examples
     --------
-    >>> [(variable.name, setting) for variable, setting in writable("impacts")][2:]
-    [('max_approach_speed', ''), ('approach_speed', 'speeds')]
+    >>> [(variable.name, setting) for variable, setting in writable("impacts")][3:]
+    [('approach_speed', 'speeds'), ('max_impulse', 'largest'), ('max_impact_loss', 'largest')]
     """
     cls = observer_class(name)
     more = {key: _unlike(setting.default) for key, setting in cls.settings.items()}

@@ -404,7 +404,7 @@ class SIParameters(Declared, shares=Parameters):
     inclination: float = quantity(
         r"$\alpha$",
         "inclination of the box",
-        "deg",
+        "degree",
         definition="0 is level; -90 has the left wall on top",
         minimum=-90.0,
         maximum=90.0,

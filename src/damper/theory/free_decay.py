@@ -105,7 +105,7 @@ def least_at_resonance(parameters: Parameters) -> Resonance:
     --------
     >>> found = least_at_resonance(Parameters(0.01, 0.02, 1.0, clearance=1.0, restitution=0.5))
     >>> round(found.amplitude, 4), round(found.clearance, 4)
-    (12.7836, 60.242)
+    (12.7882, 60.2629)
     """
     p = parameters
     need_basic(p, "force_amplitude")

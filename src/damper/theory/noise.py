@@ -37,7 +37,7 @@ def intensity(parameters: Parameters) -> float:
     >>> noise = Noise(seed=1, step=0.1, duration=600.0, band=(0.0, 6.0))
     >>> p = Parameters(0.1, 0.05, 1.0, clearance=3.0, restitution=1.0, forcing=noise)
     >>> round(intensity(p), 4), round(laws(p)["mean_kinetic_energy"], 4)
-    (0.2617, 1.3083)
+    (0.2618, 1.309)
     """
     need_basic(parameters, "force_amplitude", "forcing")
     noise = parameters.forcing

@@ -3,7 +3,9 @@
 import math
 
 from damper.models.compliant import Compliant
-from damper.models.laws import contact_force, contact_speed
+from damper.models.laws import contact_force, contact_speed, force_bound, largest_force
+
+force_bound.of(Compliant)(largest_force)
 
 
 @contact_speed.of(Compliant)
