@@ -15,7 +15,7 @@ import numpy as np
 
 from damper.sizing.machine import Machine, machine_of
 from damper.sizing.search import Search
-from damper.sizing.study import Damper, Judge
+from damper.sizing.study import Judge, Sizes
 from damper.verification.timing import machine, machine_text
 
 
@@ -51,7 +51,7 @@ def main(machines: int = 20, gaps: int = 60, masses: int = 3) -> None:
         law = search.judge.law_gap(found.mass) * search.judge.distance
         whole = Search(search.judge)
         grid = [
-            Damper(float(mass), float(gap))
+            Sizes(float(mass), float(gap))
             for mass in search.judge.machine.largest_mass * np.linspace(1.0, 0.4, masses)
             for gap in law * np.geomspace(0.1, 4.0, gaps)
         ]

@@ -12,7 +12,7 @@ from damper.sizing.answer import Design
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.machine import machine_of
 from damper.sizing.search import Search
-from damper.sizing.study import Damper, Judge
+from damper.sizing.study import Judge, Sizes
 from damper.study.config import load_study
 from damper.sweep.cube import gather
 from damper.sweep.slices import run_part
@@ -43,8 +43,8 @@ def folder(found: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def damper_of(found: Design) -> Damper:
-    return Damper(found.free_mass, found.gap)
+def damper_of(found: Design) -> Sizes:
+    return Sizes(found.free_mass, found.gap)
 
 
 def cube_of(path: Path):
@@ -96,7 +96,7 @@ def test_accelerations_may_count() -> None:
     """Without the damper omega^2 A; the largest one between impacts of all runs in the band."""
     given = MACHINE | {"counts": "peak_acceleration", "gap_tolerance": 0.0}
     judge = Judge(machine_of(given))
-    heavy = Damper(8.0, judge.law_gap(8.0))
+    heavy = Sizes(8.0, judge.law_gap(8.0))
     studies = judge.sweep(heavy), judge.worst_case(heavy)
     made = [cube_of_study(study).peak_acceleration for study in studies]
     hertz = made[1].forcing_frequency / (2.0 * math.pi)

@@ -8,7 +8,7 @@ import pytest
 
 from damper.sizing.machine import machine_of
 from damper.sizing.search import Search
-from damper.sizing.study import Damper, Judge
+from damper.sizing.study import Judge, Sizes
 
 #: The natural frequency of a machine of rate 1, in Hz.
 F = 0.5 / math.pi
@@ -21,7 +21,7 @@ def test_the_decay_law_is_found_in_its_limit() -> None:
     judge = Judge(machine_of({**LIGHT, **given, "restitution": 0.2}))
     search = Search(judge)
     found = search.best()
-    asked = Damper(1.0, judge.law_gap(1.0))
+    asked = Sizes(1.0, judge.law_gap(1.0))
     assert found.mass == 1.0
     assert math.isclose(search.bounds[found], judge.law(asked)["value"], rel_tol=0.01)
     assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
@@ -39,11 +39,11 @@ def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool
     given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
     judge = Judge(machine_of({**LIGHT, **given, "restitution": restitution}))
     search, gap = Search(judge), judge.law_gap(1.0)
-    about = [Damper(1.0, gap * (1.0 + 0.01 * k)) for k in range(-3, 4)]
+    about = [Sizes(1.0, gap * (1.0 + 0.01 * k)) for k in range(-3, 4)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
     assert math.isclose(found.gap, gap, rel_tol=0.0101)
-    law = judge.law(Damper(1.0, gap))["value"]
+    law = judge.law(Sizes(1.0, gap))["value"]
     assert math.isclose(search.bounds[found], law, rel_tol=0.01)
 
 
@@ -53,7 +53,7 @@ def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
     search = Search(Judge(random_machine(seed)))
     found = search.best()
     most, gap = search.judge.machine.largest_mass, search.judge.law_gap(found.mass)
-    others = [Damper(most * part, gap * by) for part in (1.0, 0.8) for by in np.linspace(0.2, 2, 8)]
+    others = [Sizes(most * part, gap * by) for part in (1.0, 0.8) for by in np.linspace(0.2, 2, 8)]
     assert search.bounds[found] <= 1.01 * min(map(Search(search.judge).worst, others))
     assert math.isclose(Search(search.judge).worst(found), search.bounds[found], rel_tol=1e-12)
 

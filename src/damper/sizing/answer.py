@@ -13,7 +13,7 @@ import numpy as np
 
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import Search
-from damper.sizing.study import Damper, Judge, rounded
+from damper.sizing.study import Judge, Sizes, rounded
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -186,7 +186,7 @@ def _without(m: Machine, frequencies: list[float]) -> np.ndarray:
 def _by_law(judge: Judge) -> Design:
     m = judge.machine
     asked = judge.law_gap(m.largest_mass)
-    damper = Damper(m.largest_mass, rounded(min(asked, m.largest_gap), 4))
+    damper = Sizes(m.largest_mass, rounded(min(asked, m.largest_gap), 4))
     law = judge.law(damper)
     if not law:
         raise ValueError(
@@ -197,7 +197,7 @@ def _by_law(judge: Judge) -> Design:
     return _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
 
 
-def _design(judge: Judge, damper: Damper, quick: bool, **numbers: Any) -> Design:
+def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
     return Design(
         machine=m,
@@ -212,7 +212,7 @@ def _design(judge: Judge, damper: Damper, quick: bool, **numbers: Any) -> Design
     )
 
 
-def _by_size(judge: Judge, damper: Damper) -> tuple[str, ...]:
+def _by_size(judge: Judge, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
     m, asked, law, found = judge.machine, judge.law_gap(damper.mass), judge.law(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
@@ -247,7 +247,7 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
     yield f"The band has {len(judge.band)} frequencies; between them nothing is computed."
 
 
-def _answer(judge: Judge, damper: Damper) -> Design:
+def _answer(judge: Judge, damper: Sizes) -> Design:
     studies = {"worst_case": judge.worst_case(damper)}
     cube = cube_of(studies["worst_case"])
     numbers: dict[str, Any] = {"law": judge.law(damper).get("value", math.nan)}
@@ -377,7 +377,7 @@ def _motions(cube: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _margins(judge: Judge, damper: Damper, frequency: float) -> dict[str, float]:
+def _margins(judge: Judge, damper: Sizes, frequency: float) -> dict[str, float]:
     """Gaps at which the motion at a frequency changes its kind, where one cycle repeats."""
     import damper as package
 

@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from damper.sizing.study import Chain, Damper, Judge, rounded
+from damper.sizing.study import Chain, Judge, Sizes, rounded
 from damper.sweep.runs import run_points
 
 #: Gaps of the first grid: parts of that of the closed laws, and their ratio.
@@ -33,19 +33,19 @@ class Search:
 
     def __init__(self, judge: Judge) -> None:
         self.judge = judge
-        self.bounds: dict[Damper, float] = {}
-        """Damper -> the greatest value of its runs so far."""
+        self.bounds: dict[Sizes, float] = {}
+        """Sizes -> the greatest value of its runs so far."""
         self.runs = 0
-        self._waiting: dict[Damper, list[list[Chain]]] = {}
+        self._waiting: dict[Sizes, list[list[Chain]]] = {}
 
-    def best(self) -> Damper:
+    def best(self) -> Sizes:
         """The best damper, in numbers of three digits."""
         found = self.best_of(self.first_grid())
         for ratio, steps in _FINER:
             found = self.best_of([found, *self._about(found, ratio, steps)])
         return found
 
-    def first_grid(self) -> list[Damper]:
+    def first_grid(self) -> list[Sizes]:
         """Gaps by masses, within the room there is."""
         m, made = self.judge.machine, []
         for mass in (rounded(part * m.largest_mass) for part in _MASSES):
@@ -56,7 +56,7 @@ class Search:
             made += self._dampers([mass], np.geomspace(low, high, count).tolist())
         return made
 
-    def best_of(self, dampers: Sequence[Damper]) -> Damper:
+    def best_of(self, dampers: Sequence[Sizes]) -> Sizes:
         """The damper of these whose worst case is least; of equals the first."""
         for damper in dampers:
             self._waiting.setdefault(damper, self.judge.stages(damper))
@@ -67,24 +67,24 @@ class Search:
                 return ordered[0]
             self._advance([one for one in ordered if self._waiting[one]][:_AT_ONCE])
 
-    def worst(self, damper: Damper) -> float:
+    def worst(self, damper: Sizes) -> float:
         """Worst case of a damper, of all its runs."""
         self.best_of([damper])
         return self.bounds[damper]
 
-    def _about(self, damper: Damper, ratio: float, steps: int) -> list[Damper]:
+    def _about(self, damper: Sizes, ratio: float, steps: int) -> list[Sizes]:
         most = self.judge.machine.largest_mass
         masses = [min(damper.mass * ratio**k, most) for k in (0, -steps, steps)]
         gaps = [damper.gap * ratio**k for k in range(-steps, steps + 1)]
         return self._dampers(map(rounded, masses), gaps)
 
-    def _dampers(self, masses: Iterable[float], gaps: Iterable[float]) -> list[Damper]:
+    def _dampers(self, masses: Iterable[float], gaps: Iterable[float]) -> list[Sizes]:
         """Dampers with gaps as one would order them, within the room there is."""
         m = self.judge.machine
         kept = [min(rounded(gap), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
-        return list(dict.fromkeys(Damper(mass, gap) for mass, gap in product(masses, kept)))
+        return list(dict.fromkeys(Sizes(mass, gap) for mass, gap in product(masses, kept)))
 
-    def _advance(self, dampers: Sequence[Damper]) -> None:
+    def _advance(self, dampers: Sequence[Sizes]) -> None:
         """Make the next runs of each of these."""
         stages = [self._waiting[damper].pop(0) for damper in dampers]
         values = measure(self.judge, [chain for stage in stages for chain in stage])

@@ -46,7 +46,7 @@ STARTS = 60
 Chain = list[dict[str, float]]
 
 
-class Damper(NamedTuple):
+class Sizes(NamedTuple):
     """A free mass in kg and its gap in m, the whole travel."""
 
     mass: float
@@ -78,7 +78,7 @@ class Judge:
         m = self.machine
         return 1.0 if m.is_free else min(max(map(m.undamped, self.band)) / self.least, 1.0)
 
-    def law(self, damper: Damper) -> dict[str, float]:
+    def law(self, damper: Sizes) -> dict[str, float]:
         """What the closed laws say of a damper, of what counts; nothing where they hold not."""
         m = self.machine
         if m.is_free:
@@ -102,7 +102,7 @@ class Judge:
         given = {"clearance": 1.0, "restitution": m.restitution} | options
         return Parameters(mass / m.mass, m.damping_ratio, 1.0, **given)
 
-    def _decay_time(self, damper: Damper) -> float:
+    def _decay_time(self, damper: Sizes) -> float:
         """Time in s by the law of free decay; infinite where the motion ends before."""
         m, start = self.machine, self.machine.initial_displacement
         p = self._dimensionless(damper.mass, clearance=0.5 * damper.gap, force_amplitude=0.0)
@@ -133,7 +133,7 @@ class Judge:
         m = self.machine
         if m.is_free:
             alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
-            law = m.rate * self._decay_time(Damper(m.largest_mass, self.law_gap(m.largest_mass)))
+            law = m.rate * self._decay_time(Sizes(m.largest_mass, self.law_gap(m.largest_mass)))
             cycles = min(1.1 * alone, _SLOWER * law) / (2.0 * math.pi)
             return {"transient": 0, "periods": math.ceil(cycles) + 5}
         # The damping that impacts add falls with the amplitude's distance from the best one.
@@ -158,7 +158,7 @@ class Judge:
             return {"decay": {"half_cycles": 3, "parts": [m.decay_to]}}
         return {"response": {"extremes": True} if m.counts == "peak_acceleration" else {}}
 
-    def axes(self, damper: Damper) -> dict[str, list[float]]:
+    def axes(self, damper: Sizes) -> dict[str, list[float]]:
         """Values of the axes of the worst case but for the frequency: tolerances and starts."""
         m = self.machine
         ranges = {
@@ -182,7 +182,7 @@ class Judge:
             return m.primary | own | {"initial_relative_velocity": rounded(_STIRRED * rate * start)}
         return m.primary | {"initial_relative_velocity": rounded(_STIRRED * m.rate * self.least)}
 
-    def stages(self, damper: Damper) -> list[list[Chain]]:
+    def stages(self, damper: Sizes) -> list[list[Chain]]:
         """All runs of a damper in the band, in the order in which they are made.
 
         First as built, then with all tolerances at their ends, then what is between.
@@ -201,7 +201,7 @@ class Judge:
         first, *others = _pieces(runs, _PIECE * len(rates))
         return [first, followed, *others]
 
-    def worst_case(self, damper: Damper) -> dict[str, Any]:
+    def worst_case(self, damper: Sizes) -> dict[str, Any]:
         """The study of tolerances and starts at all frequencies, in the band and beyond."""
         axes: dict[str, dict[str, Any]] = {
             name: {"values": values} for name, values in self.axes(damper).items()
@@ -216,20 +216,20 @@ class Judge:
         figure = {"kind": "curves", "variables": [self.machine.measured[0]], "worst": worst}
         return made | {"figures": {"response": figure | {"along": "forcing_frequency"}}}
 
-    def sweep(self, damper: Damper) -> dict[str, Any]:
+    def sweep(self, damper: Sizes) -> dict[str, Any]:
         """The study that follows the motion through the band, both ways."""
         axes = {"forcing_frequency": {"values": self.band, "unit": "Hz", "follow": "both"}}
         fixed = self.fixed | self.nominal(damper) | {"initial_position": 1.0}
         return self._study("followed through the frequencies", axes, fixed, self.observers)
 
-    def envelope(self, damper: Damper) -> dict[str, Any]:
+    def envelope(self, damper: Sizes) -> dict[str, Any]:
         """The study of all peaks of the free motion of the damper as built."""
         count = min(2 * self.run["periods"] + 2, _PEAKS)
         observers = {"decay": {"half_cycles": count, "parts": [self.machine.decay_to]}}
         fixed = self.fixed | self.nominal(damper) | {"initial_position": 0.5}
         return self._study("every peak", {}, fixed, observers)
 
-    def motions(self, damper: Damper, frequency: float) -> dict[str, Any]:
+    def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
         fixed: dict[str, Any] = self.machine.primary | self.nominal(damper)
         fixed["forcing_frequency"] = {"value": frequency, "unit": "Hz"}
@@ -240,7 +240,7 @@ class Judge:
         observers = {"motion": {"tolerance": 1e-4}, "response": {}, "impacts": {}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
 
-    def nominal(self, damper: Damper) -> dict[str, float]:
+    def nominal(self, damper: Sizes) -> dict[str, float]:
         """Quantities of the damper itself."""
         made = {"free_mass": damper.mass, "gap": damper.gap}
         return made | {"restitution": self.machine.restitution}
