@@ -8,8 +8,16 @@ import numpy as np
 
 from damper.engine.compiled import Compiled, compiled
 from damper.engine.loop import FINISHED, LOG_FULL, run
-from damper.engine.model import initial_segment, motion
-from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
+from damper.engine.model import (
+    columns_of,
+    initial_segment,
+    masses_in,
+    motion,
+    read_segment,
+    state_in,
+    write_row,
+)
+from damper.engine.segment import COLUMNS, PERIODS, TIME
 from damper.parameters import NO_UNITS, State
 from damper.parameters.run import DEFAULTS
 
@@ -54,13 +62,14 @@ class Trajectory:
         self.model = model
         self.cycle = model.cycle
         self.start = self.whole_periods(state.time)
-        self._state = np.empty(COLUMNS)
+        self._state = np.empty(columns_of(model))
         self._counts = np.zeros(3, dtype=np.int64)
         self._max_events = int(max_events)
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
-        _write_initial(model, self._state, *self.start, state.x, state.v, state.y, state.u)
+        y, u = masses_in(model, state)
+        _write_initial(model, self._state, *self.start, state.x, state.v, y, u)
 
     @property
     def events(self) -> int:
@@ -106,10 +115,7 @@ class Trajectory:
         """
         row = self._state
         elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])
-        x, v, gap, rate = self.motion_in(row, max(float(elapsed), 0.0))
-        side = float(row[SIDE])
-        clearance = self.model.clearance
-        return State(x, v, x + side * (clearance - gap), v - side * rate, time)
+        return State(*_state(self.model, row, max(float(elapsed), 0.0)), time)
 
     def motion_in(self, row: np.ndarray, tau: float) -> tuple[float, float, float, float]:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
@@ -124,16 +130,17 @@ class Trajectory:
         ----------
         periods, time : float
             Where to stop: whole cycles plus a time in [0, cycle).
-        buffer : ndarray (rows, COLUMNS), optional
+        buffer : ndarray (rows, columns), optional
             Where to write; each piece is a view of it, valid until the next one.
 
         Yields
         ------
-        ndarray (n, COLUMNS)
+        ndarray (n, columns)
             Segments in order, the fields of `damper.engine.segment.Segment` a row. The first may
             begin before the time reached so far; the last is cut where the run stops.
         """
-        buffer = np.empty((LOG_ROWS, COLUMNS)) if buffer is None else buffer
+        if buffer is None:
+            buffer = np.empty((LOG_ROWS, len(self._state)))
         while True:
             full, rows = self._run(periods, time, buffer)
             yield buffer[:rows]
@@ -149,7 +156,7 @@ class Trajectory:
         call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
         if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.
-            log = (log if len(log) else np.empty((_PIECE, COLUMNS)))[:_PIECE]
+            log = (log if len(log) else np.empty((_PIECE, len(self._state))))[:_PIECE]
         code, rows = (call or run)(*given, log, self._counts)
         if code == LOG_FULL:
             return True, rows
@@ -159,9 +166,14 @@ class Trajectory:
 
 @compiled
 def _write_initial(model, state, periods, time, x, v, y, u):
-    write_segment(state, initial_segment(model, periods, time, x, v, y, u), 0.0)
+    write_row(model, state, initial_segment(model, periods, time, x, v, y, u), 0.0)
 
 
 @compiled
 def _motion(model, row, tau):
-    return motion(model, segment_at(row), tau)
+    return motion(model, read_segment(model, row), tau)
+
+
+@compiled
+def _state(model, row, tau):
+    return state_in(model, read_segment(model, row), tau)

@@ -7,11 +7,12 @@ move with it, ``|y - x| <= clearance``. The ranges are those for which results a
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
+from damper.parameters.masses import OF_A_MASS_SI, Mass, read_masses
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -28,7 +29,8 @@ class Parameters(Declared):
 
     Those under Parameters make the damper with rigid walls and Newton's restitution. The others
     add to it; they choose at most one other model: a support that ties the free mass to the frame,
-    compliant contact, a time-varying free mass, or dry friction between free mass and box.
+    compliant contact, a time-varying free mass, dry friction between free mass and box, or several
+    free masses.
 
     Parameters
     ----------
@@ -40,6 +42,10 @@ class Parameters(Declared):
     forcing : Forcing or str, default Harmonic()
         What drives the damper: `damper.Harmonic`, `NoForce`, `Harmonics`, `Base`, `Unbalance`,
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
+    masses : sequence of mapping, optional
+        Several free masses, a mapping for each: what it has of its own of `mass_ratio`,
+        `clearance`, `restitution`, `restitution_left` and `gravity`, in place of what is given for
+        all. ``masses=[{}] * 4`` are four of the same.
 
     Raises
     ------
@@ -238,6 +244,7 @@ class Parameters(Declared):
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
+    masses: Any = None
 
     def __post_init__(self) -> None:
         options = self.check_each()
@@ -250,15 +257,44 @@ class Parameters(Declared):
                     f"{self.forcing!r} with frequency_ratio = {self.frequency_ratio!r}: has the "
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
-        if options:
+        if options or self.masses is not None:
             check_together(self.__dict__)
+            self._check_masses()
         else:
             # Known without a look at each option: a run asks for both.
             self.__dict__.update(model="rigid", law="constant")
 
+    def _check_masses(self) -> None:
+        if self.masses is None:
+            return
+        self.__dict__["masses"] = read_masses(self.masses)
+        for name in (*_asked(self.__dict__).values(), *([q.name] for q in _laws(self.__dict__))):
+            raise ValueError(
+                f"masses and {name[0]}: several masses have rigid walls, a constant restitution "
+                "and no friction; leave out one of the two"
+            )
+        for k, one in enumerate(self.each):
+            if not one.clearance:
+                raise ValueError(f"masses[{k}]: clearance = 0.0: one of several must have some")
+
+    @cached_property
+    def each(self) -> tuple["Parameters", ...]:
+        """A damper with one free mass for each that there is."""
+        if self.masses is None:
+            return (self,)
+        made = []
+        for k, own in enumerate(self.masses):
+            try:
+                made.append(replace(self, masses=None, **dict(own)))
+            except ValueError as error:
+                raise ValueError(f"masses[{k}]: {error}") from None
+        return tuple(made)
+
     @cached_property
     def model(self) -> str:
         """Which of `damper.models` these parameters ask for."""
+        if self.masses is not None:
+            return "several"
         asked = next(iter(_asked(self.__dict__)), "rigid")
         # A multiple of no damping is no support.
         nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
@@ -274,11 +310,16 @@ class Parameters(Declared):
         """The values that are `given`, but for those of a model or law that is not asked for."""
         own = {"", self.model, self.law}
         forcing = {} if self.forcing == HARMONIC else {"forcing": self.forcing}
-        return forcing | {
-            q.name: value
-            for q in self.quantities
-            if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
-        }
+        masses = {} if self.masses is None else {"masses": self.masses}
+        return (
+            forcing
+            | masses
+            | {
+                q.name: value
+                for q in self.quantities
+                if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
+            }
+        )
 
     @property
     def restitutions(self) -> tuple[float, float]:
@@ -328,6 +369,8 @@ class SIParameters(Declared, shares=Parameters):
         As for `Parameters`, with times in s and frequencies in rad/s. Of what drives the damper
         `force_amplitude` is the amplitude B, and so the unit of length: F0/K of a force, B of the
         motion of a base, B/M of an unbalance, B M/K of the acceleration of a base.
+    masses : sequence of mapping, optional
+        As for `Parameters`, with `free_mass` and `gap` in place of mass ratio and clearance.
 
     Raises
     ------
@@ -404,10 +447,13 @@ class SIParameters(Declared, shares=Parameters):
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
+    masses: Any = None
 
     def __post_init__(self) -> None:
         self.check_each()
         self.__dict__["forcing"] = read_forcing(self.forcing)
+        if self.masses is not None:
+            self.__dict__["masses"] = read_masses(self.masses, OF_A_MASS_SI)
         check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
@@ -427,6 +473,7 @@ class SIParameters(Declared, shares=Parameters):
             "stiffness": stiffness,
             "force_amplitude": force_amplitude,
             "forcing": parameters.forcing,
+            "masses": None,
         }
         given, primary = primary, _referred(primary)
         units = _units(primary)
@@ -437,6 +484,15 @@ class SIParameters(Declared, shares=Parameters):
             if value != q.default:
                 # Each ratio is in proportion to its own counterpart.
                 given[own] = value / _scaled(q, primary | {own: 1.0}, units)
+        if parameters.masses is not None:
+            given["masses"] = [
+                {
+                    own: dict(mass)[q.name] / _scaled(q, primary | {own: 1.0}, units)
+                    for q, (own, *_) in _SCALED
+                    if q.name in dict(mass)
+                }
+                for mass in parameters.masses
+            ]
         return cls(**given)
 
     @cached_property
@@ -459,7 +515,15 @@ class SIParameters(Declared, shares=Parameters):
                 )
             scaled[q.name] = ratio
         check_together(_DEFAULTS | scaled, SI_NAME)
-        return Parameters(**scaled, forcing=self.forcing.over(units.time))
+        masses = self.masses and [
+            {
+                q.name: _scaled(q, by | dict(own), units)
+                for q, names in _SCALED
+                if names[0] in dict(own)
+            }
+            for own in self.masses
+        ]
+        return Parameters(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
     @cached_property
     def units(self) -> Units:
