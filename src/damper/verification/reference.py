@@ -503,7 +503,9 @@ class _Motion:
         others = [n for n, p in enumerate(self.places) if n != number and p.mode != STICKING]
         back = -mu / (self._inertia() + mu) * side * w
         if len(self.places) > 1 and -w / (gap[2] * (1 - r)) < mpf(10) ** -(self.digits + 2):
-            self._push(back, [number])
+            # Who has come to rest on a wall before stays so.
+            at_rest = [n for n, p in enumerate(self.places) if p.gap == p.rate == 0]
+            self._push(back, [number, *at_rest])
             self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
             return True
         if any(p.mode == STICKING and p.side == side for p in self.places):
