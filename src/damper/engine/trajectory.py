@@ -51,6 +51,8 @@ class Trajectory:
     ----------
     status : int
         0 finished so far, 1 max_events used up, 2 a search ran out of steps.
+    columns : int
+        Of the log.
     events, evaluations : int
         Events so far, and evaluations of the flow that finding them took.
     """
@@ -62,7 +64,8 @@ class Trajectory:
         self.model = model
         self.cycle = model.cycle
         self.start = self.whole_periods(state.time)
-        self._state = np.empty(columns_of(model))
+        self.columns = columns_of(model)
+        self._state = np.empty(self.columns)
         self._counts = np.zeros(3, dtype=np.int64)
         self._max_events = int(max_events)
         #: SI sizes of the units, for observers with absolute settings.
@@ -115,7 +118,8 @@ class Trajectory:
         """
         row = self._state
         elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])
-        return State(*_state(self.model, row, max(float(elapsed), 0.0)), time)
+        x, v, y, u = _state(self.model, row, max(float(elapsed), 0.0))
+        return State(x, v, y, u, time)
 
     def motion_in(self, row: np.ndarray, tau: float) -> tuple[float, float, float, float]:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
@@ -140,7 +144,7 @@ class Trajectory:
             begin before the time reached so far; the last is cut where the run stops.
         """
         if buffer is None:
-            buffer = np.empty((LOG_ROWS, len(self._state)))
+            buffer = np.empty((LOG_ROWS, self.columns))
         while True:
             full, rows = self._run(periods, time, buffer)
             yield buffer[:rows]
@@ -156,7 +160,7 @@ class Trajectory:
         call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
         if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.
-            log = (log if len(log) else np.empty((_PIECE, len(self._state))))[:_PIECE]
+            log = (log if len(log) else np.empty((_PIECE, self.columns)))[:_PIECE]
         code, rows = (call or run)(*given, log, self._counts)
         if code == LOG_FULL:
             return True, rows

@@ -64,7 +64,7 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
         allowed = one.clearance + slack(one.clearance, state.x, y)
         if distance > allowed and parameters.model != "compliant":
             limit = "clearance" if units is NO_UNITS else "gap / 2"
-            name = "y" if parameters.masses is None else f"y[{k}]"
+            name = "y" if len(places) == 1 else f"y[{k}]"
             raise ValueError(
                 f"state: |{name} - x| = {distance * units.length!r} is outside the box: "
                 f"must be at most {limit} = {one.clearance * units.length!r}"

@@ -14,7 +14,7 @@ from damper.models.response import prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.observers.response import TOTALS, follow
-from damper.parameters.dampers import need_no_friction
+from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -121,7 +121,7 @@ class Decay(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         model = self._model
-        need_no_friction(model, "the observer decay")
+        need_smooth_mass(model, "the observer decay")
         # A free mass that varies drives the primary as a force does.
         self._is_free = isinstance(model.free.forcing, ZeroForce) and not _varies(model)
         self._step = _STEP / max(model.free.rate, model.stuck.rate)

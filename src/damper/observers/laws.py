@@ -37,7 +37,7 @@ from damper.models.laws import (
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-from damper.parameters.dampers import need_no_friction
+from damper.parameters.dampers import need_smooth_mass
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
@@ -66,7 +66,7 @@ class Laws(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        need_no_friction(trajectory.model, "the observer laws")
+        need_smooth_mass(trajectory.model, "the observer laws")
         super().begin(run, trajectory, window)
         import_module(f"{type(self._model).__module__}.laws")
         self._tables = prepare_tables(self._model)

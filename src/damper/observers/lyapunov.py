@@ -9,7 +9,7 @@ from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import damping_in, enter, joins, over_time, shrunk_by
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
-from damper.parameters.dampers import need_no_friction
+from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; whether masses
@@ -68,7 +68,7 @@ class Lyapunov(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        need_no_friction(trajectory.model, "the observer lyapunov")
+        need_smooth_mass(trajectory.model, "the observer lyapunov")
         super().begin(run, trajectory, window)
         self._totals = np.zeros(1, _TOTALS)
         self._totals["slowest"] = math.inf

@@ -12,7 +12,8 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing.harmonic import HarmonicForce
-from damper.engine.segment import IMPACT, segment_at
+from damper.engine.model import read_segment
+from damper.engine.segment import IMPACT
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
@@ -72,6 +73,7 @@ class Response(Observer):
     Everything stays missing where the run stopped early.
     """
 
+    knows_several = True
     modulation_work = Setting(
         False,
         "Write what a time-varying free mass gains by its variation as well; zero in every other "
@@ -187,7 +189,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
     first = last = -1
     first_tau = last_tau = 0.0
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
@@ -214,7 +216,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
         index = last if at_end else first
         if index >= 0:
             tau = last_tau if at_end else first_tau
-            energy = stored_energy(model, segment_at(log[index]), tau)
+            energy = stored_energy(model, read_segment(model, log[index]), tau)
             if at_end:
                 total.stored_last = energy
             else:

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
-from damper.parameters.masses import OF_A_MASS_SI, Mass, read_masses
+from damper.parameters.masses import OF_A_MASS_SI, read_masses
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -241,6 +241,27 @@ class Parameters(Declared):
         default=0.0,
         model="sliding",
     )
+    unit_count: float = quantity(
+        "$n$",
+        "number of units of the free mass",
+        definition="its equal parts, which fly in boxes of their own",
+        minimum=1.0,
+        maximum=100.0,
+        whole=True,
+        default=1.0,
+        model="several",
+    )
+    clearance_spread: float = quantity(
+        r"$\delta$",
+        "spread of the clearances of the units",
+        definition="they go in even steps from 1 - spread to 1 + spread times the clearance",
+        minimum=0.0,
+        maximum=1.0,
+        below=True,
+        default=0.0,
+        model="several",
+        chooses=False,
+    )
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -259,35 +280,39 @@ class Parameters(Declared):
                 )
         if options or self.masses is not None:
             check_together(self.__dict__)
-            self._check_masses()
+            self._check_each()
         else:
             # Known without a look at each option: a run asks for both.
             self.__dict__.update(model="rigid", law="constant")
 
-    def _check_masses(self) -> None:
-        if self.masses is None:
-            return
-        self.__dict__["masses"] = read_masses(self.masses)
-        for name in (*_asked(self.__dict__).values(), *([q.name] for q in _laws(self.__dict__))):
-            raise ValueError(
-                f"masses and {name[0]}: several masses have rigid walls, a constant restitution "
-                "and no friction; leave out one of the two"
-            )
-        for k, one in enumerate(self.each):
-            if not one.clearance:
-                raise ValueError(f"masses[{k}]: clearance = 0.0: one of several must have some")
+    def _check_each(self) -> None:
+        """Check what each of several masses comes to."""
+        if self.masses is not None:
+            self.__dict__["masses"] = read_masses(self.masses)
+        if self.model == "several":
+            for k, one in enumerate(self.each):
+                if not one.clearance:
+                    raise ValueError(f"clearance = 0.0 of mass {k}: each of several must have some")
 
     @cached_property
     def each(self) -> tuple["Parameters", ...]:
         """A damper with one free mass for each that there is."""
-        if self.masses is None:
-            return (self,)
+        own: Any = self.masses
+        if own is None:
+            if self.unit_count == 1.0:
+                return (self,)
+            own, last = [], self.unit_count - 1.0
+            for k in range(int(self.unit_count)):
+                wider = 1.0 + self.clearance_spread * (2.0 * k / last - 1.0)
+                ratio = self.mass_ratio / self.unit_count
+                own.append({"mass_ratio": ratio, "clearance": wider * self.clearance})
+        bare: dict[str, Any] = {"masses": None, "unit_count": 1.0, "clearance_spread": 0.0}
         made = []
-        for k, own in enumerate(self.masses):
+        for k, changes in enumerate(own):
             try:
-                made.append(replace(self, masses=None, **dict(own)))
+                made.append(replace(self, **bare, **dict(changes)))
             except ValueError as error:
-                raise ValueError(f"masses[{k}]: {error}") from None
+                raise ValueError(f"mass {k}: {error}") from None
         return tuple(made)
 
     @cached_property
@@ -444,6 +469,8 @@ class SIParameters(Declared, shares=Parameters):
     modulation_order: float = shared(default=1.0)
     modulation_phase: float = shared(default=0.0)
     friction: float = shared(default=0.0)
+    unit_count: float = shared(default=1.0)
+    clearance_spread: float = shared(default=0.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -590,11 +617,24 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
-def need_no_friction(damper: Any, what: str) -> None:
-    """Raise ValueError where dry friction acts, which `what` does not know.
+def need_one_mass(damper: Any, what: str) -> None:
+    """Raise ValueError where there are several free masses, of which `what` knows one.
 
     `damper` are parameters, or a model of the engine.
     """
+    count = getattr(damper, "unit_count", 1.0)
+    if getattr(damper, "masses", None) is not None or count != 1.0:
+        raise ValueError(
+            f"unit_count or masses: {what} knows one free mass; leave them out, or leave it out"
+        )
+
+
+def need_smooth_mass(damper: Any, what: str) -> None:
+    """Raise ValueError where dry friction acts or several masses fly, which `what` does not know.
+
+    `damper` are parameters, or a model of the engine.
+    """
+    need_one_mass(damper, what)
     friction = getattr(damper, "friction", 0.0)
     if friction:
         raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
@@ -621,6 +661,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
     if len({q.law for q in laws}) > 1:
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
+    _check_several(values, asked, named)
     for model, name in (("compliant", _STIFFNESS), ("sliding", "friction")):
         if values["gravity"] and model in asked:
             raise ValueError(
@@ -640,6 +681,28 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         )
     if "grounded" in asked:
         _check_support(values, named)
+
+
+def _check_several(
+    values: Mapping[str, Any], asked: Mapping[str, list[str]], named: Callable[[str], str]
+) -> None:
+    if values.get("masses") is not None:
+        for name in [name for names in asked.values() for name in names]:
+            raise ValueError(
+                f"masses and {named(name)}: masses that are listed have rigid walls, no support "
+                "and no friction, and are whole; leave out one of the two"
+            )
+    if values["clearance_spread"] and "several" not in asked:
+        raise ValueError(
+            f"clearance_spread = {values['clearance_spread']!r}: one free mass has one clearance; "
+            "give unit_count >= 2 with it"
+        )
+    if values.get("masses") is not None or "several" in asked:
+        for q in _laws(values):
+            raise ValueError(
+                f"{named(q.name)} and {'unit_count' if 'several' in asked else 'masses'}: several "
+                "masses have a constant restitution; leave out one of the two"
+            )
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:

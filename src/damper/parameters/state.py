@@ -1,7 +1,7 @@
 """The state that a run starts from, and the quantities by which a study gives it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -35,8 +35,8 @@ class State:
 
     x: float
     v: float
-    y: float | Sequence[float]
-    u: float | Sequence[float]
+    y: Any
+    u: Any
     time: float = 0.0
 
     def __post_init__(self) -> None:

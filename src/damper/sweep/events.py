@@ -165,7 +165,7 @@ def events(
             f"until = {until!r}: ends after {periods:.3g} cycles; at most {MOST_PERIODS}"
         )
     pieces = []
-    one = parameters.masses is None
+    one = parameters.model != "several"
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
         rows = log[log[:, CAUSE] >= IMPACT]
         piece = np.empty(len(rows), dtype=EVENT if one else EVENT_OF_SEVERAL)

@@ -11,8 +11,8 @@ a record, where its force is not smooth.
 
 Of several free masses all contacts of an instant are solved at once, by trying who pushes. An
 extrapolated end holds where nothing happens to another mass before it. Masses that chatter on one
-wall kick each other off it, and their speeds follow no power series: each rests when what is left of
-its sequence is below the digits that are asked for.
+wall kick each other off it, and their speeds follow no power series: each rests when what is left
+of its sequence is below the digits that are asked for.
 """
 
 import math
@@ -511,7 +511,7 @@ class _Motion:
         if any(p.mode == STICKING and p.side == side for p in self.places):
             return False
         wall, before = self.rows.get(number, (0, []))
-        row = [(self.t, self.x, self.v + back)]
+        row: list[tuple[mpf, ...]] = [(self.t, self.x, self.v + back)]
         for _, one, gap_of_it, rate, _ in (self.places[n] for n in others):
             row[0] += (gap_of_it, rate + one * back)
         for order, old in enumerate(before[: ORDERS * (wall == side)], 1):
@@ -533,8 +533,8 @@ class _Motion:
             if not 0 < at < 2 * self.system.masses[n].clearance:
                 return False  # it arrives before
         self.t, self.x, self.v = min(fine[0], self._end()), *fine[1:3]
-        for n, *at in zip(others, fine[3::2], fine[4::2], strict=True):
-            self.places[n] = Place(FLIGHT, self.places[n].side, *at)
+        for n, one, rate in zip(others, fine[3::2], fine[4::2], strict=True):
+            self.places[n] = Place(FLIGHT, self.places[n].side, one, rate)
         self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
         return True
 

@@ -20,8 +20,15 @@ from damper.engine.forcing import horizon, phase_at
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.impact import ConstantRestitution
 from damper.engine.model import Step
-from damper.engine.oscillator import Motion, Oscillator, arrive, increments, motion_from, oscillator
-from damper.engine.oscillator import motion_at_release
+from damper.engine.oscillator import (
+    Motion,
+    Oscillator,
+    arrive,
+    increments,
+    motion_at_release,
+    motion_from,
+    oscillator,
+)
 from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, first_root, point_at
 from damper.engine.segment import (
     COLUMNS,
@@ -344,7 +351,9 @@ def _told(s, v_before, loss):
     """The same segment, with the fields of the first body whose cause is to be told."""
     k, bodies = 0, s.bodies.copy()
     for j in range(len(bodies) - 1, -1, -1):
-        if bodies[j, CAUSE] != NOTHING:
+        cause = bodies[j, CAUSE]
+        # Impacts come first: those that they kick off a wall leave it by them.
+        if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
             k = j
     b = s.bodies[k]
     bodies[k, CAUSE] = NOTHING
@@ -381,11 +390,12 @@ def _at(model, periods, time, x, v, bodies):
 @compiled
 def is_joined(mode: float) -> bool:
     """Whether a free mass moves with the primary, or about the centre that the tail has."""
-    return mode == STICKING or mode == TAIL
+    return mode in (STICKING, TAIL)
 
 
 @declared.begin.of(Several)
-def begin(model, segment):
+def begin(model: Several, segment: SeveralSegment) -> Start:
+    """What the motion in a segment follows from; see `damper.engine.model.begin`."""
     s = segment
     joined, pull, carried = 0.0, 0.0, 0.0
     for k in range(len(s.bodies)):
@@ -665,7 +675,9 @@ def _next(model, s, start, k, last, margin):
     if seg.mode == STICKING:
         force = ContactForce(start.osc, view.mass, start.primary, seg.side)
         here = force_point(force, 0.0, 0.0, start.primary)
-        if rests(here):
+        largest = max(abs(here.value), abs(here.slope), abs(here.second), abs(here.third))
+        if rests(here) or (here.growth == 0.0 and largest <= here.roundoff):
+            # All hang at rest: what is left of a force that others' weights do not let vanish.
             return _Next(last, 0.0, 1)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(force, here, math.inf, lifts_off, last, 0.0)
@@ -833,7 +845,8 @@ def _is_undisturbed(model, s, start, k, ratio, left, rise):
 
 
 @declared.state_in.of(Several)
-def state_in(model, segment, tau):
+def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
+    """As `damper.engine.model.state_in`, with arrays of the free masses' states."""
     x, v, bodies = bodies_in(model, segment, tau)
     count = len(bodies)
     y, u = np.empty(count), np.empty(count)

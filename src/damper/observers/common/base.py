@@ -12,6 +12,7 @@ from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
+from damper.parameters.dampers import need_one_mass
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -37,6 +38,8 @@ class Observer:
         For an unknown setting (with the known ones) or a value out of range.
     """
 
+    knows_several: ClassVar[bool] = False
+    """Whether it reads the log of several free masses."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
 
@@ -92,6 +95,8 @@ class Observer:
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
+        if not self.knows_several:
+            need_one_mass(trajectory.model, f"the observer {self.name}")
         self._run = run
         self._model = trajectory.model
         # Compiled passes know one kind of window.
