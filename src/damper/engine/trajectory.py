@@ -118,12 +118,16 @@ class Trajectory:
         """
         row = self._state
         elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])
-        x, v, y, u = _state(self.model, row, max(float(elapsed), 0.0))
+        x, v, y, u = self.state_in(row, max(elapsed, 0.0))
         return State(x, v, y, u, time)
 
     def motion_in(self, row: np.ndarray, tau: float) -> tuple[float, float, float, float]:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
         return _motion(self.model, row, float(tau))
+
+    def state_in(self, row: np.ndarray, tau: float) -> tuple[float, float, Any, Any]:
+        """State of the primary and of each free mass a time `tau` after the start of a row."""
+        return _state(self.model, row, float(tau))
 
     def segments(
         self, periods: float, time: float = 0.0, buffer: np.ndarray | None = None

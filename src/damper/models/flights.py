@@ -108,12 +108,8 @@ def _begin_both(mass, model, segment):
 @compiled
 def _is_smooth(osc, start, a):
     """Whether a release has come about without a jump of the force, to roundoff."""
-    return not may_jump(osc.forcing) or is_close(osc, start, a)
-
-
-@compiled
-def is_close(osc: Oscillator, start: Motion, a: float) -> bool:
-    """Whether the acceleration of a motion is another one, to roundoff."""
+    if not may_jump(osc.forcing):
+        return True
     size = osc.strength * bound_of(osc.forcing, 0) + osc.stiffness * abs(start.x)
     size += 2.0 * osc.damping * abs(start.v)
     return abs(start.a - a) <= VANISHES * ROUNDOFF * size

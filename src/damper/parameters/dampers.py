@@ -625,7 +625,7 @@ def need_one_mass(damper: Any, what: str) -> None:
     count = getattr(damper, "unit_count", 1.0)
     if getattr(damper, "masses", None) is not None or count != 1.0:
         raise ValueError(
-            f"unit_count or masses: {what} knows one free mass; leave them out, or leave it out"
+            f"unit_count or masses: {what} knows one free mass, not several; leave both out"
         )
 
 

@@ -45,7 +45,7 @@ from damper.engine.segment import (
     write_segment,
 )
 from damper.models import rigid
-from damper.models.flights import VANISHES, Both, completes, gap_of, is_close, rests
+from damper.models.flights import VANISHES, Both, completes, gap_of, rests
 from damper.models.forces import drive_of
 from damper.models.rigid import ContactForce, Rigid, force_point
 from damper.models.walls import slack
@@ -57,6 +57,9 @@ RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: to be told in a row of its own.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
 _BODY = 8
+#: In place of a completion: the body has left its wall without a jump of the force just now, so
+#: both accelerations are the same, exactly.
+_LIFTS = -1.0
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0
 
@@ -234,8 +237,10 @@ def segment_of(s: SeveralSegment, start: Start, k: int) -> Segment:
     v = start.primary.v
     rate = float(b[RATE]) + side * (v - s.v)
     mode = float(b[MODE])
-    gap = float(b[GAP])
-    return Segment(s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    gap, left = float(b[GAP]), float(b[COMPLETION])
+    return Segment(
+        s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, left, 0.0
+    )
 
 
 @by_class
@@ -253,7 +258,7 @@ def _flight_of_driven(mass, start, view, segment):
     s, p = segment, start.primary
     y = s.x + s.side * (view.clearance - s.gap)
     own = motion_from(mass, y, s.v - s.side * s.gap_rate, p.phase)
-    if s.gap == 0.0 and s.gap_rate == 0.0 and is_close(start.osc, p, own.a):
+    if s.completion == _LIFTS:
         own = motion_at_release(mass, y, own.v, p.a, p.phase)
     return Both(p, own, p.phase)
 
@@ -360,7 +365,7 @@ def _told(s, v_before, loss):
     speed = float(b[SPEED])
     bodies[k, SPEED] = 0.0
     gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
-    first, completion = float(b[FIRST]), float(b[COMPLETION])
+    first, completion = float(b[FIRST]), max(float(b[COMPLETION]), 0.0)
     told = Segment(
         s.periods,
         s.time,
@@ -421,10 +426,9 @@ def _lifting(mass: Any, model: Any, s: Any, osc: Any, primary: Motion) -> Motion
 def _lifting_ballistic(mass, model, s, osc, primary):
     for k in range(len(s.bodies)):
         b = s.bodies[k]
-        if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] == 0.0:
+        if b[COMPLETION] == _LIFTS:
             a = 0.0 - float(model.masses[k, GRAVITY])
-            if is_close(osc, primary, a):
-                return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
+            return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
     return primary
 
 
@@ -637,7 +641,7 @@ def _moved(model, s, start, tau, arriving):
                 arriving[k] = seg.side
             elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
                 arriving[k] = -seg.side
-        b[GAP], b[RATE] = min(max(gap, 0.0), width), rate
+        b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
     return periods, time, x, v, bodies
 
@@ -734,7 +738,7 @@ def _release(model, bodies, k):
             bodies[j, CAUSE] = RELEASE
     for j in range(len(bodies)):
         if bodies[j, CAUSE] == RELEASE:
-            bodies[j, MODE] = FLIGHT
+            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, _LIFTS
 
 
 # --- the closed rest of complete chatter sequences

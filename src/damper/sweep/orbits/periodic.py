@@ -33,7 +33,9 @@ _SINGULAR = 1e12
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
     """Quantities along which a motion can be followed."""
-    return tuple(q.name for q in kind.quantities if not q.whole and q.name != "friction")
+    return tuple(
+        q.name for q in kind.quantities if not q.whole and q.model not in ("sliding", "several")
+    )
 
 
 #: Those of a study.

@@ -18,7 +18,7 @@ from damper.verification import base
 
 _NONE: dict[str, Any] = {}
 #: Models whose laws are not known, and the quantities that make them.
-_LAWLESS = {"sliding": ("friction",)}
+_LAWLESS = {"sliding": ("friction",), "several": ("unit_count", "clearance_spread")}
 FIGURES = Kinds(base.Made, "damper.verification.metamorphic.figures")
 TABLES = Kinds(base.Made, "damper.verification.metamorphic.tables")
 
