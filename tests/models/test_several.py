@@ -374,7 +374,6 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"unit_count": 2, "yield_speed": 0.1}, r"^yield_speed and unit_count: several masses have"),
     ({"unit_count": 2, "friction": 0.1}, r"friction .sliding. .*unit_count .several. ask for diff"),
     ({"unit_count": 1.5}, r"^unit_count = 1\.5: must be .* whole"),
-    ({"clearance_spread": 0.5}, r"^clearance_spread = 0\.5: one free mass has one clearance"),
 ]
 
 

@@ -254,7 +254,8 @@ class Parameters(Declared):
     clearance_spread: float = quantity(
         r"$\delta$",
         "spread of the clearances of the units",
-        definition="they go in even steps from 1 - spread to 1 + spread times the clearance",
+        definition="they go in even steps from 1 - spread to 1 + spread times the clearance; "
+        "a single one has the clearance itself",
         minimum=0.0,
         maximum=1.0,
         below=True,
@@ -692,11 +693,6 @@ def _check_several(
                 f"masses and {named(name)}: masses that are listed have rigid walls, no support "
                 "and no friction, and are whole; leave out one of the two"
             )
-    if values["clearance_spread"] and "several" not in asked:
-        raise ValueError(
-            f"clearance_spread = {values['clearance_spread']!r}: one free mass has one clearance; "
-            "give unit_count >= 2 with it"
-        )
     if values.get("masses") is not None or "several" in asked:
         for q in _laws(values):
             raise ValueError(

@@ -234,7 +234,7 @@ def _check_units(study: Study, mistakes: Mistakes) -> None:
         return
     from damper.observers import observer_class
 
-    places = [("orbits", name) for name in study.orbits]
+    places: list[tuple[str, ...]] = [("orbits", name) for name in study.orbits]
     for name, settings in study.observers.items():
         if not observer_class(name).knows_several:
             places.append(("observers", name))

@@ -62,6 +62,8 @@ _BODY = 8
 _LIFTS = -1.0
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0
+#: Part of the tolerance that may be left of a sequence which others disturb: they prolong it.
+_NOTHING_LEFT = 1e-2
 
 
 class Several(NamedTuple):
@@ -770,7 +772,7 @@ def _close(model, s):
         rise = 0.25 * seg.gap_rate * left * (1.0 - r)
         if not (error <= model.tolerance and rise <= view.clearance):
             continue
-        if left <= model.tolerance:
+        if left <= _NOTHING_LEFT * model.tolerance:
             ratio = float(model.masses[k, RATIO])
             change = -seg.side * ratio / (1.0 + start.joined + ratio) * seg.gap_rate
             v += change
