@@ -44,7 +44,7 @@ def main() -> None:
     print(f"machine: {machine_text(machine())}")
     print(f"{'branch':24}{'orbits':>8}{'points':>8}{'s':>8}{'orbits/s':>10}{'s of 1000':>11}")
     for name, parameters, guess, along, start, stop in BRANCHES:
-        orbit = damper.periodic_orbit(parameters, guess=guess)
+        orbit = damper.periodic_orbit(parameters, state=guess)
         damper.continue_orbit(orbit, along, start, stop, max_orbits=3)  # compiles
         began = time.perf_counter()
         branch = damper.continue_orbit(orbit, along, start, stop, max_orbits=1000)

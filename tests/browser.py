@@ -121,6 +121,7 @@ class Browser:
                 key=key,
                 code=key,
                 windowsVirtualKeyCode=codes[key],
+                text="\r" if key == "Enter" else "",  # a button listens to this
             )
 
     def screenshot(self, path: Path) -> None:

@@ -18,4 +18,4 @@ def one_impact(speed: float) -> PeriodicOrbit:
     """The closed-form motion with one impact a period, of this impact speed."""
     x, v, time = OSCILLATOR.after_impact(speed, -1.0)
     guess = State(x, v, REST, 0.0, time)
-    return plain(damper.periodic_orbit)(beside_a_stop(x), guess=guess)
+    return plain(damper.periodic_orbit)(beside_a_stop(x), state=guess)

@@ -50,7 +50,7 @@ def copy(tmp_path_factory):
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
     before = "\n\n@dataclass(frozen=True, kw_only=True)\nclass EngineSettings"
     insert(package / "parameters/run.py", before, RUN_SETTING)
-    insert(package / "sweep/runs.py", ", time, settings.periods)", " + settings.pause")
+    insert(package / "sweep/runs.py", ", time, length)", " + settings.pause")
     return folder
 
 

@@ -1,15 +1,28 @@
 """What the documents say of papers and theory is what their own examples give."""
 
 import doctest
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import damper
 from damper import simulate
+from damper.observers import OBSERVERS
 from damper.study.config import load_study
+from damper.study.kinds import FIGURES, TABLES
 
 ROOT = Path(__file__).parents[1]
+#: Kinds of the studies that check the engine, which docs/reference.md lists.
+CHECKING = {
+    "cost",
+    "metamorphic",
+    "solver_errors",
+    "solver_speed",
+    "solver_summary",
+    "work_precision",
+}
 STUDIES = sorted((ROOT / "config/studies").glob("paper_a_*.yaml"))
 
 
@@ -20,6 +33,27 @@ def test_numbers_in_the_documents_are_found(name: str, least: int):
     )
     assert tried >= least
     assert failed == 0
+
+
+@pytest.mark.exhaustive
+def test_cells_of_the_page_of_phenomena_draw_figures():
+    text = (ROOT / "docs/phenomena.md").read_text()
+    first, *cells = re.findall(r"```\{code-cell\}\n(.*?)```", text, re.DOTALL)
+    assert len(cells) == text.count("\n## ")
+    for cell in cells:
+        assert len(cell.splitlines()) <= 15
+        space: dict = {}
+        *body, last = re.split(r"\n(?=\S)", f"{first}{cell}".strip())
+        exec("\n".join(body), space)
+        assert eval(last, space).axes
+
+
+def test_lists_of_what_a_study_can_ask_for_are_whole():
+    text = (ROOT / "docs/studies.md").read_text()
+    analysis = {*damper.analysis.__all__}
+    for name in {*OBSERVERS, *FIGURES, *TABLES, "orbits", "curves", "draws", "forcing"} | analysis:
+        if name not in CHECKING:
+            assert re.search(rf"[`{{]{name}\b|    {name}:", text), name
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)

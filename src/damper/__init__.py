@@ -11,7 +11,7 @@ Rooms, each importing only those above it:
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
-- `notebook`, `shell`: `run`, the accessor of cubes, the command `damper`.
+- `notebook`, `sizing`, `shell`: `run`, the accessor of cubes, `design`, the command `damper`.
 
 Importing damper loads none of these: a name loads what it needs when it is first used.
 """
@@ -36,6 +36,7 @@ HOME = {
     "PeriodicOrbit": "damper.sweep.orbits.periodic",
     "continue_orbit": "damper.sweep.orbits.branch",
     "continue_point": "damper.sweep.orbits.point_curve",
+    "design": "damper.sizing.answer",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",
@@ -58,6 +59,7 @@ __all__ = [
     "__version__",
     "continue_orbit",
     "continue_point",
+    "design",
     "events",
     "periodic_orbit",
     "run",

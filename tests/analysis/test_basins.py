@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damper
 from damper.analysis.basins import basin_fractions, wilson_limits
-from damper.analysis.motions import attractors
-from damper.engine.compiled import plain
 from damper.observers.motion import ObservedMotion
 from damper.tables.basins import Basins, make
 
@@ -39,21 +36,3 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     assert basin_fractions(cube).fraction.tolist() == [5 / 7, 2 / 7]
     table = make({"cube": cube}, Basins.model_construct(along="clearance", confidence=0.9))
     assert "90% confidence" in str(table.body)
-
-
-@pytest.mark.parametrize(
-    ("point", "name"),
-    [
-        ((0.3, 0.02, 0.4, 0.5, 0.7), "chaotic"),
-        # The torus of two impacts per period, near where it begins.
-        ((0.1, 0.02, 1.0, 12.8, 0.3), "quasi-periodic or not settled"),
-    ],
-)
-def test_motions_without_a_period_are_told_apart_by_exponents(
-    point: tuple[float, ...], name: str
-) -> None:
-    names = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
-    values = dict(zip(names, point, strict=True))
-    observers = ["motion", "lyapunov"]
-    cube = plain(damper.simulate)(**values, transient=200, periods=100, observers=observers)
-    assert attractors(cube)[1] == [name]

@@ -9,7 +9,7 @@ import xarray as xr
 
 import damper
 from damper.analysis import share, worst
-from damper.analysis.reduction import reduced
+from damper.analysis.reduction import reduced, spread
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +47,42 @@ def test_worst_and_share_are_what_a_loop_finds(cube: xr.Dataset) -> None:
 
 
 def test_share_of_the_worst(cube: xr.Dataset) -> None:
-    place, (name,) = reduced(cube, ["chatter"], ["draw"], ["direction"], 0.0)
+    place, (name,) = reduced(
+        cube, ["chatter"], {"worst": ["draw"], "share": ["direction"], "above": 0.0}
+    )
     both = np.maximum(cube.chatter.isel(draw=0), cube.chatter.isel(draw=1)) > 0
     expected = 0.5 * both.sel(direction="up") + 0.5 * both.sel(direction="down")
     assert name == "chatter_share"
     np.testing.assert_array_equal(place[name], expected.transpose(*place[name].dims))
     assert {"direction", "draw"}.isdisjoint(place.dims)
+
+
+def test_less_damping_is_worse() -> None:
+    ratios = xr.DataArray([[1.0, 3.0, 2.0]], dims=("clearance", "draw"))
+    found = spread(ratios.rename("equivalent_damping_ratio"), "draw")
+    assert {name: array.item() for name, array in found.items()} == {
+        "equivalent_damping_ratio": 1.0,
+        "equivalent_damping_ratio_best": 3.0,
+        "equivalent_damping_ratio_median": 2.0,
+    }
+    assert "chatter_median" not in spread(ratios.rename("chatter")[:, :2], "draw")  # of two: none
+
+
+def test_the_best_design_of_the_worst_runs(cube: xr.Dataset) -> None:
+    """At each frequency the clearance whose worst draw and direction is the least, by a loop."""
+    stopped = cube[["peak_displacement", "amplitude_ratio"]].copy(deep=True)
+    stopped.peak_displacement[0, 0, 0, 0] = math.nan
+    settings = {"worst": ["direction"], "band": ["draw"], "choose": ["clearance"]}
+    found, (peak, ratio) = reduced(stopped, ["peak_displacement", "amplitude_ratio"], settings)
+    for k in range(3):
+        here = stopped.isel(frequency_ratio=k)
+        worsts = {d: np.max(here.peak_displacement.sel(clearance=d).values) for d in (9.0, 12.0)}
+        best = min((d for d in worsts if not math.isnan(worsts[d])), key=lambda d: worsts[d])
+        assert found.clearance[k] == best
+        assert found[peak][k] == worsts[best]
+        ratios = here.amplitude_ratio.sel(clearance=best)
+        assert found[ratio][k] == ratios.max()
+        assert found["amplitude_ratio_best"][k] == ratios.max("direction").min()
 
 
 def test_words_say_what_was_reduced(cube: xr.Dataset) -> None:
@@ -68,7 +98,9 @@ def test_words_say_what_was_reduced(cube: xr.Dataset) -> None:
 
 
 def test_what_has_no_worst_is_refused(cube: xr.Dataset) -> None:
-    message = "worst: more of 'sticking_fraction' is not worse: must be one of peak_displacement,"
+    message = (
+        "worst: no value of 'sticking_fraction' is worse than another: must be one of peak_displ"
+    )
     with pytest.raises(ValueError, match=message):
         worst(cube.sticking_fraction, "draw")
     with pytest.raises(ValueError, match=r"unknown axis 'drwa' \(did you mean 'draw'\?\)"):

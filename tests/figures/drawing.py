@@ -84,7 +84,9 @@ def laid_out(figure: Figure) -> Figure:
 
 
 def legend_texts(figure: Figure) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    """Entries of the legend, each as one line."""
+    texts = (text.get_text() for legend in figure.legends for text in legend.get_texts())
+    return [" ".join(text.split()) for text in texts]
 
 
 def assert_nothing_overlaps(figure: Figure) -> None:

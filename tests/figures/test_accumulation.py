@@ -82,12 +82,12 @@ def test_legends_tell_slopes_and_how_many_points(cube: xr.Dataset) -> None:
             texts = [text.get_text() for text in ax.get_legend().get_texts()]
             for text, order in zip(texts, ("first", "second"), strict=True):
                 slope, count = errors_of(here, quantity, order).slope()
-                assert text == f"{order} order: slope {slope:.2f} ({count} points)"
+                assert text == f"{order} order: fitted slope {slope:.2f} ({count} points)"
                 assert count > 20
     assert legend_texts(figure) == [
         "first impact of a burst (black rim)",
-        "slope 2",
-        "slope 3",
+        "law of the first order, slope 2",
+        "law of the second order, slope 3",
         "below 100 times the uncertainty of the simulation",
     ]
 

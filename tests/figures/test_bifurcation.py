@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from damper import simulate
 from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION, save, style
+from damper.theory.steady import steady_amplitude
 
 GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
 #: Incomplete at .1 and .2, complete at .4 to .6, complete at the end; a stopped run at .8.
@@ -118,28 +119,16 @@ def test_one_variable_alone_fits_a_column() -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_mark_says_how_far_chatter_agrees() -> None:
+def test_mark_is_a_bracket_with_a_label() -> None:
     cube = made_up({"frequency_ratio": [1.1]})
     settings = {"variables": ["displacement"], "mark": (0.1, 0.5), "mark_label": "as stated"}
     figure = drawn(cube, **settings)
     (ax,) = figure.axes
     assert bracket(ax) == (0.1, 0.5)
-    # Of .1 to .5 all but .3 chatter; of the others .6 and 1, and .8 stopped, so it does not count.
-    assert ax.get_title("left") == (
-        "chatter at 4 of 5 points in the marked range, 2 of 5 outside,\n"
-        "the outermost at $r$ = 0.1 and 1"
-    )
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()][-1] == "as stated"
     assert ax.get_xlim() == (0.0, 1.0)
     assert_nothing_overlaps(figure)
-
-
-def test_mark_without_chatter() -> None:
-    figure = drawn(made_up({"frequency_ratio": [1.1]}, chatter=[0]), mark=(0, 1), mark_label="m")
-    assert figure.axes[0].get_title("left") == "chatter nowhere"
-    with pytest.raises(ValueError, match="mark is compared with where chatter is found"):
-        drawn(made_up({"frequency_ratio": [1.1]}, chatter=None), mark=(0, 1), mark_label="m")
 
 
 # --- points
@@ -306,16 +295,20 @@ def test_free_mass_between_the_walls_and_approach_speeds() -> None:
         )
 
 
-def test_amplitudes_are_lines_with_marks_of_each_direction() -> None:
+def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> None:
+    """Points, for a line would join what lies on either side of a jump."""
     cube = simulated(follow={"frequency_ratio": "both"})
     figure = drawn(cube, along="frequency_ratio", variables=["peak_displacement"])
     (ax,) = figure.axes
     assert ax.get_yscale() == "log"
-    lines = {line.get_marker(): line for line in ax.lines}
-    assert set(lines) == {"^", "v"}
-    for mark, direction in (("^", "up"), ("v", "down")):
+    up, down, alone = ax.lines
+    for line, direction in ((up, "up"), (down, "down")):
+        assert line.get_linestyle() == "None"
         expected = cube.peak_displacement.sel(direction=direction).values.ravel()
-        np.testing.assert_array_equal(lines[mark].get_ydata(), expected)
+        np.testing.assert_array_equal(line.get_ydata(), expected)
+    undamped = [steady_amplitude(0.02, omega) for omega in (0.8, 0.9, 1.0)]
+    np.testing.assert_allclose(alone.get_ydata(), undamped, rtol=1e-12)
+    assert "without damper" in drawing.legend_texts(figure)
     assert_nothing_overlaps(figure)
 
 

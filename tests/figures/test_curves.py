@@ -162,6 +162,52 @@ def test_the_worst_and_the_share_of_several_runs() -> None:
     assert_nothing_overlaps(figure)
 
 
+def test_a_band_from_the_worst_to_the_best() -> None:
+    runs = np.stack([VALUES, VALUES[:, ::-1], VALUES + 1.0], axis=-1)
+    axes = {"mass_ratio": MASSES, "frequency_ratio": X}
+    cube = made_up(axes, {"draw": [0, 1, 2]}, peak_displacement=runs)
+    figure = curves(cube, panels="mass_ratio", band=["draw"])
+    texts = ["worst of 3 draws", "their median", "their best to their worst"]
+    assert legend_texts(figure) == texts
+    for ax, values in zip(figure.axes, runs, strict=True):
+        highest, middle = lines(ax)
+        np.testing.assert_array_equal(highest.get_ydata(), values.max(axis=-1))
+        np.testing.assert_array_equal(middle.get_ydata(), np.median(values, axis=-1))
+        (band,) = ax.collections
+        corners = band.get_paths()[0].vertices[:, 1]
+        assert {*values.min(axis=-1), *values.max(axis=-1)} == {*corners}
+    assert [ax.get_title(loc="left") for ax in figure.axes] == [rf"$\mu$ = {m:g}" for m in MASSES]
+    assert_nothing_overlaps(figure)
+
+
+def test_a_figure_grows_with_its_legend() -> None:
+    """So that panels keep their size, and their labels stay apart."""
+    masses = np.linspace(0.01, 0.12, 12)
+    axes = {"mass_ratio": masses, "clearance": D, "frequency_ratio": X}
+    cube = made_up(axes, {"draw": [0, 1]}, peak_displacement=1.0, rms_ratio=0.5)
+    names = ("peak_displacement", "rms_ratio")
+    figure = curves(cube, *names, lines="mass_ratio", best="clearance", band=["draw"], log=True)
+    assert len(legend_texts(figure)) == 16
+    assert_nothing_overlaps(figure)
+    assert min(ax.get_window_extent().height / figure.dpi for ax in figure.axes) > 1.2
+
+
+@pytest.mark.parametrize(("size", "unit", "factor"), [(1.5e-2, "mm", 1e3), (1.5e-1, "m", 1.0)])
+def test_all_of_a_panel_is_in_one_unit(size: float, unit: str, factor: float) -> None:
+    """Though the best runs alone, or the amplitude without damper, would have another one."""
+    runs = size * np.array([[1.0, 0.1]] * 4)
+    cube = made_up({"frequency_ratio": X}, {"draw": [0, 1]}, peak_displacement=runs)
+    cube.peak_displacement.attrs = {"long_name": "peak", "units": "m"}
+    cube = cube.assign(amplitude_ratio=(cube.peak_displacement / 0.5).assign_attrs(units="1"))
+    (ax,) = curves(cube, band=["draw"]).axes
+    assert ax.get_ylabel().endswith(f"/ {unit}")
+    worst, alone = lines(ax)
+    np.testing.assert_allclose(worst.get_ydata(), factor * size)
+    np.testing.assert_allclose(alone.get_ydata(), factor * 0.5)
+    corners = ax.collections[0].get_paths()[0].vertices[:, 1]
+    assert corners.min() == pytest.approx(factor * 0.1 * size)
+
+
 # --- best
 
 
@@ -185,14 +231,26 @@ def test_best_value_of_each_line() -> None:
             rf"$\mu$ = {mass:g}, best $d$ = {d:g} $F_0/K$, highest at $\omega$ = {X[1]:g}"
             for mass, d in zip(MASSES, (1.5, 0.5, 1.0), strict=True)
         ),
-        "where that line is highest",
+        "where a line is highest",
     ]
-    assert "best: the largest" in figure.get_suptitle()
+    assert "best: lowest peak over the band" in figure.get_suptitle()
     above, below = figure.axes
     for a, b in zip(lines(above), lines(below), strict=True):
         assert max(a.get_ydata()) == 1.0
         np.testing.assert_allclose(b.get_ydata(), 10 * a.get_ydata())
     assert "$d$" not in figure.get_suptitle()
+
+
+def test_a_free_axis_has_its_best_value_at_each_point() -> None:
+    """A front: the best clearance of the worst over the frequency, for each mass."""
+    cube = best_cube(WORST)
+    settings: dict[str, Any] = {"worst": ["frequency_ratio"], "choose": ["clearance"]}
+    figure = curves(cube, along="mass_ratio", **settings)
+    above, below = figure.axes
+    np.testing.assert_array_equal(lines(above)[0].get_ydata(), np.min(WORST, axis=1))
+    np.testing.assert_array_equal(lines(below)[0].get_ydata(), [1.5, 0.5, 1.0])
+    assert below.get_ylabel().startswith("best clearance")
+    assert_nothing_overlaps(figure)
 
 
 def test_best_needs_every_run_to_have_finished() -> None:
@@ -210,6 +268,16 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
     (wide,) = (line for line in figure.axes[0].lines if line.get_linewidth() == 2.0)
     np.testing.assert_allclose(wide.get_ydata(), undamped)
     assert legend_texts(figure) == ["without damper"]
+
+
+def test_abscissa_may_be_the_natural_frequency() -> None:
+    stiffness = [100.0, 200.0, 400.0]
+    cube = made_up({"frequency_ratio": stiffness}, peak_displacement=np.arange(3.0) + 1.0)
+    cube = cube.rename(frequency_ratio="stiffness").assign_coords(primary_mass=4.0)
+    figure = curves(cube, along="stiffness", natural_frequency=True)
+    (line,) = lines(figure.axes[0])
+    np.testing.assert_allclose(line.get_xdata(), np.sqrt(np.array(stiffness) / 4.0) / (2.0 * np.pi))
+    assert figure.axes[0].get_xlabel().startswith("natural frequency")
 
 
 # --- labels within the page

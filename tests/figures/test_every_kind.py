@@ -76,7 +76,16 @@ EMPTY = {
     "slow_manifold": "no impacts on the right wall",
 }
 #: Kinds of other cubes, with tests of their own for what is asked here.
-OTHERS = {"basins", "convergence", "damping", "laws", "special_points", "schematic", "profiles"}
+OTHERS = {
+    "basins",
+    "convergence",
+    "damping",
+    "laws",
+    "special_points",
+    "schematic",
+    "profiles",
+    "statistics",
+}
 
 
 def test_every_kind_is_asked() -> None:

@@ -186,7 +186,8 @@ def test_best_is_marked_at_each_abscissa_where_the_damper_helps(best: str, rows:
     figure = ratio(best=best)
     assert marks(figure.axes[0]) == [(x, Y[row]) for x, row in zip(X[1:], rows, strict=True)]
     word = {"min": "least", "max": "greatest"}[best]
-    assert legend_texts(figure)[-1].startswith(f"$d$ of the {word} ")
+    text = legend_texts(figure)[-1]
+    assert text.startswith("best clearance at each frequency ratio (" + word)
 
 
 def test_points_without_contact_are_hatched_and_never_best() -> None:

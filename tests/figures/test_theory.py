@@ -40,23 +40,36 @@ def lines(ax: Axes, colour: str) -> list[Line2D]:
 
 
 def curves(ax: Axes, dashed: bool) -> np.ndarray:
-    """Points of the closed form's curves; the bars along the edge left out."""
+    """Points of the closed form's curves."""
     found = [
-        line.get_xydata()
-        for line in lines(ax, GREEN)
-        if line.get_transform() == ax.transData and (line.get_linestyle() == "--") == dashed
+        line.get_xydata() for line in lines(ax, GREEN) if (line.get_linestyle() == "--") == dashed
     ]
     points = np.concatenate(found)
     return points[np.isfinite(points).all(axis=1)]
 
 
-def bars(ax: Axes) -> list[tuple[float, float, float]]:
-    """Ends and width of the bars along the lower edge."""
-    return [
-        (*line.get_xdata(), line.get_linewidth())
-        for line in lines(ax, GREEN)
-        if line.get_transform() != ax.transData
-    ]
+# --- a ball on a table
+
+
+def test_a_ball_bounces_on_its_closed_form() -> None:
+    cube = damper.simulate(
+        mass_ratio=1e-6, damping_ratio=0.5, frequency_ratio=1.0, clearance=1e3, restitution=0.8,
+        gravity=1.0, force_amplitude=[0.3, 0.5, 0.7, 0.9, 1.3], initial_position=-1.0,
+        initial_relative_velocity=4.0, transient=100, periods=4,
+        observers={"impacts": {"speeds": 4}},
+    )  # fmt: skip
+    settings = {"along": "force_amplitude", "variables": ["approach_speed"]}
+    (ax, *_) = drawn("bifurcation", cube, theory="ball_on_table", **settings).axes
+    found = [line.get_xydata() for line in lines(ax, GREEN) if len(line.get_xdata())]
+    assert len(found) == 3
+    for n, curve in enumerate(found, 1):
+        stable = curve[np.isfinite(curve[:, 1])]
+        assert stable[:, 1] == pytest.approx(n * 2.0 * np.pi / 1.8)
+        onset = n * np.pi / 9.0
+        ends = max(onset, 0.3), min(np.hypot(onset, 2.0 * 1.64 / 3.24), 1.3)
+        assert (stable[0, 0], stable[-1, 0]) == pytest.approx(ends, abs=0.06)
+    speeds = cube.approach_speed.sel(force_amplitude=[0.5, 0.7, 0.9]).values
+    assert speeds == pytest.approx(2.0 * np.pi / 1.8, rel=3e-6)
 
 
 # --- two impacts per period
@@ -113,15 +126,12 @@ def test_simulation_lies_on_the_stable_curve(cube: xr.Dataset) -> None:
     assert y.max() <= high
 
 
-def test_bars_mark_existence_and_stability(cube: xr.Dataset) -> None:
+def test_bands_and_dashes_end_where_stability_and_existence_do(cube: xr.Dataset) -> None:
     ax = over_clearance(cube).axes[0]
-    widths = sorted({width for *_, width in bars(ax)})
-    assert len(widths) == 2
-    (stable,) = [bar for bar in bars(ax) if bar[2] == widths[1]]
-    exists = [bar for bar in bars(ax) if bar[2] == widths[0]]
+    stable, unstable = (curves(ax, dashed)[:, 0] for dashed in (False, True))
     # The ranges that the table finds for restitution 0.6: 7.578 to 12.66, from 2.408 on.
-    assert stable[:2] == pytest.approx((7.578, 12.66), abs=0.3)
-    assert (exists[0][0], exists[-1][1]) == pytest.approx((2.408, 16.0), abs=0.3)
+    assert (stable.min(), stable.max()) == pytest.approx((7.578, 12.66), abs=0.3)
+    assert (unstable.min(), unstable.max()) == pytest.approx((2.408, 16.0), abs=0.3)
 
 
 def test_no_line_joins_both_sides_of_an_impact() -> None:

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from scenes import SLOW as POINT
 
-from damper import events, simulate
+from damper import Record, events, simulate
 from damper.figures import trajectory
 from damper.parameters import Parameters
 
@@ -122,3 +122,50 @@ def test_events_that_did_not_fit_are_told() -> None:
     assert above.get_title(loc="right").startswith(f"{left_out} events did not fit")
     whole, _ = panels(drawn("trajectory", simulated()))
     assert whole.get_title(loc="right") == ""
+
+
+# --- what drives the primary, and the primary alone
+
+
+SHAKEN: dict[str, Any] = {
+    "primary_mass": 2.0,
+    "damping": 1.0,
+    "stiffness": 200.0,
+    "forcing_frequency": 3.0,
+    "force_amplitude": 9.0,
+    "free_mass": 0.2,
+    "gap": 0.1,
+    "restitution": 0.6,
+    "transient": {"time": 0.1},
+    "periods": {"time": 2.0},
+}
+BASE = Record([0.0, 0.4, 1.1, 1.3], [0.0, 1.0, -0.5, 0.0], of="base_acceleration")
+
+
+@pytest.fixture(scope="module")
+def shaken() -> xr.Dataset:
+    asked = {"samples_per_period": 150, "drive": True, "without_damper": True}
+    return simulate(**SHAKEN, forcing=BASE, observers={"trajectory": asked})
+
+
+def test_what_drives_stands_above_in_its_own_unit_and_time(shaken: xr.Dataset) -> None:
+    top, *others = drawn("trajectory", shaken).axes
+    (line,) = (line for line in top.lines if line.get_color() == trajectory._FORCE["color"])
+    time, drive = line.get_data()
+    np.testing.assert_allclose(
+        drive, 9.0 * np.interp(time + 0.1, BASE.time, BASE.value, right=0.0), atol=1e-12
+    )
+    assert time[-1] == pytest.approx(2.0, abs=2.0 * math.pi / 3.0 / 150.0)
+    assert top.get_title(loc="left") == "acceleration of the base"
+    assert others[-1].get_xlabel() == "time $t - t_0$ / s"
+    assert "Omega" not in drawn("trajectory", shaken).get_suptitle()
+
+
+def test_primary_alone_is_that_of_a_gap_out_of_reach(shaken: xr.Dataset) -> None:
+    asked = {"trajectory": {"samples_per_period": 150}}
+    far = simulate(**SHAKEN | {"gap": 1e4}, forcing=BASE, observers=asked)
+    sampled = np.isnan(shaken.trajectory_event) & np.isfinite(shaken.trajectory_time)
+    alone = shaken.trajectory_alone.values[sampled.values]
+    np.testing.assert_allclose(alone, far.trajectory_displacement.values[: alone.size], atol=1e-14)
+    assert abs(alone - shaken.trajectory_displacement.values[sampled.values]).max() > 1e-3
+    assert "primary without damper" in legend_texts(drawn("trajectory", shaken))

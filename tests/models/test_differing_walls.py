@@ -116,7 +116,7 @@ def test_how_an_orbit_changes_with_each_wall(name: str) -> None:
         beside = []
         for way in (step, -step, 2.0 * step, -2.0 * step):
             other = replace(p, **{name: getattr(p, name) + way})
-            state = periodic_orbit(other, guess=orbit.state).state
+            state = periodic_orbit(other, state=orbit.state).state
             beside.append(np.array([state.x, state.v, state.y, state.u]))
         near, far = beside[0] - beside[1], beside[2] - beside[3]
         known = (8.0 * near - far) / (12.0 * step)

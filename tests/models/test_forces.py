@@ -13,7 +13,8 @@ from forced_scenes import (
     ERROR,
     FORCES,
     MODELS,
-    growth,
+    PAIRS,
+    judged,
     largest_error,
     length_of,
     random_scene,
@@ -36,8 +37,6 @@ from damper.parameters.forcing import (
     Record,
 )
 
-PAIRS = [(model, force) for model in MODELS for force in FORCES]
-
 
 @pytest.mark.parametrize(
     ("model", "force"), thinned(PAIRS, lambda pair: PAIRS.index(pair) % 3 == 0)
@@ -54,15 +53,8 @@ def test_events_against_many_digits(model: str, force: str) -> None:
 @pytest.mark.parametrize(("model", "force"), PAIRS)
 @plain
 def test_many_random_scenes(model: str, force: str) -> None:
-    """Most with chatter, sticking and releases; rounding may only grow as motions part anyway."""
-    kinds: set[str] = set()
-    for seed in range(200):
-        values, state = random_scene(model, force, seed)
-        until = length_of(values, state)
-        found, exact = rows_of_both(values, state, until)
-        kinds |= {kind for kind, *_ in found}
-        error = largest_error(found, exact)
-        assert error < ERROR or error < 1e-14 * growth(values, state, until), seed
+    """Most with chatter, sticking and releases."""
+    kinds = judged(random_scene(model, force, seed) for seed in range(200))
     soft = "contact_stiffness_ratio" in MODELS[model]
     assert kinds >= ({"impact", "separation"} if soft else {"impact", "stick", "release"})
 
@@ -174,7 +166,7 @@ def test_one_term_of_a_sum_is_the_harmonic(model: str) -> None:
         assert found[name] == pytest.approx(single[name], rel=0, abs=1e-11)
 
 
-@pytest.mark.parametrize("model", [name for name in MODELS if name != "grounded"])
+@pytest.mark.parametrize("model", [name for name in MODELS if name not in ("grounded", "sliding")])
 @plain
 def test_base_motion_is_the_same_in_both_frames(model: str) -> None:
     """x of the ground less z is x of the base; a support would be tied to different places."""

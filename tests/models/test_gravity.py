@@ -2,15 +2,16 @@
 
 import math
 import random
+from dataclasses import replace
 from typing import Any
 
+import forced_scenes
 import numpy as np
 import pytest
 from cases import thinned
 from forced_scenes import (
     ERROR,
-    FORCES,
-    growth,
+    judged,
     largest_error,
     length_of,
     random_scene,
@@ -32,9 +33,14 @@ from damper.models import model_of, start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.observers.common.laws import LAW_NAMES, broken
 from damper.parameters.forcing import Base
+from damper.theory.ball_on_table import bounce
 
-MODELS = ("rigid", "yielding", "grounded", "time_varying")
-PAIRS = [(model, force) for model in MODELS for force in FORCES]
+MODELS = ("rigid", "yielding", "grounded", "time_varying", "sliding")
+PAIRS = [(model, force) for model, force in forced_scenes.PAIRS if model in MODELS]
+
+
+#: Two impacts a period.
+TWO_IMPACTS = {"damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 5.0, "restitution": 0.5}
 
 
 def pulled_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tuple[float, ...]]:
@@ -59,15 +65,8 @@ def test_events_against_many_digits(model: str, force: str) -> None:
 @pytest.mark.parametrize(("model", "force"), PAIRS)
 @plain
 def test_many_random_scenes(model: str, force: str) -> None:
-    """Most with chatter, sticking and releases; rounding may only grow as motions part anyway."""
-    kinds: set[str] = set()
-    for seed in range(100):
-        values, state = pulled_scene(model, force, seed)
-        until = length_of(values, state)
-        found, exact = rows_of_both(values, state, until)
-        kinds |= {kind for kind, *_ in found}
-        error = largest_error(found, exact)
-        assert error < ERROR or error < 1e-14 * growth(values, state, until), seed
+    """Most with chatter, sticking and releases."""
+    kinds = judged(pulled_scene(model, force, seed) for seed in range(100))
     assert kinds >= {"impact", "stick", "release"}
 
 
@@ -76,8 +75,7 @@ def test_many_random_scenes(model: str, force: str) -> None:
 SOME = ("none", "two harmonics", "base in its own frame", "held record of the base")
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("force", SOME)
+@pytest.mark.parametrize(("model", "force"), [pair for pair in PAIRS if pair[1] in SOME])
 @plain
 def test_energy_is_kept_and_no_law_is_broken(model: str, force: str) -> None:
     for seed in range(3):
@@ -85,12 +83,14 @@ def test_energy_is_kept_and_no_law_is_broken(model: str, force: str) -> None:
         start = {"initial_displacement": x, "initial_velocity": v}
         start["initial_position"] = (y - x) / values["clearance"]
         start["initial_relative_velocity"] = u - v
-        of = {"observers": ["response", "laws"], "transient": 0, "periods": 3}
+        observers = {"response": {"friction_loss": True}, "laws": {}}
+        of = {"observers": observers, "transient": 0, "periods": 3}
         cube = simulate(**values, **start, **of)
         found = {name: float(cube[name]) for name in cube.data_vars}
         turnover = abs(found["energy_input"]) + found["dashpot_loss"] + found["impact_loss"]
+        turnover += found["friction_loss"]
         assert abs(found["energy_residual"]) < 1e-12 * turnover, seed
-        assert found["impact_loss"] > 0.0
+        assert found["impact_loss"] + found["friction_loss"] > 0.0
         names = (*LAW_NAMES, "segments")
         assert not broken({name: cube[name].values for name in names}).any()
 
@@ -129,7 +129,7 @@ def test_sticking_follows_the_joined_masses() -> None:
 @pytest.mark.parametrize("model", MODELS)
 @plain
 def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
-    values, (x, v, y, u) = pulled_scene(model, "harmonic", 3)
+    values, (x, v, y, u) = pulled_scene(model, "harmonic", 8)
     here = events(Parameters(**values), State(x, v, y, u), until=20.0)
     values |= {"gravity": -values["gravity"], "phase": values["phase"] + math.pi}
     there = events(Parameters(**values), State(-x, -v, -y, -u), until=20.0)
@@ -143,9 +143,16 @@ def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
 def test_under_gravity_no_motion_has_a_mirror_image() -> None:
     of = {"observers": ["motion"], "transient": 100, "periods": 10}
     for gravity in (0.0, 1e-3):
-        cube = simulate(**GENERIC | {"clearance": 5.0}, gravity=gravity, **of)
+        cube = simulate(**GENERIC | TWO_IMPACTS, gravity=gravity, **of)
         assert cube["motion_period"].item() == 1
         assert math.isnan(cube["motion_side"].item()) == bool(gravity)
+
+
+def test_a_weight_out_of_range_is_refused() -> None:
+    with pytest.raises(
+        ValueError, match=r"^gravity = 2000000\.0 with mass_ratio: .* weighs 1e\+12 F0"
+    ):
+        Parameters(**GENERIC | {"mass_ratio": 5e5}, gravity=2e6)
 
 
 def test_no_gravity_is_none() -> None:
@@ -160,6 +167,13 @@ def test_si() -> None:
     """A box that is inclined by 30 degrees has half of gravity along it."""
     p = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6, gravity=9.81 * 0.5)
     assert p.dimensionless.gravity == pytest.approx(9.81 * 0.5 * 2.0 / 10.0, rel=1e-15)
+    inclined = replace(p, gravity=9.81, inclination=30.0)
+    assert inclined.dimensionless.gravity == pytest.approx(p.dimensionless.gravity, rel=1e-15)
+    assert replace(inclined, inclination=0.0).dimensionless.acting.get("gravity") is None
+    step = 1e-4
+    ends = (replace(inclined, inclination=30.0 + way).dimensionless for way in (step, -step))
+    difference = math.fsum(s * end.gravity for s, end in zip((1, -1), ends, strict=True))
+    assert inclined.rates("inclination")["gravity"] == pytest.approx(difference / (2 * step))
     assert SIParameters.of(p.dimensionless, 2.0, 200.0, 10.0).gravity == pytest.approx(4.905)
     moved = SIParameters(
         2.0, 4.0, 200.0, 0.003, 11.0, 0.2, 0.02, 0.6, gravity=-9.81, forcing=Base("ground")
@@ -170,7 +184,7 @@ def test_si() -> None:
 
 
 @pytest.mark.parametrize("gamma", [0.0, 0.3, -2.0])
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [name for name in MODELS if name != "sliding"])
 @plain
 def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) -> None:
     values = pulled_scene(model, "two harmonics", 5)[0] | {"gravity": gamma}
@@ -195,26 +209,32 @@ def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) ->
 
 @pytest.mark.parametrize("period", [1, 2])
 def test_a_ball_bounces_on_an_oscillating_table(period: int) -> None:
-    """With Gamma = A omega^2 / gamma its motions of n periods set in and double where they should.
+    """Its motions of n periods set in and double where they should, extrapolated to no mass ratio.
 
     The table is a heavy primary, whose motion the ball changes by its mass ratio.
     """
-    mu, zeta, omega, r = 1e-6, 0.1, 2.0, 0.5
+    zeta, omega, r = 0.1, 2.0, 0.5
     height = 1 / math.hypot(1 - omega**2, 2 * zeta * omega)
     push = height * omega**2
-    least = period * math.pi * (1 - r) / (1 + r)
-    doubles = math.hypot(least, 2 * (1 + r**2) / (1 + r) ** 2)
-    middle = 0.5 * (least + doubles)
-    p = Parameters(mu, zeta, omega, 100.0, r, gravity=push / middle)
-    # Just after an impact: it flies for whole periods, as long as it takes to be back.
-    angle = math.acos(least / middle)
-    x, v = height * math.sin(angle), height * omega * math.cos(angle)
-    time = (angle + math.atan2(2 * zeta * omega, 1 - omega**2)) / omega
-    start = State(x, v, x - 100.0, 0.5 * p.gravity * period * p.cycle, time)
-    orbit = periodic_orbit(p, period, start)
-    branch = continue_orbit(orbit, "gravity", push / (1.1 * doubles), push / (0.95 * least))
-    found = {point.kind: push / point.value for point in branch.special_points}
-    assert found == pytest.approx({"fold": least, "period doubling": doubles}, rel=20 * mu)
+    onset = period * math.pi * (1 - r) / (1 + r)
+    doubling = math.hypot(onset, 2 * (1 + r**2) / (1 + r) ** 2)
+    middle = 0.5 * (onset + doubling)
+    found = []
+    for mu in (1e-6, 2e-6):
+        p = Parameters(mu, zeta, omega, 100.0, r, gravity=push / middle)
+        known = bounce(p, period)
+        assert known[:3] == pytest.approx((middle, onset, doubling), rel=1e-14)
+        # Just after an impact: it flies for whole periods, as long as it takes to be back.
+        angle = math.acos(onset / middle)
+        x, v = height * math.sin(angle), height * omega * math.cos(angle)
+        time = (angle + math.atan2(2 * zeta * omega, 1 - omega**2)) / omega
+        start = State(x, v, x - 100.0, 0.5 * p.gravity * period * p.cycle, time)
+        orbit = periodic_orbit(p, period, start)
+        assert orbit.events["approach_speed"] == pytest.approx(known.approach_speed, rel=20 * mu)
+        branch = continue_orbit(orbit, "gravity", push / (1.1 * doubling), push / (0.95 * onset))
+        found.append({point.kind: push / point.value for point in branch.special_points})
+    limits = {kind: 2 * value - found[1][kind] for kind, value in found[0].items()}
+    assert limits == pytest.approx({"fold": onset, "period doubling": doubling}, rel=1e-9)
 
 
 @pytest.mark.parametrize("units", [Parameters, SIParameters])

@@ -137,10 +137,12 @@ def test_lists_that_are_too_short_leave_counts_and_times() -> None:
 
 
 @pytest.mark.parametrize("driven", [{"force_amplitude": 1.0}, {"modulation_depth": 0.1}])
-def test_of_a_driven_vibration_all_is_missing(driven: dict[str, float]) -> None:
+def test_of_a_driven_vibration_all_is_missing_which_is_said(driven: dict[str, float]) -> None:
     cube = observed(**driven)
     for name in ("peak_amplitude", "equivalent_damping_ratio", "fall_time", "energy_left"):
         assert np.isnan(cube[name]).all()
+    assert cube.vibration == 1
+    assert observed().vibration == 0
 
 
 def test_si_units() -> None:

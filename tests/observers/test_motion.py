@@ -61,7 +61,7 @@ def test_the_doubled_motion_beside_a_stop() -> None:
     values = {**TWO_IMPACTS, "mass_ratio": 1e15, "damping_ratio": 0.0, "frequency_ratio": 2.8}
     values |= {"clearance": 9.95, "restitution": 0.8}
     guess = damper.State(-0.28, -0.57, -10.0, 0.0)
-    orbit = plain(damper.periodic_orbit)(damper.Parameters(**values), period=2, guess=guess)
+    orbit = plain(damper.periodic_orbit)(damper.Parameters(**values), period=2, state=guess)
     observers = {"motion": {"longest": 4}}
     cube = simulate(**values, state=orbit.state, transient=0, periods=12, observers=observers)
     assert int(cube.motion_period) == int(cube.motion_impacts_left) == len(orbit.events) == 2

@@ -8,7 +8,14 @@ ABOUT = {
     "description": "",
     "figures": [("one/figures/map", "map", "A map", "Look here.")],
 }
-FILES = ["claims.md", "one/cube.nc", "one/figures/map.svg", "one/study.yaml", "one/timed/t.csv"]
+FILES = [
+    "claims.md",
+    "one/cube.nc",
+    "one/quake.csv",
+    "one/figures/map.svg",
+    "one/study.yaml",
+    "one/timed/t.csv",
+]
 
 
 def test_everything_is_described_and_every_link_leads_somewhere(tmp_path):
@@ -31,6 +38,8 @@ def test_everything_is_described_and_every_link_leads_somewhere(tmp_path):
     assert {link for link in links if not link.startswith("https:")} <= graph.keys()
     assert graph["one/figures/map.svg"]["description"] == "A map. Look here."
     assert graph["one/cube.nc"]["encodingFormat"] == "application/x-netcdf"
+    given = [{"@id": "one/quake.csv"}, {"@id": "one/study.yaml"}]
+    assert graph["#run"]["object"] == given
     # What holds times is another file after each run.
     (tmp_path / "one/timed/t.csv").write_text("other")
     assert crate(tmp_path, [ABOUT], FILES, {"damper": "1.0"}) == made

@@ -70,3 +70,4 @@ def test_a_new_study_is_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     called("new", "mine")
     assert "exists" in called("new", "mine", code=1)
     assert "yes" in called("check", "config/studies/mine.yaml")
+    assert "yes" in called("check", "mine")

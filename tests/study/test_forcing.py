@@ -156,6 +156,17 @@ def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> Non
     )
     same(cube, direct)
     assert cube.force_amplitude.attrs["units"] == direct.force_amplitude.attrs["units"] == unit
+    values = values.replace(f"force_amplitude: {amplitude}", "gravity: 0")
+    with pytest.raises(ConfigError, match=f"force_amplitude >= 0 in {unit}, under"):
+        load(tmp_path, said, text=SI_STUDY.replace("{}", values))
+
+
+def test_laws_of_noise_are_for_noise_alone(tmp_path: Path) -> None:
+    shown = "tables: {one: {kind: statistics}}\n"
+    text = STUDY.replace("response: }", "statistics: }")
+    assert load(tmp_path, NOISE.replace("[0.5, 2]", "[0, 6]") % 1, shown, text).tables
+    with pytest.raises(ConfigError, match=r"tables.one\n    shows the laws of noise"):
+        load(tmp_path, "harmonic", shown, text)
 
 
 def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
@@ -335,6 +346,11 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     axis = "axes: {forcing_frequency: {start: 3, stop: 4, num: 3, unit: Hz}, "
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
     assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
+    drawn = "draws: {count: 3, seed: 1, forcing_frequency: {range: [3, 4], unit: Hz}}\naxes: {"
+    study = load(tmp_path, "harmonic", text=text.replace("axes: {", drawn))
+    rule = {"range": (2.0 * np.pi * 3.0, 2.0 * np.pi * 4.0), "spacing": "linear"}
+    assert study.draw_settings() == {"count": 3, "seed": 1, "forcing_frequency": rule}
+    assert study.ends["forcing_frequency"] == rule["range"]
     for wrong, message in (
         (
             "restitution: {value: 0.6, unit: Hz}",
@@ -429,11 +445,6 @@ ORBITS = "orbits: {a: {along: clearance, start: 1}}\n"
             "base",
             "figures: {all: {kind: bifurcation, along: clearance, theory: two_impacts}}\n",
             ["figures.all\n", "its formulas do not know forcing: base"],
-        ),
-        (
-            "base",
-            "figures: {all: {kind: bifurcation, along: clearance, interactive: true}}\n",
-            ["figures.all.interactive\n", "the page does not know forcing: base"],
         ),
         ("harmonic", "draws: {count: 2, seed: 1}\n", ["draws\n", "no quantity is drawn"]),
     ],

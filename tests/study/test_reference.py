@@ -178,7 +178,7 @@ def test_reference_has_every_key_and_variable_once_in_its_section():
 def test_reference_says_what_the_classes_say():
     text = (ROOT / "docs/reference.md").read_text()
     for row in (
-        "| `transient` | integer | cycles | **required** | >= 0 |",
+        "| `transient` | integer or mapping | cycles | **required** | >= 0 (a time) |",
         "| `clearance` | $d$ | F0/K | **required** | >= 0 |",
         "| `primary_mass` | $M$ | kg | **required** | > 0 |",
         r"| `yield_speed` | $v_\mathrm{y}$ | m/s | `inf` | > 0 (leave it out",

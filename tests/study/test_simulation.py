@@ -144,7 +144,8 @@ def test_settings_out_of_range_are_refused(change: dict[str, Any], message: str)
 
 
 def test_arguments_are_the_quantities_and_the_settings() -> None:
-    parameters = inspect.signature(simulate).parameters
+    first, *parameters = inspect.signature(simulate).parameters
+    assert first == "parameters"
     assert [*parameters][: len(ALL)] == [*ALL]
     assert [*parameters][len(ALL) :] == [
         *("transient", "periods", "accuracy", "max_events"),
@@ -153,7 +154,7 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
     for name in parameters:
         assert name in simulate.__doc__
     for wrong, right in (("clearence", "clearance"), ("mu", "mass_ratio"), ("periodes", "periods")):
-        message = rf"unknown argument '{wrong}' \(did you mean '{right}'\?\): must be one of mass_"
+        message = rf"unknown argument '{wrong}' \(did you mean '{right}'\?\): must be one of param"
         with pytest.raises(TypeError, match=message):
             simulate(**POINT, **{wrong: 1.0})
 

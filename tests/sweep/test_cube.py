@@ -32,7 +32,21 @@ OBSERVERS: dict[str, Any] = {
 }
 RUN: dict[str, Any] = {"transient": 2, "periods": 3, "accuracy": 1e-12, "max_events": 1_000_000}
 #: SI units by their symbols, powers and products: all of the grammar of UDUNITS.
-READ_BY_UDUNITS = {"1", "rad", "kg", "m", "s", "m/s", "N", "N/m", "N s/m", "rad/s", "J", "m/s2"}
+READ_BY_UDUNITS = {
+    "1",
+    "rad",
+    "kg",
+    "m",
+    "s",
+    "m/s",
+    "N",
+    "N s",
+    "N/m",
+    "N s/m",
+    "rad/s",
+    "J",
+    "m/s2",
+}
 ATTRIBUTES = {"title": "T", "source": "S", "study": "a: 1\n", "transient_periods": 2}
 
 

@@ -139,12 +139,44 @@ def test_parameters_may_be_any_numbers() -> None:
         ({"parameters": {}}, "parameters = {}: must be damper.Parameters or SIParameters"),
         ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
         ({"until": "x"}, "until = 'x': must be a real number"),
+        ({"restituton": 0.5}, "unknown parameter 'restituton' .did you mean 'restitution'"),
+        ({"parameters": None, "clearance": 1}, "missing parameters: mass_ratio, "),
     ],
 )
 def test_slips_are_named(slip: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"parameters": damper.Parameters(*CHATTER), "until": 1.0}
     with pytest.raises(TypeError, match=message):
         damper.events(**(given | slip))
+
+
+def test_dampers_and_starts_are_given_in_one_way() -> None:
+    """As objects, by name, or both: the same bytes, in SI units too."""
+    p = damper.Parameters(*CHATTER)
+    si = damper.SIParameters(100, 80, 4e6, 300, 200, 10, 1e-3, 0.6)
+    for one, size in ((p, p.clearance), (si, 0.5 * si.gap)):
+        state = damper.State(0.0, 0.0, 0.5 * size, 0.1)
+        other = damper.State(0.0, 0.0, -size, 0.1)
+        start = {"initial_position": 0.5, "initial_relative_velocity": 0.1}
+        until = 20.0 * one.cycle
+        found = damper.events(one, state, until=until).tobytes()
+        assert damper.events(**one.given, **start, until=until).tobytes() == found
+        assert damper.events(one, **start, until=until).tobytes() == found
+        assert damper.run(one, until, **start).events.tobytes() == (
+            damper.run(one, until, state).events.tobytes()
+        )
+        run = {"transient": 0, "periods": 5, "observers": ["response"]}
+        by_name = damper.simulate(**one.given, **start, **run)
+        assert damper.simulate(one, **start, **run).equals(by_name)
+        assert damper.simulate(one, restitution=[0.3, 0.6], **run).sizes["restitution"] == 2
+        with pytest.raises(ValueError, match="state stands alone"):
+            damper.events(one, other, **start, until=until)
+
+
+def test_misspelt_names_get_the_nearest() -> None:
+    with pytest.raises(TypeError, match=r"'clearence' .did you mean 'clearance'"):
+        damper.Parameters(0.1, 0.02, 1.3, clearence=0.05, restitution=0.5)  # type: ignore[call-arg]
+    with pytest.raises(ValueError, match=r"'speed' .did you mean 'approach_speed'"):
+        damper.events(damper.Parameters(*CHATTER), until=10.0)["speed"]
 
 
 def test_events_are_shown_as_a_table_and_are_plain_in_all_else() -> None:

@@ -41,7 +41,7 @@ def points(branch: Branch, kind: str) -> list[SpecialPoint]:
 def oscillator() -> Branch:
     """The impact oscillator's motion with one impact a period, followed along sigma."""
     guess = State(-0.28, -0.57, REST, 0.0)
-    orbit = periodic_orbit(beside_a_stop(0.0), guess=guess)
+    orbit = periodic_orbit(beside_a_stop(0.0), state=guess)
     assert orbit.word == "L1"
     return continue_orbit(orbit, "clearance", -0.5 - REST, 0.2 - REST)
 
@@ -104,7 +104,7 @@ def test_switch_to_the_doubled_branch(oscillator: Branch) -> None:
 
 @pytest.fixture(scope="module")
 def two_impacts() -> Branch:
-    orbit = periodic_orbit(TWO_IMPACTS, guess=orbits(TWO_IMPACTS)[0].start)
+    orbit = periodic_orbit(TWO_IMPACTS, state=orbits(TWO_IMPACTS)[0].start)
     return continue_orbit(orbit, "clearance", 4.5, 9.5, max_orbits=150)
 
 
@@ -201,7 +201,7 @@ def test_border_of_complete_chatter() -> None:
     assert border.orbit.word == "RS LS"
     for way, completes in ((-1e-8, True), (1e-8, False)):
         p = Parameters(0.1, 0.02, 1.3, 0.05, border.value + way)
-        orbit = periodic_orbit(p, guess=border.orbit.state)
+        orbit = periodic_orbit(p, state=border.orbit.state)
         assert ("S" in orbit.word) == completes
 
 
@@ -267,7 +267,7 @@ def test_a_touch_of_a_compliant_wall_begins_and_ends() -> None:
     def follow(orbit: damper.PeriodicOrbit, most: int) -> Branch:
         return continue_orbit(orbit, "frequency_ratio", 1.0802, 1.0815, step=0.5, max_orbits=most)
 
-    one = follow(periodic_orbit(p, guess=guess), 5)
+    one = follow(periodic_orbit(p, state=guess), 5)
     other = follow(next(orbit for orbit in one.orbits if orbit.word == "R3 L3"), 12)
     (first,), (again,) = points(one, "grazing"), points(other, "grazing")
     assert first.value == pytest.approx(again.value, abs=1e-10)
@@ -329,7 +329,7 @@ def test_curves_from_resonant_grazing(frequency_ratio: float, kind: str) -> None
     last = plain(damper.events)(p, State(0.0, 0.0, REST, 0.0), until=300.0 * p.cycle)[-1]
     start = State(place - 1e-12, last["v"], REST, 0.0, last["time"] % p.cycle)
     branch = continue_orbit(
-        periodic_orbit(p, guess=start), "clearance", p.clearance, p.clearance + 0.3 * place
+        periodic_orbit(p, state=start), "clearance", p.clearance, p.clearance + 0.3 * place
     )
     (point,) = points(branch, kind)
     ranges = {"clearance": (10.0, 11.0), "frequency_ratio": (1.94, 2.06)}
@@ -421,7 +421,7 @@ def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, floa
     branch = continue_orbit(first, name, values[name], stop, step=0.2)
     end = branch.orbits[0 if stop < values[name] else -1]
     assert getattr(end.parameters, name) == stop
-    known = periodic_orbit(Parameters(**{**values, name: stop}), guess=end.state)
+    known = periodic_orbit(Parameters(**{**values, name: stop}), state=end.state)
     assert end.state.x == pytest.approx(known.state.x, abs=1e-10)
     assert any(f"{name} = {stop!r} is the end of the range" in text for text in branch.ends)
 
@@ -441,7 +441,7 @@ def test_ends_of_the_asymmetric_branch(two_impacts: Branch) -> None:
 def test_a_branch_in_si_units() -> None:
     """Along the stiffness, on which all depends: the fold is where the closed form has it."""
     p = SIParameters(2.0, 4.0, 200.0, 10.0, 10.0, 0.2, gap=0.93, restitution=0.5)
-    orbit = periodic_orbit(p, guess=orbits(p.dimensionless)[0].start.times(p.units))
+    orbit = periodic_orbit(p, state=orbits(p.dimensionless)[0].start.times(p.units))
     branch = continue_orbit(orbit, "stiffness", 180.0, 205.0, step=0.1)
     (fold,) = points(branch, "fold")
     there = fold.orbit.parameters.dimensionless

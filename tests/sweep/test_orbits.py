@@ -29,7 +29,7 @@ def test_two_impacts_a_period(stable: bool) -> None:
     known = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable == stable)
     start = known.start
     guess = State(start.x * (1 + 1e-5), start.v, start.y - 1e-3, start.u, start.time)
-    found = periodic_orbit(TWO_IMPACTS, guess=guess)
+    found = periodic_orbit(TWO_IMPACTS, state=guess)
     np.testing.assert_allclose([found.state.x, found.state.v], known.stroboscopic(), rtol=1e-12)
     assert found.stable == stable
     multipliers = known.multipliers**2  # those of half a period
@@ -57,7 +57,7 @@ def test_sensitivity_of_two_impacts(name: str, stable: bool) -> None:
 
     value = getattr(TWO_IMPACTS, name)
     start = next(each for each in orbits(TWO_IMPACTS) if each.stable == stable).start
-    found = periodic_orbit(TWO_IMPACTS, guess=start).sensitivity(name)[:2]
+    found = periodic_orbit(TWO_IMPACTS, state=start).sensitivity(name)[:2]
     np.testing.assert_allclose(found, five_points(closed_form, 1e-4 * value), rtol=1e-8)
 
 
@@ -65,14 +65,14 @@ def test_an_orbit_in_si_units() -> None:
     """A derivative from a value of 0, which has no power; what is refused."""
     si = SIParameters(2.0, 4.0, 200.0, 10.0, 10.0, 0.2, 0.55, 0.5, support_stiffness=0.2)
     guess = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable).start
-    orbit = periodic_orbit(si, guess=guess.times(si.units))
-    scaled = periodic_orbit(si.dimensionless, guess=guess).sensitivity("support_damping_ratio")
+    orbit = periodic_orbit(si, state=guess.times(si.units))
+    scaled = periodic_orbit(si.dimensionless, state=guess).sensitivity("support_damping_ratio")
     slope = orbit.sensitivity("support_damping")
     np.testing.assert_allclose(slope, scaled / 40.0 * (0.05, 0.5, 0.05, 0.5), rtol=1e-9)
     with pytest.raises(TypeError, match=r"unknown parameter 'clearance'.*must be one of primary_m"):
         orbit.sensitivity("clearance")
     with pytest.raises(ValueError, match=r"outside the box: must be at most gap / 2 = 0.275"):
-        periodic_orbit(si, guess=State(0.0, 0.0, 1.0, 0.0))
+        periodic_orbit(si, state=State(0.0, 0.0, 1.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_sensitivity_under_two_harmonics(uneven: damper.PeriodicOrbit, name: str
     p, value = uneven.parameters, value_of(uneven.parameters, name)
 
     def beside(way: float) -> np.ndarray:
-        return periodic_orbit(with_values(p, {name: value + way}), guess=uneven.state).start
+        return periodic_orbit(with_values(p, {name: value + way}), state=uneven.state).start
 
     found = plain(uneven.sensitivity)(name)
     np.testing.assert_allclose(found, five_points(beside, 3e-4 * value), rtol=1e-7)
@@ -161,9 +161,58 @@ def test_sensitivity_through_chatter(phase: float) -> None:
     def beside(way: float) -> np.ndarray:
         wider, state = replace(p, clearance=p.clearance + way), orbit.state
         y = state.x + (state.y - state.x) * wider.clearance / p.clearance
-        return periodic_orbit(wider, guess=replace(state, y=y)).start
+        return periodic_orbit(wider, state=replace(state, y=y)).start
 
     np.testing.assert_allclose(orbit.sensitivity("clearance"), five_points(beside, 1e-4), atol=1e-8)
+
+
+FRAME = SIParameters(
+    primary_mass=100.0,
+    damping=800.0,
+    stiffness=4e6,
+    force_amplitude=200.0,
+    forcing_frequency=189.0,
+    free_mass=10.0,
+    gap=0.92e-3,
+    restitution=0.3,
+)
+
+
+@pytest.mark.parametrize(
+    ("p", "names"),
+    [
+        (FRAME, ("gap", "free_mass", "stiffness", "force_amplitude", "forcing_frequency")),
+        (Parameters(frequency_ratio=1.3, **CHATTER), ("clearance", "mass_ratio", "damping_ratio")),
+    ],
+)
+def test_slope_of_the_largest_displacement(
+    p: Parameters | SIParameters, names: tuple[str, ...]
+) -> None:
+    """Against peaks that the observer finds, and against differences of orbits beside."""
+    orbit = periodic_orbit(p)
+    given = {q.name: getattr(p, q.name) for q in type(p).quantities if q.default is None}
+    cube = damper.simulate(
+        **given,
+        transient=600,
+        periods=2,
+        observers=["response"],
+    )
+    assert orbit.peak == pytest.approx(cube.peak_displacement.item(), rel=1e-9)
+    for name in names:
+        value = getattr(p, name)
+
+        def peak(way: float, name: str = name, value: float = value) -> float:
+            beside = replace(p, **{name: value * (1.0 + way)})
+            return periodic_orbit(beside, state=orbit.state).peak
+
+        slope = plain(orbit.peak_sensitivity)(name)
+        assert slope == pytest.approx(five_points(peak, 1e-4) / value, rel=1e-6)
+
+
+def test_a_peak_that_an_impact_ends_has_no_slope() -> None:
+    orbit = periodic_orbit(Parameters(1.0, 0.1, 1.1738, 1.784, 0.4383), settle=100)
+    with pytest.raises(ValueError, match="no derivative of the peak: an impact ends it at <Per"):
+        orbit.peak_sensitivity("clearance")
 
 
 def test_a_sensitivity_without_bound_is_refused() -> None:
@@ -223,8 +272,8 @@ def test_a_run_that_does_not_settle_is_refused() -> None:
     """Its motion would be that of the last segment, carried on for ever."""
     with pytest.raises(ValueError, match="settle = 1000000: the run stopped early, max_events"):
         damper.periodic_orbit(replace(TWO_IMPACTS, clearance=5.0), settle=1_000_000)
-    with pytest.raises(TypeError, match=r"guess = \(0, 0, 0, 0\): must be a damper.State"):
-        periodic_orbit(TWO_IMPACTS, guess=(0, 0, 0, 0))
+    with pytest.raises(TypeError, match=r"state = \(0, 0, 0, 0\): must be a damper.State"):
+        periodic_orbit(TWO_IMPACTS, state=(0, 0, 0, 0))
 
 
 @pytest.mark.parametrize("period", [0, 1001, 10**9])

@@ -35,7 +35,7 @@ MADE_UP = [
 def made(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that makes the table of given intervals."""
 
-    def table(found: list[tuple], **observer: Any) -> Table:
+    def table(found: list[tuple], stated: Any = None, **observer: Any) -> Table:
         rows = [(*row, True, True)[: len(COLUMNS) + len(FLAGS)] for row in found]
         frame = pd.DataFrame(rows, columns=[*COLUMNS, *FLAGS]).astype(dict.fromkeys(FLAGS, bool))
         monkeypatch.setattr(module, "chatter_intervals", lambda *_: frame)
@@ -44,9 +44,20 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Any:
             mass_ratio=[0.1, 0.2], damping_ratio=0.02, frequency_ratio=1.3, clearance=0.05,
             restitution=[0.5, 0.6, 0.7], transient=1, periods=1, observers={"bursts": settings},
         )  # fmt: skip
-        return make("intervals", {"cube": cube}, along="restitution")
+        return make("intervals", {"cube": cube}, along="restitution", stated=stated)
 
     return table
+
+
+def test_stated_range_beside_what_is_found(made: Any) -> None:
+    table = made(MADE_UP, stated=(0.5, 0.6))
+    heads = [part for part in table.body if isinstance(part, str)]
+    assert "## Chatter beside the stated range, 0.5 to 0.6" in heads
+    rows = table.body[3 + 1]
+    assert list(rows["mass ratio"]) == ["0.1", "0.2"]
+    assert {*rows["values with chatter in the range"]} == {"2 of 2"}
+    assert {*rows["values with chatter outside"]} == {"1 of 1"}
+    assert {*rows["outermost ones"]} == {"0.5, 0.7"}
 
 
 def test_main_table_by_hand(made: Any) -> None:

@@ -1,6 +1,8 @@
 """Free decay with two impacts a period, of a light free mass: its damping against the law."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +13,13 @@ from damper.engine.compiled import plain
 from damper.theory.free_decay import (
     amplitude_range,
     equivalent_damping,
+    largest_at_resonance,
     largest_damping,
+    least_at_resonance,
     time_of_decay,
 )
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude
+from damper.theory.two_impacts import orbits
 
 RESTITUTION = 0.3
 RHO = 2 / math.pi * (1 - RESTITUTION) / (1 + RESTITUTION)
@@ -177,3 +182,62 @@ def test_amplitudes_out_of_range_are_refused() -> None:
     # Both ways to say that there is no force.
     unforced = Parameters(1e-3, 0.0, 1.0, CLEARANCE, RESTITUTION, forcing=NoForce())
     assert amplitude_range(unforced) == (low, high)
+
+
+@pytest.mark.parametrize(("r", "zeta"), [(0.3, 0.0), (0.6, 0.0), (0.8, 0.02)])
+def test_least_amplitude_at_resonance(r: float, zeta: float) -> None:
+    """That of the closed form of two impacts per period; the error is in proportion to the mass."""
+
+    def least(mu: float) -> tuple[float, float]:
+        found = least_at_resonance(Parameters(mu, zeta * mu, 1.0, 1.0, r))
+        clearances = found.clearance * np.linspace(0.97, 1.05, 801)
+        peaks = [orbits(Parameters(mu, zeta * mu, 1.0, d, r))[0].peak for d in clearances]
+        k = int(np.argmin(peaks))
+        return peaks[k] / found.amplitude - 1.0, clearances[k] / found.clearance - 1.0
+
+    masses = np.array([3e-2, 1e-2, 3e-3, 1e-3])
+    errors = np.array([least(mu) for mu in masses])
+    order, _ = np.polyfit(np.log(masses), np.log(errors[:, 0]), 1)
+    assert order == pytest.approx(1.0, abs=0.02)
+    assert errors[0, 1] < masses[0]
+    if not zeta:
+        # (1 + mu) times that of the law, as it turns out.
+        np.testing.assert_allclose(errors[:, 0], masses, rtol=1e-3)
+
+
+def test_least_amplitude_is_simulated() -> None:
+    p = {"mass_ratio": 0.02, "damping_ratio": 0.01, "frequency_ratio": 1.0, "restitution": 0.3}
+    law = least_at_resonance(Parameters(**p, clearance=1.0))
+    d = law.clearance * np.array([0.8, 1.0, 1.2])
+    cube = simulate(
+        **p, clearance=d, initial_position=0.3, transient=400, periods=20, observers=["response"]
+    )
+    below, best, above = cube.peak_displacement.values / law.amplitude
+    assert best == pytest.approx(1.0, abs=0.02)
+    assert below > best + 0.01 < above
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"frequency_ratio": 0.9}, "frequency_ratio = 0.9: the law is for resonance"),
+        ({"restitution": 1.0}, "no clearance is best"),
+        ({"forcing": "base"}, "forcing"),
+    ],
+)
+def test_what_is_no_resonance_is_refused(changes: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"frequency_ratio": 1.0, "restitution": 0.5, **changes}
+    with pytest.raises(ValueError, match=words):
+        least_at_resonance(Parameters(0.1, 0.02, clearance=1.0, **given))
+
+
+@pytest.mark.parametrize(("restitution", "alone"), [(0.0, True), (0.2, True), (0.6, False)])
+def test_with_a_high_restitution_a_large_motion_is_in_balance_too(
+    restitution: float, alone: bool
+) -> None:
+    p = Parameters(1e-2, 1e-3, 1.0, 1.0, restitution)
+    least = least_at_resonance(p)
+    largest = largest_at_resonance(replace(p, clearance=least.clearance))
+    assert math.isclose(largest, least.amplitude, rel_tol=1e-4) == alone
+    small = largest_at_resonance(replace(p, mass_ratio=1e-6, damping_ratio=0.1, clearance=1e-3))
+    assert math.isclose(small, 5.0, rel_tol=2e-3)  # the dashpot's

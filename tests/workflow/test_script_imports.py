@@ -22,7 +22,7 @@ JOBS = {
         {"xarray", "pandas", "netCDF4", "matplotlib", "pydantic"},
     ),
     "interactive": (
-        ["damper.models.rigid", "damper.observers.segments", "xarray"],
+        ["damper.observers.bursts", "damper.figures.map", "xarray"],
         {"numba", "xarray", "pandas", "netCDF4", "pydantic"},
     ),
     "report": ([], {"jinja2", "docutils"}),

@@ -1,151 +1,258 @@
-"use strict";
 // The page of results: filter, sorting, and interactive figures. Nothing is loaded from a network.
-const damper = { figures: {} };
 
-// --- The motion of a run, in closed form between events -------------------------------------------
+// --- A point of a figure, and its run -------------------------------------------------------------
 
-// x'' + 2 damping x' + stiffness x = strength sin(angle), a time tau on: Taylor series in steps short
-// against all rates. It serves every regime of damping, and resonance, to roundoff.
-damper.advance = (osc, x, v, angle, tau) => {
-  if (!(tau > 0)) return [x, v];
-  const steps = Math.max(1, Math.ceil(2 * tau * Math.max(osc.rate, osc.omega)));
-  const h = tau / steps;
-  for (let step = 0; step < steps; step++) {
-    const at = angle + osc.omega * h * step;
-    const waves = [Math.sin(at), Math.cos(at), -Math.sin(at), -Math.cos(at)];
-    let [lower, upper, power] = [x, v * h, osc.strength]; // terms of the series of x and the force
-    [x, v] = [lower + upper, upper];
-    for (let n = 0; n < 18; n++) {
-      const force = power * waves[n % 4];
-      const next = h * (h * (force - osc.stiffness * lower) - 2 * osc.damping * (n + 1) * upper)
-        / ((n + 1) * (n + 2));
-      [lower, upper, power] = [upper, next, power * osc.omega * h / (n + 1)];
-      x += next;
-      v += (n + 2) * next;
+// Dimensionless parameters and sizes of units of a point as it is given (damper.parameters.dampers).
+damper.scaled = (data, given) => {
+  const p = { ...given, forcing: data.forcing };
+  if (!data.si) return { p, length: 1, time: 1 };
+  const { primary_mass: mass, stiffness, force_amplitude: force, gap } = given;
+  const length = force ? force / stiffness : gap / 2, time = Math.sqrt(mass / stiffness);
+  return { length, time, p: { ...p, mass_ratio: given.free_mass / mass, clearance: gap / 2 / length,
+    damping_ratio: 0.5 * given.damping / Math.sqrt(stiffness * mass), force_amplitude: force ? 1 : 0,
+    frequency_ratio: given.forcing_frequency * time, gravity: (given.gravity ?? 0) * time * time / length } };
+};
+
+// Steady response of the primary alone, at time 0: [x, x'].
+damper.steady = ({ free, omega, phase }) => {
+  const detuned = (1 - omega) * (1 + omega), loss = 2 * free.damping * omega;
+  const gain = free.strength / (detuned * detuned + loss * loss), sine = Math.sin(phase), cosine = Math.cos(phase);
+  return [gain * (detuned * sine - loss * cosine), omega * gain * (detuned * cosine + loss * sine)];
+};
+
+damper.start = (data, given) => {
+  const { p, length, time } = damper.scaled(data, given), model = damper.model(p, data.run.accuracy);
+  const of = (name, size) => (given[`initial_${name}`] ?? 0) / size;
+  const [x, v] = data.steady ? damper.steady(model) : [of("displacement", length), of("velocity", length / time)];
+  const y = x + of("position", 1) * model.clearance;
+  return { model, length, time, state: [x, v, y, v + of("relative_velocity", length / time)] };
+};
+
+// The run of a point: yields how far it is, so that the page stays alive, and returns the run.
+damper.running = function* (data, given, direction) {
+  const { transient, periods, max_events: most } = data.run;
+  let begun = damper.start(data, given), [along] = Object.keys(data.follow);
+  const settle = function* (model, state, cycles, see) {
+    let s = Array.isArray(state) ? damper.begin(model, state) : state;
+    for (let cycle = s.cycles + 1; s && cycle <= cycles; cycle++) {
+      s = damper.run(model, s, cycle, see && ((one) => see(one, cycle)), most);
+      yield cycle / (transient + periods);
     }
-    v /= h;
+    return s;
+  };
+  if (along) { // each point of the branch before this one hands its end over
+    const way = data.follow[along].filter((value) => direction === "up" ? value < given[along] : value > given[along]);
+    let before = null;
+    for (const value of [...(direction === "up" ? way : way.reverse()), given[along]]) {
+      const here = damper.start(data, { ...given, [along]: value });
+      if (before) {
+        const scale = before.length / here.length, speed = scale * here.time / before.time;
+        const [x, v, y, u] = before.state, walls = before.model.clearance;
+        const at = scale * x, place = walls && Math.min(Math.max((y - x) / walls, -1), 1) * here.model.clearance;
+        here.state = [at, speed * v, at + place, speed * u];
+      }
+      if (value !== given[along]) {
+        const key = JSON.stringify([direction, { ...given, [along]: value }]), known = data.ends ??= {};
+        if (!known[key]) {
+          const end = yield* settle(here.model, here.state, transient + periods);
+          if (!end) return null;
+          known[key] = damper.motion(here.model, end, (transient + periods - end.cycles) * here.model.cycle - end.time);
+        }
+        here.state = known[key];
+      }
+      before = begun = here;
+    }
   }
-  return [x, v];
-};
-
-damper.oscillator = (run, mass) => ({ // mass: of what moves together, over the primary's
-  damping: run.damping_ratio / mass, stiffness: 1 / mass, strength: 1 / mass,
-  omega: run.frequency_ratio, rate: 2 * run.damping_ratio / mass + 1,
-});
-
-// Gap and gap rate in the closed rest of a burst: its bounces are self-similar.
-damper.bounce = (restitution, duration, rate, tau) => {
-  const left = 1 - tau / duration;
-  if (restitution === 0 || !(left > 0)) return [0, 0];
-  const shrink = Math.exp(Math.floor(Math.log(left) / Math.log(restitution)) * Math.log(restitution));
-  const part = Math.min(Math.max((1 - left / shrink) / (1 - restitution), 0), 1);
-  const speed = rate * shrink;
-  return [speed * duration * shrink * (1 - restitution) * part * (1 - part), speed * (1 - 2 * part)];
-};
-
-// Segments of a run: an object each.
-damper.segments = (run) => {
-  const all = damper.unpack(run.rows, Float64Array), count = all.length / 6;
-  return Array.from({ length: count }, (_, k) => {
-    const [time, x, v, rate, rest, code] = [0, 1, 2, 3, 4, 5].map((field) => all[field * count + k]);
-    const mode = Math.floor(code / 3), tail = mode === 1;
-    return { time, x, v, rate, mode, side: code % 3 - 1, gap: tail ? 0 : rest, completion: tail ? rest : 0,
-      end: k + 1 < count ? all[k + 1] : run.end };
-  });
-};
-
-// [x, x', y, y'] a time tau after the start of a segment.
-damper.motion = (run, s, tau) => {
-  const angle = run.frequency_ratio * s.time + run.phase;
-  const share = s.mode ? s.side * run.mass_ratio / (1 + run.mass_ratio) : 0;
-  const osc = damper.oscillator(run, s.mode ? 1 + run.mass_ratio : 1);
-  let [x, v] = damper.advance(osc, s.x, s.v - share * s.rate, angle, tau);
-  let [gap, rate] = [0, 0];
-  if (s.mode === 0) {
-    [gap, rate] = [s.gap + s.rate * tau + s.side * (x - s.x - s.v * tau), s.rate + s.side * (v - s.v)];
-  } else if (s.mode === 1 && s.rate > 0) {
-    [gap, rate] = damper.bounce(run.restitution, s.completion, s.rate, tau);
-    // The pair's centre follows the flow of both masses; the bounces go on about it.
-    [x, v] = [x + share * gap, v + share * rate];
+  const { model } = begun, watch = damper.watch(model, transient, { fraction: data.visible[0],
+    speed: data.visible[1] * begun.time / begun.length, cycles: periods });
+  const settled = yield* settle(model, begun.state, transient);
+  if (!settled) return null;
+  const kept = [], end = transient + periods;
+  const see = (s) => {
+    watch.see(s);
+    if ((s.cycles - end + Math.min(9, periods)) * model.cycle + s.time + s.duration >= 0) kept.push(s);
+  };
+  if (!damper.run(model, settled, end, see, most)) return null;
+  const found = watch.result(), cycles = Math.min(periods, found.period ? found.period * Math.ceil(3 / found.period) : 8);
+  const run = { ...begun, ...found, from: end - cycles, cycles, section: watch.states.filter((_, k) => k % 2 === 0) };
+  run.segments = kept.filter((one) => (one.cycles - run.from) * model.cycle + one.time + one.duration > 0);
+  if (!found.period) { // how far apart is a start beside it in the end?
+    const [x, v, y, u] = watch.states[0], near = 1e-9 * (1 + Math.abs(x));
+    const twin = yield* settle(model, [x + near, v, y + near, u], periods);
+    const ends = twin && damper.motion(model, twin, (periods - twin.cycles) * model.cycle - twin.time);
+    run.growth = ends && Math.max(...ends.map((value, k) => Math.abs(value - watch.states.at(-1)[k]))) / near;
   }
-  return [x, v, x + s.side * (run.clearance - gap), v - s.side * rate];
+  return run;
 };
 
-// Rows of [time, x, x', y, y'], both ends of each segment among them.
-damper.sampled = (run) => damper.segments(run).flatMap((s) => {
-  const first = Math.max(s.time, 0), length = s.end - first;
-  const count = Math.max(8, Math.ceil(length / run.end * 900));
-  return length < 0 ? [] : Array.from({ length: count + 1 }, (_, k) => {
+// Rows of [time, x, x', y, y'] over the cycles shown, both ends of each segment among them.
+damper.sampled = (run) => run.segments.flatMap((s) => {
+  const total = run.cycles * run.model.cycle, begins = (s.cycles - run.from) * run.model.cycle + s.time;
+  const first = Math.max(begins, 0), length = Math.min(begins + s.duration, total) - first;
+  const count = Math.max(6, Math.ceil(length / total * 900));
+  return !(length >= 0) ? [] : Array.from({ length: count + 1 }, (_, k) => {
     const time = first + length * k / count;
-    return [time, ...damper.motion(run, s, time - s.time)];
+    return [time, ...damper.motion(run.model, s, time - begins)];
   });
 });
+
+// Means and extremes over the cycles shown, and what became of the work of the force, per cycle.
+damper.measured = (run, rows) => {
+  const { model, cycles } = run, { mass, free, omega, phase } = model;
+  let [work, dashpot, square, impacts, lost] = [0, 0, 0, 0, 0];
+  rows.slice(1).forEach((row, k) => { // two Gauss points of the cubic through both ends
+    const [t, x, v] = rows[k], h = row[0] - t;
+    const middle = (row[2] + v) / 2, bend = (3 * (row[1] - x) / (h || 1) - 3 * middle) / 2;
+    for (const part of [-0.7745966692414834, 0, 0.7745966692414834]) {
+      const weight = h * (part ? 5 : 8) / 18, speed = middle + part * (row[2] - v) / 2 + bend * (1 - part * part);
+      const way = x + (row[1] - x) * (1 + part) / 2;
+      work += weight * free.strength * Math.sin(omega * (t + (1 + part) * h / 2) + phase) * speed;
+      dashpot += weight * 2 * free.damping * speed * speed;
+      square += weight * way * way;
+    }
+  });
+  for (const s of run.segments) {
+    const inside = (s.cycles - run.from) * model.cycle + s.time >= 0, half = 0.5 * mass / (1 + mass);
+    if (!inside || s.cause !== IMPACT) continue;
+    impacts++;
+    lost += half * (s.speed * s.speed - (s.mode === TAIL ? 0 : s.rate * s.rate));
+  }
+  const energy = ([, x, v, y, u]) => 0.5 * (v * v + x * x + mass * u * u) + mass * model.gravity * y;
+  const stored = energy(rows.at(-1)) - energy(rows[0]), total = cycles * model.cycle;
+  const alone = free.strength / Math.hypot((1 - omega) * (1 + omega), 2 * free.damping * omega);
+  const peak = Math.max(...rows.map((row) => Math.abs(row[1]))), rms = Math.sqrt(square / total);
+  return { peak, rms, alone, impacts: impacts / cycles, work: work / cycles, dashpot: dashpot / cycles,
+    lost: lost / cycles, stored: stored / cycles };
+};
 
 damper.unpack = (text, Kind) =>
   new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
 
 // --- An interactive figure ------------------------------------------------------------------------
 
-const INK = "#000000", BLUE = "#0072B2", ORANGE = "#E69F00", VERMILION = "#D55E00", GREEN = "#009E73";
+const BLUE = "#0072B2", ORANGE = "#E69F00", VERMILION = "#D55E00", GREEN = "#009E73";
+const CHATTER = ["no visible chatter", "incomplete chatter", "complete chatter"];
 const show = (value) => typeof value === "number" ? String(Number(value.toPrecision(5))) : value;
-const named = (label, units) => units ? `${label} / ${/[ /]/.test(units) ? `(${units})` : units}` : label;
+const pretty = (units) => units.replace("sqrt(K M)", "√(KM)").replace("sqrt", "√").replace("F0", "F₀").replace("^2", "²");
+const named = (label, units) => units ? `${label} / ${/[ /]/.test(units) ? `(${pretty(units)})` : pretty(units)}` : label;
 const element = (tag, set = {}, ...inside) => {
   const made = Object.assign(document.createElement(tag), set);
   made.append(...inside);
   return made;
 };
-const axis = (title, more = {}) => ({ title: { text: title, font: { size: 13 } }, automargin: true,
-  zeroline: false, gridcolor: "#eee", linecolor: "#888", ticks: "outside", ...more });
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const axis = (title, more = {}) => ({ title: { text: title, font: { size: 13 } }, automargin: true, zeroline: false,
+  gridcolor: colour("line"), linecolor: colour("soft"), ticks: "outside", exponentformat: "power", ...more });
 const layout = (x, y, more = {}) => ({ xaxis: x, yaxis: y, margin: { l: 10, r: 10, t: 30, b: 10 },
-  font: { family: "system-ui, sans-serif" }, hovermode: "closest", legend: { orientation: "h", y: 1.01,
-    yanchor: "bottom", itemsizing: "constant" }, ...more });
-const PLOT = { responsive: true, displaylogo: false,
-  modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]] };
+  paper_bgcolor: colour("paper"), plot_bgcolor: colour("paper"), font: { family: "system-ui, sans-serif",
+    color: colour("ink") }, hovermode: "closest", legend: { orientation: "h", y: 1.01, yanchor: "bottom",
+    itemsizing: "constant" }, ...more });
+const PLOT = { responsive: true, displayModeBar: innerWidth > 700 && "hover", displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]] };
+const download = (name, rows) => element("a", { download: name, href: URL.createObjectURL(new Blob(
+  [rows.map((row) => `${row.map((cell) => /[",]/.test(cell) ? `"${cell}"` : cell).join()}\n`).join("")])) }).click();
 
 damper.draw = (place) => {
   const data = damper.figures[place.dataset.figure], map = data.kind === "map";
-  const x = data.axes[data.axes.length - 1], y = map ? data.axes[data.axes.length - 2] : null;
-  const picks = {}; // a drop-down for each axis: its value is the place on that axis
-  const variable = element("select");
-  const controls = element("div", { className: "controls" });
-  const add = (label, select, options) => {
-    options.forEach(([value, text]) => select.append(element("option", { value }, text)));
-    select.addEventListener("change", () => refresh());
+  const x = data.axes.at(-1), y = map ? data.axes.at(-2) : null, others = data.axes.filter((one) => one !== x && one !== y);
+  const quantity = Object.fromEntries(data.parameters.map((one) => [one.name, one]));
+  const values = Object.fromEntries(data.parameters.map((one) => [one.name, one.value]));
+  const picks = {}, fields = {}, variable = element("select");
+  const controls = element("div", { className: "controls" }), sliders = element("div", { className: "sliders" });
+  const every = element("div", { className: "controls" });
+  const add = (label, select, options, chosen) => {
+    options.forEach((text, value) => select.append(element("option", { value }, show(text))));
+    select.addEventListener("change", () => { chosen?.(Number(select.value)); refresh(); });
     controls.append(element("label", {}, `${label} `, select));
   };
-  if (data.variables && data.variables.length > 1) {
-    add("Shown", variable, data.variables.map((one, k) => [k, one.name]));
-  }
-  for (const one of data.axes) {
+  const scaled = (name, value) => Number((value * quantity[name].scale).toPrecision(12));
+  const set = (name, value) => {
+    values[name] = value;
+    for (const field of fields[name] ?? []) {
+      const log = field.dataset.log && value > 0;
+      field.value = field.type === "range" && log ? Math.log(value) : value === null ? "" : scaled(name, value);
+    }
+  };
+  const field = (name, more, into) => {
+    const one = quantity[name], range = more.type === "range", label = named(one.label, one.units);
+    const input = element("input", { step: "any", ...more });
+    input.setAttribute("aria-label", range ? `${label}, slider` : label);
+    if (more.log) input.dataset.log = "1";
+    (fields[name] ??= []).push(input);
+    input.addEventListener("input", () => {
+      let value = range && more.log ? Math.exp(input.value) : Number(input.value) / one.scale;
+      if (input.value === "") value = one.default;
+      if (value === undefined) return;
+      const fits = value === null || value >= (one.least ?? -Infinity) && value <= (one.most ?? Infinity);
+      input.setCustomValidity(fits ? "" : `must be ${one.allowed}`);
+      if (!input.reportValidity()) return;
+      set(name, value);
+      follow(true);
+    });
+    into.append(range ? input : element("label", {}, `${label} `, input));
+  };
+
+  if (data.variables?.length > 1) add("Shown", variable, data.variables.map((one) => one.name));
+  for (const one of others) {
     picks[one.name] = element("select");
-    const places = one.kept || one.values.map((_, k) => k);
-    add(named(one.label, one.units), picks[one.name], places.map((k) => [k, show(one.values[k])]));
-    if (one.kept) picks[one.name].selectedIndex = places.length >> (one === y ? 2 : 1);
+    add(named(one.label, one.units), picks[one.name], one.values, (k) => {
+      if (one.name in quantity) set(one.name, one.own[k]);
+      if (one.name === "draw") for (const name in data.draws) set(name, data.draws[name][k]);
+    });
+    if (one.name in quantity) values[one.name] = one.own[0];
   }
-  const panel = element("div", { className: "panel", role: "img" });
-  const said = element("p", { className: "said" });
+  for (const name in data.draws) values[name] = data.draws[name][data.draw];
+  for (const one of [x, y].filter(Boolean)) {
+    const ends = [one.own[0], one.own.at(-1)].map((end) => one.log ? Math.log(end) : scaled(one.name, end));
+    const row = element("div", {});
+    field(one.name, { type: "number" }, row);
+    field(one.name, { type: "range", min: ends[0], max: ends[1], log: one.log }, row);
+    sliders.append(row);
+    values[one.name] = one.own[one.own.length >> (one === y ? 2 : 1)];
+  }
+  data.parameters.filter((one) => one !== quantity[x.name] && one !== quantity[y?.name])
+    .forEach((one) => field(one.name, { type: "number" }, every));
+  const start = { ...values };
+
+  const panel = element("div", { className: "panel", role: "group" });
+  panel.setAttribute("aria-label", `${place.dataset.caption}. The fields below choose a point, too.`);
+  const said = element("p", { className: "said" }), beside = element("p", { className: "more" });
   said.setAttribute("aria-live", "polite");
-  const [history, primary, relative] = ["history", "", ""].map((name) => element("div", { className: name }));
-  const runs = element("div", { className: "runs" }, history, primary, relative);
-  const values = element("dl", { className: "values" });
-  const colour = element("p", { className: "more" },
-    map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "");
-  place.replaceChildren(controls, colour, panel, said, runs, values);
-  panel.setAttribute("aria-label", `${place.dataset.caption}. The lists above choose a point, too.`);
+  const stage = element("canvas", { className: "stage", height: 80 }), scale = element("p", { className: "more" });
+  stage.setAttribute("role", "img");
+  const [history, primary, relative] = ["history", "", ""].map((name) => element("div", { className: name, role: "group" }));
+  const now = element("div", { className: "now" }), past = element("div", { className: "past" }, history, now);
+  const runs = element("div", { className: "runs" }, past, relative, primary);
+  const measured = element("dl", { className: "values" }), text = element("textarea", { readOnly: true, hidden: true, rows: 7 });
+  text.setAttribute("aria-label", "Copied text");
+  const play = element("button", { type: "button" }, "Play");
+  const speed = element("input", { type: "range", min: -1.5, max: 1, step: 0.1, value: -0.3 });
+  const note = element("span", { role: "status" });
+  const button = (label, action) => element("button", { type: "button", onclick: action }, label);
+  const copy = (what, make) => button(what, () => {
+    text.value = make();
+    text.hidden = false;
+    text.select();
+    navigator.clipboard?.writeText(text.value).then(() => { note.textContent = "Copied."; }, () => {});
+  });
+  const bar = element("div", { className: "controls bar" }, play, element("label", {}, "speed ", speed),
+    copy("Copy link", () => location.href), copy("Copy as Python", () => python()), copy("Copy as YAML", () => yaml()),
+    button("Figure as CSV", () => download(`${place.dataset.figure.replaceAll("/", "-")}.csv`, table())),
+    button("Motion as CSV", () => download("motion.csv", [["time", "x", "v", "y", "u"], ...(shown?.rows ?? [])])), note);
+  const colourOf = map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "";
+  place.replaceChildren(controls, element("p", { className: "more" }, colourOf), panel, sliders,
+    element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, stage, scale, bar, text, runs, measured);
 
   const at = (one) => Number(picks[one.name].value);
-  // Number of a place in what lies in the order of the axes: `size` and `index` of each.
-  const number = (axes, size, index) => axes.reduce((sum, one) => sum * size(one) + index(one), 0);
-  const fixed = data.axes.filter((one) => one !== x && one !== y && !data.overlaid.includes(one.name));
-  const kept = (one) => one.kept ? one.kept.length : one.values.length;
-  const run = () => number(data.axes, kept, (one) => picks[one.name].selectedIndex);
+  // Number of a place in what lies in the order of the axes.
+  const number = (axes) => axes.reduce((sum, one) => sum * one.values.length + at(one), 0);
+  const fixed = others.filter((one) => !data.overlaid.includes(one.name));
   const grid = data.values && damper.unpack(data.values, Float32Array);
+  const size = map && x.values.length * y.values.length;
+  const slice = (packed, Kind, length) => packed && damper.unpack(packed, Kind).slice(number(fixed) * length, (number(fixed) + 1) * length);
+  const rowsOf = (all) => y.values.map((_, k) => Array.from(all.subarray(k * x.values.length, (k + 1) * x.values.length)));
 
   const heat = () => {
-    const size = x.values.length * y.values.length;
-    const from = number(fixed, (one) => one.values.length, at) * size;
-    const rows = y.values.map((_, k) => Array.from(grid.subarray(from + k * x.values.length,
-      from + (k + 1) * x.values.length)));
+    const from = number(fixed) * size, rows = rowsOf(grid.subarray(from, from + size));
     const classes = data.classes, ratio = data.colours.length > 0;
     const height = (z) => !Number.isFinite(z) ? null : ratio ? Math.log10(z) : z;
     const bar = { thickness: 10, len: 1, orientation: "h", y: 1.01, yanchor: "bottom" };
@@ -164,113 +271,297 @@ damper.draw = (place) => {
       Object.assign(trace, { zmin: -1, zmax: 1 });
       Object.assign(bar, { tickvals: ticks.map(Math.log10), ticktext: ticks.map(String) });
     }
-    const dots = y.kept.flatMap((j) => x.kept.map((i) => [x.values[i], y.values[j]]));
-    const here = { type: "scatter", mode: "markers", hoverinfo: "skip", showlegend: false };
-    return [trace,
-      ...classes.map(([name, fill]) => ({ type: "scatter", mode: "markers", x: [null], y: [null], name,
-        marker: { symbol: "square", size: 11, color: fill, line: { width: 1, color: "#666" } } })),
-      { ...here, x: dots.map((dot) => dot[0]), y: dots.map((dot) => dot[1]),
-        marker: { size: 3, color: "#fff", line: { width: 0.7, color: INK } } },
-      { ...here, x: [x.values[at(x)]], y: [y.values[at(y)]],
-        marker: { size: 14, symbol: "circle-open", color: GREEN, line: { width: 3 } } }];
+    const dots = { type: "scatter", mode: "markers", hoverinfo: "skip" }, drawn = [trace];
+    const used = new Set(rows.flat());
+    classes.forEach(([name, fill], k) => used.has(k) && drawn.push({ ...dots, x: [null], y: [null], name,
+      marker: { symbol: "square", size: 11, color: fill, line: { width: 1, color: "#666" } } }));
+    const idle = slice(data.idle, Uint8Array, size), best = slice(data.best, Uint16Array, x.values.length);
+    if (idle && !classes.length) {
+      const cells = [...idle.keys()].filter((k) => idle[k]), thin = Math.ceil(cells.length / 1500);
+      const places = cells.filter((_, k) => k % thin === 0), wide = x.values.length;
+      if (places.length) drawn.push({ ...dots, x: places.map((k) => x.values[k % wide]),
+        y: places.map((k) => y.values[Math.floor(k / wide)]), name: "walls never touched",
+        marker: { symbol: "line-ne-open", size: 7, color: "#777", line: { width: 1, color: "#777" } } });
+    }
+    if (ratio) drawn.push({ type: "contour", x: x.values, y: y.values, name: "ratio = 1", showlegend: true,
+      z: rows.map((row, j) => row.map((z, i) => idle?.[j * x.values.length + i] ? null : height(z))), hoverinfo: "skip",
+      contours: { start: 0, end: 0, size: 1, coloring: "lines" }, colorscale: [[0, "#000"], [1, "#000"]], showscale: false, line: { width: 1.2, color: "#000" } });
+    if (best) {
+      const known = [...best.keys()].filter((k) => best[k]);
+      drawn.push({ ...dots, x: known.map((k) => x.values[k]), y: known.map((k) => y.values[best[k] - 1]),
+        name: `best ${y.label.split(",")[0]}`, marker: { size: 5, color: "#fff", line: { width: 1, color: "#000" } } });
+    }
+    return drawn;
   };
 
-  const columns = data.variables ? data.variables.map((one) => ({ ...one,
-    counts: damper.unpack(one.counts, Uint16Array), values: damper.unpack(one.values, Float32Array) })) : [];
+  const columns = (data.variables ?? []).map((one) => ({ ...one, counts: damper.unpack(one.counts, Uint16Array),
+    values: damper.unpack(one.values, Float32Array) }));
   const chatter = data.chatter && damper.unpack(data.chatter, Uint8Array);
-  const COLOURS = { 0: ["no chatter", INK], 1: ["incomplete chatter", ORANGE], 2: ["complete chatter", BLUE] };
-  const diagram = (shown) => {
-    const over = data.axes.filter((one) => data.overlaid.includes(one.name));
-    const count = over.reduce((product, one) => product * one.values.length, 1);
-    const first = number(fixed, (one) => one.values.length, at) * count, traces = {};
-    let from = shown.counts.subarray(0, first * x.values.length).reduce((sum, n) => sum + n, 0);
+  const kinds = { 0: ["no chatter", "ink"], 1: ["incomplete chatter", ORANGE], 2: ["complete chatter", BLUE] };
+  const diagram = (one) => {
+    const over = others.filter((other) => data.overlaid.includes(other.name)), last = over.at(-1);
+    const count = over.reduce((product, other) => product * other.values.length, 1);
+    const first = number(fixed) * count, traces = {};
+    let from = one.counts.subarray(0, first * x.values.length).reduce((sum, n) => sum + n, 0);
     for (let branch = 0; branch < count; branch++) {
       x.values.forEach((value, k) => {
-        const column = (first + branch) * x.values.length + k, one = over[over.length - 1];
-        const kind = chatter ? COLOURS[chatter[column]]
-          : [one ? `${one.name} ${one.values[branch % one.values.length]}` : "", branch === 1 ? VERMILION : INK];
+        const column = (first + branch) * x.values.length + k, name = last ? `${last.name} ${last.values[branch % last.values.length]}` : "";
+        const kind = chatter ? kinds[chatter[column]] : [name, branch === 1 ? VERMILION : "ink"];
+        const paint = kind[1] === "ink" ? colour("ink") : kind[1];
         const trace = traces[kind[0]] = traces[kind[0]] || { type: "scatter", name: kind[0], x: [], y: [],
-          mode: shown.line ? "lines+markers" : "markers", showlegend: Boolean(kind[0]),
-          marker: { size: shown.line ? 4 : 2.5, color: kind[1], symbol: shown.line && branch ? "circle-open" : "circle" },
-          line: { width: 1 }, hovertemplate: `${x.label} %{x:.5~g} ${x.units}<br>${shown.name} `
-            + `<b>%{y:.5~g} ${shown.units}</b><extra>${kind[0]}</extra>` };
-        for (let n = 0; n < shown.counts[column]; n++) {
+          mode: one.line ? "lines+markers" : "markers", showlegend: Boolean(kind[0]),
+          marker: { size: one.line ? 4 : 2.5, color: paint, symbol: one.line && branch ? "circle-open" : "circle" },
+          line: { width: 1 }, hovertemplate: `${x.label} %{x:.5~g} ${x.units}<br>${one.name} `
+            + `<b>%{y:.5~g} ${one.units}</b><extra>${kind[0]}</extra>` };
+        for (let n = 0; n < one.counts[column]; n++) {
           trace.x.push(value);
-          trace.y.push(shown.values[from + n]);
+          trace.y.push(one.values[from + n]);
         }
-        from += shown.counts[column];
+        from += one.counts[column];
       });
     }
     return Object.values(traces);
+  };
+
+  const table = () => {
+    const traces = map ? heat() : diagram(columns[Number(variable.value)] || columns[0]);
+    const settings = fixed.map((one) => [one.name, one.values[at(one)]]), names = settings.map(([name]) => name);
+    const rest = settings.map(([, value]) => value), label = map ? data.label : columns[Number(variable.value) || 0].name;
+    const rows = map ? y.values.flatMap((up, j) => x.values.map((value, i) => [...rest, value, up, traces[0].customdata[j][i]]))
+      : traces.flatMap((trace) => trace.x.map((value, k) => [...rest, value, trace.y[k], trace.name]));
+    const units = (one) => one.units ? `${one.name} (${one.units})` : one.name;
+    return [[...names, units(x), ...(map ? [units(y), label] : [label, "kind"])], ...rows];
   };
 
   const cells = (one) => { // from the outer edge of the first cell to that of the last
     const ends = [...one.values.slice(0, 2), ...one.values.slice(-2)].map(one.log ? Math.log10 : Number);
     return [1.5 * ends[0] - 0.5 * ends[1], 1.5 * ends[3] - 0.5 * ends[2]];
   };
+  const cursor = () => {
+    const line = { type: "line", line: { color: GREEN, width: 2, dash: map ? "dot" : "solid" } };
+    const here = (one) => scaled(one.name, values[one.name]);
+    return [{ ...line, x0: here(x), x1: here(x), yref: "paper", y0: 0, y1: 1 },
+      ...(map ? [{ ...line, y0: here(y), y1: here(y), xref: "paper", x0: 0, x1: 1 }] : [])];
+  };
 
-  const refresh = () => {
-    const shown = columns[Number(variable.value)] || columns[0];
-    const scale = (one) => map ? { type: one.log ? "log" : "linear", range: cells(one) } : {};
-    const across = axis(named(x.label, x.units), scale(x));
-    const up = map ? axis(named(y.label, y.units), scale(y))
-      : axis(named(shown.name, shown.units), { type: shown.log ? "log" : "linear" });
-    const cursor = map ? [] : [{ type: "line", x0: x.values[at(x)], x1: x.values[at(x)], yref: "paper",
-      y0: 0, y1: 1, line: { color: GREEN, width: 2 } }];
+  const refresh = (moves = true) => {
+    const one = columns[Number(variable.value)] || columns[0], bar = map && !data.classes.length;
+    const scale = (along) => map ? { type: along.log ? "log" : "linear", range: cells(along) } : {};
+    const up = map ? axis(named(y.label, y.units), scale(y)) : axis(named(one.name, one.units), { type: one.log ? "log" : "linear" });
     // As long as the choices stay, so does what the reader has zoomed into.
-    const kind = fixed.map(at).join() + variable.value;
-    Plotly.react(panel, map ? heat() : diagram(shown), layout(across, up, { shapes: cursor, uirevision: kind,
-      height: 430, plot_bgcolor: map ? "#b0b0b0" : "#fff" }), PLOT);
-    follow();
+    Plotly.react(panel, map ? heat() : diagram(one), layout(axis(named(x.label, x.units), scale(x)), up, { shapes: cursor(),
+      legend: { orientation: "h", y: bar ? -0.16 : 1.01, yanchor: bar ? "top" : "bottom", itemsizing: "constant" },
+      showlegend: true, uirevision: fixed.map(at).join() + variable.value, height: 430, plot_bgcolor: map ? "#b0b0b0" : colour("paper") }), PLOT);
+    follow(moves);
   };
 
-  const follow = () => {
-    const found = data.runs[run()], [length, time, speed] = data.run_units;
-    const where = data.axes.map((one) => `${one.label} ${show(one.values[at(one)])} ${one.units}`.trim());
-    said.replaceChildren(element("b", {}, found.class), ` at ${where.join(", ")}`);
-    const measured = data.measured.map((one) => [one, damper.unpack(one.values, Float32Array)[run()]]);
-    values.replaceChildren(...measured.filter(([, value]) => Number.isFinite(value)).map(([one, value]) =>
-      element("div", {}, element("dt", {}, one.label), element("dd", {}, `${show(value)} ${one.units}`))));
-    const rows = damper.sampled(found);
-    runs.hidden = rows.length === 0; // the run stopped early
-    if (runs.hidden) return;
-    const l = found.length, t = found.time, d = found.clearance * l;
-    const line = (xs, ys, name, colour, more = {}) => ({ type: "scatter", mode: "lines", x: xs, y: ys, name,
-      line: { color: colour, width: 1.3, simplify: false }, ...more });
-    const times = rows.map((row) => row[0] * t), between = rows.map((row) => (row[3] - row[1]) * l);
-    const x1 = rows.map((row) => row[1] * l), still = { ...PLOT, displayModeBar: false };
-    const wall = (sign) => line([times[0], times[times.length - 1]], [sign * d, sign * d], "walls", "",
-      { line: { color: "#999", width: 1 }, yaxis: "y2", showlegend: sign > 0, hoverinfo: "skip" });
-    const small = { height: 300, showlegend: false };
-    Plotly.react(history, [line(times, x1, "primary", INK),
-      line(times, rows.map((row) => row[3] * l), "free mass", BLUE),
-      line(times, between, "free mass relative to the primary", GREEN, { yaxis: "y2" }), wall(-1), wall(1)],
-    layout(axis(named("time", time), { anchor: "y2" }), axis(named("displacement", length), { domain: [0.54, 1] }),
-      { height: 480, yaxis2: axis(named("relative", length), { domain: [0, 0.46] }) }), still);
-    Plotly.react(primary, [line(x1, rows.map((row) => row[2] * l / t), "primary", INK)],
-      layout(axis(named("displacement", length)), axis(named("velocity", speed)), small), still);
-    Plotly.react(relative, [line(between, rows.map((row) => (row[4] - row[2]) * l / t), "relative motion", GREEN)],
-      layout(axis(named("relative displacement", length)), axis(named("relative velocity", speed)), small), still);
-    history.setAttribute("aria-label", `Time history: ${said.textContent}`);
-    [history, primary, relative].forEach((plot) => plot.setAttribute("role", "img"));
-    primary.setAttribute("aria-label", "Phase portrait of the primary");
-    relative.setAttribute("aria-label", "Phase portrait of the relative motion");
-  };
-
-  // The nearest kept point, as the eye measures: in parts of the axis.
-  const choose = (one, value) => {
-    const scale = one.log ? Math.log : Number;
-    const near = one.kept.map((k) => Math.abs(scale(one.values[k]) - scale(value)));
-    picks[one.name].selectedIndex = near.indexOf(Math.min(...near));
-  };
-  refresh();
-  panel.on("plotly_click", ({ points: [point] }) => {
-    choose(x, point.x);
-    if (map) choose(y, point.y);
-    else if (data.overlaid.length === 1 && !chatter) picks[data.overlaid[0]].selectedIndex = point.curveNumber;
-    refresh();
+  // --- the run of the point
+  let asked = 0, shown = null, playing = false;
+  const direction = () => picks.direction ? data.axes.find((one) => one.name === "direction").values[at({ name: "direction" })] : data.direction;
+  const where = () => [...new Set([...others.map((one) => one.name), x.name, ...(y ? [y.name] : [])])].map((name) => {
+    const one = quantity[name];
+    return one ? `${one.label} ${show(scaled(name, values[name]))} ${pretty(one.units)}`.trim() : `${name} ${name === "direction" ? direction() : picks[name].value}`;
+  }).join(", ");
+  const changed = () => data.parameters.filter((one) => {
+    const pick = others.find((other) => other.name === one.name);
+    if (one.name === x.name || one.name === y?.name) return false;
+    const drawn = one.name in data.draws ? data.draws[one.name][picks.draw ? Number(picks.draw.value) : data.draw] : start[one.name];
+    return values[one.name] !== (pick ? pick.own[at(pick)] : drawn);
   });
+
+  const follow = async (moves) => {
+    const mine = ++asked;
+    if (panel._fullLayout) setTimeout(() => mine === asked && Plotly.relayout(panel, { shapes: cursor() }));
+    const others = changed();
+    beside.textContent = others.length ? `Not as in the figure above: ${others.map((one) =>
+      `${one.label} ${show(values[one.name] === null ? "as the other" : scaled(one.name, values[one.name]))} ${one.units}`.trim()).join(", ")}.` : "";
+    if (moves) remember();
+    const unknown = data.parameters.filter((one) => !one.known && values[one.name] !== one.default).map((one) => one.label);
+    if (!data.forces.includes(data.forcing)) unknown.push(`the force “${data.forcing}”`);
+    shown = null;
+    if (unknown.length) return stop(`This page does not compute ${unknown.join(", ")}; damper.run in Python does. At ${where()}.`);
+    const work = damper.running(data, values, direction());
+    for (let turn = work.next(), began = performance.now(); ; turn = work.next()) {
+      if (turn.done) { turn.value ? present(turn.value, moves) : stop(`The run stopped early, after ${data.run.max_events} events, at ${where()}.`); return; }
+      if (performance.now() - began < 40) continue;
+      said.textContent = `Computing … at ${where()}`;
+      await new Promise((go) => setTimeout(go));
+      if (mine !== asked) return;
+      began = performance.now();
+    }
+  };
+  const stop = (why) => {
+    said.textContent = why;
+    runs.hidden = stage.hidden = scale.hidden = measured.hidden = true;
+  };
+
+  const present = (run, moves) => {
+    const rows = damper.sampled(run), found = damper.measured(run, rows), { length: l, time: t } = run;
+    const units = data.si ? { l: 1e3, length: "mm", time: "s", speed: "mm/s", energy: "J" }
+      : { l: 1, length: "F0/K", time: "sqrt(M/K)", speed: "F0/sqrt(K M)", energy: "F0^2/K" };
+    const size = l * units.l, scaledRows = rows.map(([time, ...state]) => [time * t, ...state.map((value, k) => value * size / (k % 2 ? t : 1))]);
+    shown = { run, rows: scaledRows, walls: run.model.clearance * size, cycle: run.model.cycle * t, begins: performance.now() };
+    let words = damper.in_words(run);
+    if (!run.period) words = run.growth > 1e3 ? `chaotic: a difference of 1e-9 grows to ${show(Number((run.growth * 1e-9).toPrecision(2)))} in ${data.run.periods} cycles`
+      : `no period up to 8 cycles: quasi-periodic, or not settled after ${data.run.transient} cycles`;
+    said.replaceChildren(element("b", {}, `${CHATTER[run.chatter]}; ${words}`), ` at ${where()}`);
+    const share = (part) => found.work > 0 ? ` (${show(100 * part / found.work)} %)` : "";
+    const joule = data.si ? l * l * values.stiffness : 1;
+    const told = [["largest displacement", found.peak * size, units.length], ["rms displacement", found.rms * size, units.length],
+      ["largest displacement over that without damper", found.peak / found.alone, ""],
+      ["rms displacement over that without damper", found.rms / found.alone * Math.SQRT2, ""],
+      ["impacts per cycle, of complete chatter the resolved ones", found.impacts, ""], ["fraction of time sticking", run.sticking, ""],
+      ["work of the force per cycle", found.work * joule, units.energy],
+      ["of it lost in the dashpot", found.dashpot * joule, units.energy + share(found.dashpot)],
+      ["of it lost in impacts", found.lost * joule, units.energy + share(found.lost)],
+      ["of it stored", found.stored * joule, units.energy + share(found.stored)]];
+    measured.replaceChildren(...told.filter(([, value]) => Number.isFinite(value)).map(([label, value, unit]) =>
+      element("div", {}, element("dt", {}, label), element("dd", {}, `${show(value)} ${pretty(unit)}`))));
+    runs.hidden = stage.hidden = scale.hidden = measured.hidden = false;
+    stage.setAttribute("aria-label", `The free mass in its box over ${run.cycles} cycles: ${said.textContent}`);
+    if (moves && !matchMedia("(prefers-reduced-motion: reduce)").matches) start_playing(true); else animate(0);
+    setTimeout(() => shown?.run === run && plots(run, units));
+  };
+
+  const plots = (run, units) => {
+    const { rows, walls } = shown, ink = colour("ink"), size = run.length * units.l;
+    const padded = (values) => { // an axis with room beside the curve
+      const low = Math.min(...values), high = Math.max(...values), room = 0.06 * (high - low) || 1;
+      return { range: [low - room, high + room] };
+    };
+    const column = (k) => rows.map((row) => row[k]);
+    const line = (xs, ys, name, paint, more = {}) => ({ type: "scatter", mode: "lines", x: xs, y: ys, name,
+      line: { color: paint, width: 1.3, simplify: false }, ...more });
+    const times = rows.map((row) => row[0]), between = rows.map((row) => row[3] - row[1]), still = { ...PLOT, displayModeBar: false };
+    const wall = (sign) => line([times[0], times.at(-1)], [sign * walls, sign * walls], "walls", "",
+      { line: { color: "#999", width: 1 }, yaxis: "y2", showlegend: sign > 0, hoverinfo: "skip" });
+    Plotly.react(history, [line(times, column(1), "primary", ink), line(times, column(3), "free mass", BLUE),
+      line(times, between, "free mass relative to the primary", GREEN, { yaxis: "y2" }), wall(-1), wall(1)],
+    layout(axis(named("time", units.time), { anchor: "y2" }), axis(named("displacement", units.length), { domain: [0.54, 1] }),
+      { height: 480, yaxis2: axis(named("relative", units.length), { domain: [0, 0.46], range: [-1.12 * walls || -1, 1.12 * walls || 1] }) }), still);
+    const section = run.section.map(([a, v, y, u]) => [a * size, v * size / run.time, (y - a) * size, (u - v) * size / run.time]);
+    const dots = (first) => line(section.map((one) => one[first]), section.map((one) => one[first + 1]), "section, once per cycle", VERMILION,
+      { mode: "markers", marker: { size: 5, color: VERMILION } });
+    const edges = [-walls, walls].map((at) => ({ type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: { color: "#999", width: 1 } }));
+    const small = { height: 320, showlegend: true };
+    Plotly.react(relative, [line(between, rows.map((row) => row[4] - row[2]), "relative motion", GREEN), dots(2)],
+      layout(axis(named("relative displacement", units.length), { range: [-1.12 * walls || -1, 1.12 * walls || 1] }),
+        axis(named("relative velocity", units.speed), padded(rows.map((row) => row[4] - row[2]))), { ...small, shapes: edges }), still);
+    Plotly.react(primary, [line(column(1), column(2), "primary", ink), dots(0)],
+      layout(axis(named("displacement", units.length), padded(column(1))), axis(named("velocity", units.speed), padded(column(2))), small), still);
+    history.setAttribute("aria-label", `Time history: ${said.textContent}`);
+    relative.setAttribute("aria-label", "Phase portrait of the relative motion");
+    primary.setAttribute("aria-label", "Phase portrait of the primary");
+  };
+
+  // --- the ball in its box: the way of the box and that of the ball in it have a scale each
+  const animate = (time) => {
+    const { rows, walls } = shown, wide = stage.width = stage.clientWidth, pen = stage.getContext("2d");
+    let low = 0, high = rows.length - 1;
+    while (high - low > 1) { const middle = (low + high) >> 1; if (rows[middle][0] <= time) low = middle; else high = middle; }
+    const part = Math.min(Math.max((time - rows[low][0]) / (rows[high][0] - rows[low][0] || 1), 0), 1);
+    const [, a, , b] = rows[low].map((value, k) => value + part * (rows[high][k] - value));
+    shown.peak ??= Math.max(...rows.map((row) => Math.abs(row[1]))) || 1;
+    const radius = 14, travel = 0.18 * wide, centre = wide / 2 + a / shown.peak * 0.22 * wide, half = travel + radius;
+    pen.strokeStyle = pen.fillStyle = colour("ink");
+    pen.lineWidth = 3;
+    pen.strokeRect(centre - half, 18, 2 * half, 44);
+    pen.lineWidth = 1;
+    pen.beginPath();
+    const left = centre - half; // the spring to the frame
+    for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 40 + (k % 24 && (k % 2 ? 8 : -8)));
+    pen.stroke();
+    const ratio = walls ? travel / walls / (0.22 * wide / shown.peak) : 1, times = show(Number(ratio.toPrecision(2)));
+    scale.textContent = `In the box ways are drawn ${times} times as large as those of the box. Time ${time.toPrecision(3)}`;
+    pen.fillStyle = BLUE;
+    pen.beginPath();
+    pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
+    pen.fill();
+    const plot = history._fullLayout?.xaxis;
+    now.style.left = plot ? `${plot._offset + plot.l2p(time)}px` : "-9px";
+  };
+  const frame = (at) => {
+    if (!playing || !shown || !place.isConnected) return;
+    const total = shown.run.cycles * shown.cycle;
+    shown.time = ((shown.time ?? 0) + (shown.last ? at - shown.last : 0) / 1000 * 10 ** speed.value * shown.cycle) % total;
+    shown.last = at;
+    animate(shown.time);
+    requestAnimationFrame(frame);
+  };
+  const start_playing = (on) => {
+    const was = playing;
+    playing = on;
+    play.textContent = on ? "Pause" : "Play";
+    if (shown) shown.last = 0;
+    if (on && !was) requestAnimationFrame(frame); else if (on) animate(shown.time ?? 0);
+  };
+  play.addEventListener("click", () => start_playing(!playing));
+
+  // --- link, Python, YAML
+  const remember = () => {
+    const kept = { figure: place.dataset.figure };
+    for (const one of others) if (!(one.name in quantity)) kept[one.name] = at(one);
+    if (data.variables?.length > 1) kept.shown = variable.value;
+    for (const one of others) if (one.name in quantity && values[one.name] !== one.own[at(one)]) kept[`${one.name}_shown`] = at(one);
+    for (const name in values) if (values[name] !== start[name]) kept[name] = values[name] ?? "";
+    window.history.replaceState(null, "", `#${new URLSearchParams(kept)}`);
+  };
+  const recall = (kept) => {
+    if (kept.get("figure") !== place.dataset.figure) return;
+    if (kept.has("shown")) variable.value = kept.get("shown");
+    for (const name in values) set(name, !kept.has(name) ? start[name] : kept.get(name) === "" ? null : Number(kept.get(name)));
+    for (const one of others) {
+      const own = one.name in quantity ? one.own.indexOf(values[one.name]) : Number(kept.get(one.name) ?? 0);
+      picks[one.name].value = kept.get(`${one.name}_shown`) ?? Math.max(own, 0);
+    }
+  };
+  const begins = () => {
+    const { state: [a, v, y, u], length, time } = shown.run;
+    return [a * length, v * length / time, y * length, u * length / time];
+  };
+  const given = () => data.parameters.filter((one) => !one.name.startsWith("initial_") && values[one.name] !== null
+    && values[one.name] !== one.default).map((one) => [one.name, values[one.name]]);
+  const python = () => {
+    if (!shown) return "# not computed";
+    const [a, v, y, u] = begins(), forcing = data.forcing === "harmonic" ? [] : [["forcing", `"${data.forcing}"`]];
+    return `import damper\n\npoint = damper.${data.si ? "SIParameters" : "Parameters"}(${[...given(), ...forcing].map((one) => one.join("=")).join(", ")})\n`
+      + `start = damper.State(x=${a}, v=${v}, y=${y}, u=${u})\nrun = damper.run(point, ${data.run.transient + shown.run.cycles} * point.cycle, start)\nrun.plot(${data.run.transient})\n`;
+  };
+  const yaml = () => {
+    if (!shown) return "# not computed";
+    const [a, v, y, u] = begins(), walls = shown.run.model.clearance * shown.run.length;
+    const initial = { displacement: a, velocity: v, position: walls ? (y - a) / walls : 0, relative_velocity: u - v };
+    const rows = [...given(), ...Object.entries(initial).filter(([, value]) => value).map(([name, value]) => [`initial_${name}`, value])];
+    return `title: A point of ${place.dataset.caption.replaceAll(/[:#]/g, ",")}\nsource: chosen on the page of results\n${data.forcing === "harmonic" ? "" : `forcing: ${data.forcing}\n`}`
+      + `parameters:\n${rows.map(([name, value]) => `  ${name}: ${value}\n`).join("")}transient: ${data.run.transient}\nperiods: ${data.run.periods}\n`
+      + "observers: {response: , impacts: , bursts: , motion: , trajectory: }\nfigures:\n  history: {kind: trajectory}\n";
+  };
+
+  // A click anywhere in the panel chooses the nearest place of the grid, as the eye measures.
+  const choose = (one, pixel, drawn) => {
+    const near = one.values.map((value) => Math.abs(drawn.d2p(value) - pixel));
+    set(one.name, one.own[near.indexOf(Math.min(...near))]);
+  };
+  let down = null;
+  panel.addEventListener("pointerdown", (event) => { down = event; }, true);
+  addEventListener("pointerup", (event) => {
+    if (!down || Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > 4) { down = null; return; }
+    down = null;
+    const box = panel.getBoundingClientRect(), { xaxis, yaxis } = panel._fullLayout;
+    const [left, top] = [event.clientX - box.x - xaxis._offset, event.clientY - box.y - yaxis._offset];
+    if (left < 0 || top < 0 || left > xaxis._length || top > yaxis._length) return;
+    choose(x, left, xaxis);
+    if (map) choose(y, top, yaxis);
+    follow(true);
+  }, true);
+  damper.drawn.push({ refresh: () => refresh(false), recall });
+  Object.entries(values).forEach(([name, value]) => set(name, value));
+  recall(new URLSearchParams(location.hash.slice(1)));
+  refresh(false);
 };
+
+damper.drawn = [];
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => damper.drawn.forEach((one) => one.refresh()));
 
 // Scripts beside the page, each once, when a figure comes near the window.
 damper.load = (path) => damper.load[path] = damper.load[path] || new Promise((done, failed) => {
@@ -284,13 +575,27 @@ const near = new IntersectionObserver((seen) => seen.filter((one) => one.isInter
   near.unobserve(target);
   Promise.all([damper.plotly(), damper.load(`${target.dataset.figure}.js`)])
     .then(() => damper.draw(target))
-    .catch(() => { target.textContent = "Its files, plotly.js and the folder interactive, are not beside this page."; });
+    .catch((error) => {
+      console.error(error);
+      target.textContent = "Its files, plotly.js and the folder interactive, are not beside this page.";
+    });
 }), { rootMargin: "300px" });
-const places = document.querySelectorAll("[data-figure]");
-places.forEach((place) => near.observe(place));
-addEventListener("load", () => places.length && damper.plotly().catch(() => {}));
+document.querySelectorAll("[data-figure]").forEach((place) => near.observe(place));
 
-// --- Filter and sorting ---------------------------------------------------------------------------
+// --- Chapters, filter and sorting -----------------------------------------------------------------
+
+// A link leads into a folded chapter: open all that is around its target.
+const unfold = () => {
+  const kept = new URLSearchParams(location.hash.slice(1));
+  const target = kept.has("figure") ? document.querySelector(`[data-figure="${CSS.escape(kept.get("figure"))}"]`)
+    : document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  for (let one = target; one; one = one.parentElement) if (one.tagName === "DETAILS") one.open = true;
+  target?.querySelector(":scope > details.chapter")?.setAttribute("open", "");
+  target?.scrollIntoView();
+};
+addEventListener("hashchange", unfold);
+document.addEventListener("click", ({ target }) => target.closest("a[href^='#']") && setTimeout(unfold));
+unfold();
 
 const contents = document.querySelector("nav details"), search = document.querySelector("#search");
 contents.open = innerWidth > 900;

@@ -1,6 +1,7 @@
 """Read and check the configuration; the functions that rules ask for inputs and parameters."""
 
 import functools
+import math
 import os
 import re
 import sys

@@ -33,7 +33,7 @@ def engine_of(model, studies, part="engine"):
     One process compiles what these share only once. A few short runs are done sooner without.
     """
     using = [s for s in studies if model in models_of(s.name) and engine_part(s) == part]
-    more = any(study.orbits or study.interactive for study in using)
+    more = any(study.orbits for study in using)
     if not more and sum(taken_by(study.name).run_seconds for study in using) < PLAIN_SECONDS:
         return []
     names = set().union(*(study.observers for study in using))

@@ -1,4 +1,4 @@
-"""Interactive figures of the page: scripts with their values and with motions to be clicked on."""
+"""Interactive figures of the page: scripts with their values."""
 
 INTERACTIVE = {
     f"{study.name}/interactive/{name}": (study, settings)
@@ -18,12 +18,10 @@ def interactive_settings(figure):
             "draws": study.draw_settings(),
             "follow": study.follow,
             "run": study.run_settings(ENGINE),
+            "observers": study.observer_settings(),
         },
         "code": digest(
             "interactive.py",
-            *simulation_modules(study),
-            "damper.observers.segments",
-            "damper.observers.motion",
         ),
         "shown": made_of(f"{RESULTS}/{study.name}/cube.nc"),
     }
@@ -39,7 +37,6 @@ DEFAULT_INTERACTIVE = [name for name, (study, _) in INTERACTIVE.items() if study
 rule interactive:
     input:
         cube=lambda wildcards: f"{RESULTS}/{INTERACTIVE[wildcards.figure][0].name}/cube.nc",
-        compiled=ancient(lambda wildcards: compiled_for(INTERACTIVE[wildcards.figure][0])),
         rerun=rerun_if_changed(f"{RESULTS}/{{figure}}.js"),
     output:
         f"{RESULTS}/{{figure}}.js",

@@ -8,7 +8,7 @@ def orbits_settings(study):
     return {
         "about": {"title": study.title, "source": study.source},
         "orbits": {
-            name: {"settle": study.transient, **entry.model_dump()}
+            name: {"settle": math.ceil(study.most_cycles[0]), **entry.model_dump()}
             for name, entry in study.orbits.items()
         },
         "fixed": study.fixed,

@@ -1,6 +1,7 @@
 """One page with all verdicts, figures and tables; captions are in workflow/report."""
 
 from damper.report.documents import tables_of
+from damper.report.page import SCRIPTS as PAGE_SCRIPTS
 from damper.report.page import too_large
 
 CAPTIONS = HOME / "workflow/report"
@@ -39,7 +40,8 @@ def _page_kinds():
 def _page_texts():
     """Template, script and captions of the page: by content, for their times mean nothing."""
     paths = (
-        CAPTIONS / name for name in ("page.html", "page.js", *map("{}.rst".format, _page_kinds()))
+        CAPTIONS / name
+        for name in ("page.html", *PAGE_SCRIPTS, *map("{}.rst".format, _page_kinds()))
     )
     return [path for path in paths if path.is_file()]
 
@@ -92,20 +94,31 @@ rule report:
         "../scripts/report.py"
 
 
+# Records that drive dampers of the default run: as they are, and beside their cubes.
+RECORDS = {
+    f"{RESULTS}/{name}/{Path(path).name}": path
+    for name, study in DEFAULT.items()
+    for path in getattr(study, "force_files", {}).values()
+}
+
+
 rule crate:
     input:
         [everything_of(study) for study in DEFAULT.values()],
         claims_if_complete(),
         PAGE_FILES if COMPLETE else [],
+        records=list(RECORDS.values()),
     output:
         f"{RESULTS}/ro-crate-metadata.json",
         [f"{RESULTS}/{name}/study.yaml" for name, study in DEFAULT.items() if study.has_cube],
+        *RECORDS,
     log:
         f"{LOGS}/crate.log",
     benchmark:
         f"{TIMES}/crate/crate.tsv"
     params:
         studies=lambda wildcards: [study.about() for study in DEFAULT.values()],
+        records=RECORDS,
     message:
         "Describe the results as an RO-Crate"
     script:

@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from shutil import copyfile
 
 from netCDF4 import Dataset
 
@@ -11,12 +12,14 @@ from damper.report.page import versions
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-metadata, *studies = map(Path, snakemake.output)
+metadata, *beside = map(Path, snakemake.output)
 results = metadata.parent
-for path in studies:
+for path, record in snakemake.params.records.items():
+    copyfile(record, path)
+for path in (path for path in beside if path.name == "study.yaml"):
     with Dataset(path.with_name("cube.nc")) as cube:
         path.write_text(cube.study, encoding="utf-8", newline="\n")
-files = sorted({*snakemake.input, *map(str, studies)})
+files = sorted({*snakemake.input, *map(str, beside)} - {*snakemake.input.records})
 made = crate(
     results,
     snakemake.params.studies,

@@ -20,6 +20,7 @@ HOME = {
     "distance_to_rigid": "convergence",
     "first_lasting_change": "sections",
     "list_bursts": "bursts",
+    "means_under_noise": "statistics",
     "order_of_convergence": "convergence",
     "section_period": "sections",
     "section_points": "sections",

@@ -1,4 +1,4 @@
-"""Basins of attraction: the part of the starts from which runs end in each motion."""
+"""Basins of attraction: the share of initial conditions from which runs end in each motion."""
 
 from __future__ import annotations
 

@@ -125,9 +125,11 @@ def regimes(cube: xr.Dataset) -> list[Row]:
 
 def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     """Every run of a cube, a row: laws, status, all quantities, the model, and the periods."""
-    runs = records_of(cube)
+    runs, periods = records_of(cube), cube.attrs["recorded_periods"]
+    if isinstance(periods, str):
+        raise ValueError(f"laws: the record is a {periods}: regimes need its length in cycles")
     defaults = {n: ALL[n].default for n in _QUANTITIES if n not in runs}
-    runs = runs.assign(**defaults, periods=cube.attrs["recorded_periods"])
+    runs = runs.assign(**defaults, periods=periods)
     dampers = [Parameters(**values) for values in runs[list(PARAMETER_NAMES)].to_dict("records")]
     return runs.assign(
         model=[damper.model for damper in dampers],

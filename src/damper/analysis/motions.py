@@ -21,13 +21,12 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
 
     Runs are of one class if their motions have the same period, impacts and complete chatter
     sequences on each wall, and are symmetric or on the same side. So are all motions for which no
-    period was found. With Lyapunov exponents these are chaotic where the largest one is above zero
-    by twice its drift.
+    period was found: quasi-periodic and chaotic ones are not told apart.
 
     Parameters
     ----------
     cube : xarray.Dataset
-        With the variables of the observer ``motion``, maybe those of ``lyapunov``.
+        With the variables of the observer ``motion``.
 
     Returns
     -------
@@ -54,10 +53,6 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
     need_variables(cube, "motion", *found)
     finished = np.isfinite(cube.motion_period.values)
     columns = {name: np.nan_to_num(cube[name].values, nan=-2.0) for name in found}
-    if "largest_lyapunov_exponent" in cube:
-        largest, drift = cube.largest_lyapunov_exponent, cube.lyapunov_drift.isel(exponent=0)
-        wanders = cube.motion_period == 0
-        columns["chaotic"] = np.where(wanders, largest > 2.0 * abs(drift), -1.0)
     values = np.stack(list(columns.values()), axis=-1)
     kinds, numbers, counts = np.unique(
         values[finished], axis=0, return_inverse=True, return_counts=True

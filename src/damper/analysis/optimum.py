@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damper.analysis.places import need_axes, need_variables, places, within
-from damper.analysis.reduction import dimensions
+from damper.analysis.reduction import as_low, dimensions, least
 from damper.analysis.reduction import worst as worst_of
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
@@ -24,8 +24,6 @@ GOOD, DAMPED = 0.5, 0.9
 NEAR = 0.1
 #: Two impacts per forcing period, to this tolerance, is the classical damper motion.
 _TWO = 0.05
-#: What differs by less than the rest of a transient counts as equal.
-_EQUAL = 1e-6
 #: A ratio to the response without damper is 1 within this: transients have not quite died.
 SAME = 1e-3
 
@@ -131,7 +129,7 @@ def best_clearance(
                 "sticking_fraction": float(point.sticking_fraction),
                 "chatter": int(point.chatter),
                 "interior": 0 < place < largest.size - 1,
-                "equally_good": int(_as_low(largest.values).sum()) - 1,
+                "equally_good": int(as_low(largest.values).sum()) - 1,
             }
         )
     columns = (
@@ -233,27 +231,6 @@ def from_exact_rest(cube: xr.Dataset) -> bool:
     starts = [cube[name] for name in cube.coords if name in (*INITIAL_NAMES, *_HELD)]
     moved = any((one != 0.0).any() for one in starts)
     return cube.attrs.get("primary_starts", "") == "rest" and not moved
-
-
-def least(values: np.ndarray) -> int:
-    """Index of the first of the least values; NaN is never the least, unless all are.
-
-    Values that differ by a transient's rest are equal, so that where the masses never touch the
-    choice is not left to rounding.
-
-    Examples
-    --------
-    >>> least(np.array([np.nan, 3.0, 2.0000001, 2.0]))
-    2
-    """
-    return int(np.argmax(_as_low(values)))
-
-
-def _as_low(values: np.ndarray) -> np.ndarray:
-    """Whether each value is the least or equals it; all if there is none."""
-    values = np.where(np.isnan(values), np.inf, values)
-    lowest = values.min()
-    return values <= lowest + _EQUAL * abs(lowest)
 
 
 def _need_observers(cube: xr.Dataset, *of_response: str) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from damper.parameters.quantities import ALL, unknown_name
@@ -140,10 +141,15 @@ def need_numbers(values: Any, message: str) -> np.ndarray:
     return array
 
 
-def in_millimetres(cube: xr.Dataset) -> xr.Dataset:
-    """Return a cube with lengths below a tenth of a metre in millimetres."""
-    for name, array in cube.variables.items():
-        if array.attrs.get("units") == "m" and abs(array).max() < 0.1:
+def in_millimetres(cube: xr.Dataset, like: Mapping[str, str] = MappingProxyType({})) -> xr.Dataset:
+    """Return a cube with lengths below a tenth of a metre in millimetres.
+
+    Variables that are to have the unit of another one stand in `like`.
+    """
+    given = cube.variables
+    for name, array in given.items():
+        judged = given[like.get(str(name), name)]
+        if array.attrs.get("units") == "m" and abs(judged).max() < 0.1:
             small = (array.dims, 1e3 * array.values, array.attrs | {"units": "mm"})
             cube = cube.assign({name: small})
     return cube

@@ -1,20 +1,33 @@
-"""Several runs at each point as one number: the worst of them, or the part with some property."""
+"""Several runs at each point as one number: the worst of them, or the part with some property.
+
+Runs of some points, too: those of the design at which the worst is best.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import in_range
-from damper.parameters.variables import GREATER_IS_WORSE
+from damper.parameters.variables import WORST
 
 if TYPE_CHECKING:
     import xarray as xr
 
+#: What differs by less than the rest of a transient counts as equal.
+_EQUAL = 1e-6
+#: Settings of a figure that reduce runs, in the order in which they do.
+REDUCTIONS = ("worst", "band", "share", "choose")
+#: What the spread of a variable is called in a cube, after its name.
+MEDIAN, BEST, _SHARE = "_median", "_best", "_share"
+
 
 def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
-    """Worst value at each point of a variable of which more is worse.
+    """Worst value at each point: the greatest, or the least where less is worse.
 
     Parameters
     ----------
@@ -26,12 +39,12 @@ def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     Returns
     -------
     xarray.DataArray
-        The greatest value, over the dimensions that are left; NaN where one of the runs stopped.
+        Over the dimensions that are left; NaN where one of the runs stopped.
 
     Raises
     ------
     ValueError, TypeError
-        When more of the variable is not worse, or it lacks a dimension.
+        When no value of the variable is worse than another, or it lacks a dimension.
 
     Examples
     --------
@@ -47,11 +60,26 @@ def worst(array: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     array([0., 1.])
     """
     names = dimensions(array, over)
-    if array.name not in GREATER_IS_WORSE:
-        allowed = ", ".join(GREATER_IS_WORSE)
-        raise ValueError(f"worst: more of {array.name!r} is not worse: must be one of {allowed}")
-    found = array.max(names, skipna=False, keep_attrs=True)
+    if array.name not in WORST:
+        message = f"worst: no value of {array.name!r} is worse than another: must be one of"
+        raise ValueError(f"{message} {', '.join(WORST)}")
+    extreme = array.max if WORST[array.name] == "greatest" else array.min
+    found = extreme(names, skipna=False, keep_attrs=True)
     return found.assign_attrs(long_name=f"{_meaning(array)}, worst of {runs_over(array, names)}")
+
+
+def spread(array: xr.DataArray, over: str | Sequence[str]) -> dict[str, xr.DataArray]:
+    """Return the worst, the median (of three runs or more) and the best value at each point.
+
+    Under the names of variables of a cube; NaN where one of the runs stopped.
+    """
+    names = dimensions(array, over)
+    name, found = str(array.name), {str(array.name): worst(array, names)}
+    best = array.min if WORST[name] == "greatest" else array.max
+    found[name + BEST] = best(names, skipna=False, keep_attrs=True)
+    if math.prod(array.sizes[dim] for dim in names) > 2:
+        found[name + MEDIAN] = array.median(names, skipna=False, keep_attrs=True)
+    return found
 
 
 def share(array: xr.DataArray, over: str | Sequence[str], above: float) -> xr.DataArray:
@@ -81,27 +109,65 @@ def share(array: xr.DataArray, over: str | Sequence[str], above: float) -> xr.Da
     part = (array > limit).where(array.notnull()).mean(names, skipna=False)
     meaning = f"part of {runs_over(array, names)} above {limit:g}: {_meaning(array)}"
     part.attrs = {"long_name": meaning, "units": "1"}
-    return part.rename(f"{array.name}_share")
+    return part.rename(f"{array.name}{_SHARE}")
 
 
 def reduced(
-    place: xr.Dataset,
-    names: Sequence[str],
-    worst_over: Sequence[str] | None,
-    share_over: Sequence[str] | None,
-    above: float | None,
+    place: xr.Dataset, names: Sequence[str], settings: Mapping[str, Any]
 ) -> tuple[xr.Dataset, list[str]]:
-    """Reduce variables of a piece of a cube to their worst, then to the share, as is asked for.
+    """Reduce variables of a piece of a cube as a figure asks for.
+
+    First to the worst runs, with the spread of those in a `band`; then to the share of runs `above`
+    a limit; then the axes to `choose` take, at each point, the values at which the first variable
+    is best.
 
     Returns the piece, which has nothing else along these dimensions, and the variables' new names.
     """
-    arrays = [place[name] for name in names]
-    if worst_over:
-        arrays = [worst(array, worst_over) for array in arrays]
-    if share_over and above is not None:
-        arrays = [share(array, share_over, above) for array in arrays]
-    left = place.drop_vars(names).drop_dims([*(worst_over or ()), *(share_over or ())])
-    return left.assign({array.name: array for array in arrays}), [str(a.name) for a in arrays]
+    over, band, part, choose = (list(settings.get(key) or ()) for key in REDUCTIONS)
+    found = {name: worst(place[name], over) if over else place[name] for name in names}
+    if band:
+        found = {key: each for array in found.values() for key, each in spread(array, band).items()}
+    if part:
+        shares = [share(found[name], part, settings["above"]) for name in names]
+        found = {str(array.name): array for array in shares}
+        names = list(found)
+    left = place.drop_vars(place.data_vars).drop_dims([*over, *band, *part]).assign(found)
+    return (chosen(left, names[0], choose) if choose else left), list(names)
+
+
+def chosen(place: xr.Dataset, name: str, axes: Sequence[str]) -> xr.Dataset:
+    """Set axes to the values at which a variable is best, at each point of the others.
+
+    Of equals the first. The values chosen are coordinates of what is returned.
+    """
+    import xarray as xr
+
+    every = place.stack(choice=axes)
+    which = WORST[name.removesuffix(_SHARE)]
+    signed = every[name] if which == "greatest" else -every[name]
+    index = xr.apply_ufunc(least, signed, input_core_dims=[["choice"]], vectorize=True)
+    return every.isel(choice=index).drop_vars("choice")
+
+
+def least(values: np.ndarray) -> int:
+    """Index of the first of the least values; NaN is never the least, unless all are.
+
+    Values that differ by a transient's rest are equal, so that where the masses never touch the
+    choice is not left to rounding.
+
+    Examples
+    --------
+    >>> least(np.array([np.nan, 3.0, 2.0000001, 2.0]))
+    2
+    """
+    return int(np.argmax(as_low(values)))
+
+
+def as_low(values: np.ndarray) -> np.ndarray:
+    """Whether each value is the least or equals it; all if there is none."""
+    values = np.where(np.isnan(values), np.inf, values)
+    lowest = values.min()
+    return values <= lowest + _EQUAL * abs(lowest)
 
 
 def runs_over(array: xr.DataArray | xr.Dataset, names: Sequence[str]) -> str:

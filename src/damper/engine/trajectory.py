@@ -19,6 +19,7 @@ from damper.engine.model import (
 )
 from damper.engine.segment import COLUMNS, PERIODS, TIME
 from damper.parameters import NO_UNITS, State
+from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.run import DEFAULTS
 
 LOG_ROWS = 1024
@@ -67,7 +68,10 @@ class Trajectory:
         self.columns = columns_of(model)
         self._state = np.empty(self.columns)
         self._counts = np.zeros(3, dtype=np.int64)
-        self._max_events = int(max_events)
+        self.max_events = int(max_events)
+        self.initial = state
+        #: What drives it, as its parameters say.
+        self.force: Forcing = HARMONIC
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
@@ -82,7 +86,7 @@ class Trajectory:
     @property
     def is_compiled(self) -> bool:
         """Whether the cache holds its compiled code; true where nothing is compiled."""
-        given = self.model, self._state, 0.0, 0.0, self._max_events, NO_LOG, self._counts
+        given = self.model, self._state, 0.0, 0.0, self.max_events, NO_LOG, self._counts
         return not isinstance(run, Compiled) or run.is_kept(*given)
 
     @property
@@ -160,7 +164,7 @@ class Trajectory:
         if self.status != FINISHED:
             return False, 0
         end = float(periods), float(time)  # an int would be compiled for itself
-        given = self.model, self._state, *end, self._max_events
+        given = self.model, self._state, *end, self.max_events
         call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
         if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.

@@ -141,14 +141,17 @@ def _guide(ax: Axes, found: Errors, order: str) -> Artist:
         ends = np.array([0.3 * speed.min(), 3.0 * speed.max()])
         law = found.factor(exponent) * ends**exponent
         ax.plot(ends, law, zorder=2.8, scalex=False, scaley=False, **style)
-    fitted = "no slope" if math.isnan(slope) else f"slope {slope:.2f}"
+    fitted = "no slope" if math.isnan(slope) else f"fitted slope {slope:.2f}"
     text = f"{order} order: {fitted} ({points} points)"
     return panels.legend_line(text, marker=marker, ms=3.5, mew=0.0, mfc=colour, **style)
 
 
 def _handles() -> list[Artist]:
     rim: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mew": 0.7, "mec": BLACK}
-    slopes = [(f"slope {exponent}", dashes) for _, _, exponent, dashes in _ORDERS.values()]
+    slopes = [
+        (f"law of the {order} order, slope {exponent}", dashes)
+        for order, (_, _, exponent, dashes) in _ORDERS.items()
+    ]
     return [
         panels.legend_line("first impact of a burst (black rim)", color="#BBBBBB", **rim),
         *(panels.legend_line(text, ls=dashes, **_GUIDE) for text, dashes in slopes),

@@ -1,4 +1,4 @@
-"""Basins: which part of the starts ends in which motion, over one parameter."""
+"""Basins: the share of initial conditions that end in each motion, over one parameter."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.figures.common.layout import place_label
 from damper.figures.common.panels import finish, panel_grid
-from damper.figures.common.style import COLUMN
-from damper.figures.map import MOTIONS
+from damper.figures.common.style import COLUMN, motion_colours
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, Role, StudyContents, need_starts
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class BasinsFigure(Product):
-    """The part of the starts that ends in each motion, stacked over one axis.
+    """The share of initial conditions that end in each motion, stacked over one axis.
 
     All other axes and draws are starts.
     """
@@ -40,7 +39,7 @@ class BasinsFigure(Product):
 
 
 def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
-    """Draw the part of the starts that ends in each motion."""
+    """Draw the share of initial conditions that end in each motion."""
     cube, along = results["cube"], settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")
@@ -48,9 +47,11 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     figure, ((ax,),) = panel_grid(1, width=COLUMN, height=3.0 + 0.14 * len(parts.columns))
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
-    areas = ax.stackplot(parts.index, parts.T, colors=MOTIONS, labels=parts, **style)
-    ax.set(ylim=(0.0, 1.0), ylabel="part of the starts")
+    colours = [*motion_colours(parts.columns).values()]
+    areas = ax.stackplot(parts.index, parts.T, colors=colours, labels=parts, **style)
+    ax.set(ylim=(0.0, 1.0), ylabel="share of initial conditions")
     ax.set_xlim(parts.index.min(), parts.index.max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
     remarks = [f"{found.of.max()} starts at each value"]
-    return finish(figure, cube, settings.caption, areas, remarks)
+    # The legend has the order of the stack.
+    return finish(figure, cube, settings.caption, reversed(areas), remarks)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.intervals import chatter_in_range
 from damper.analysis.runs import runs
 from damper.figures.common import layout
 from damper.figures.common.panels import (
@@ -27,12 +25,13 @@ from damper.figures.common.style import (
     COLUMN,
     ORANGE,
     PAGE,
-    SYMBOLS,
     VARIABLE_SYMBOLS,
     VERMILION,
     label,
 )
+from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
+from damper.parameters.dampers import BASIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
 from damper.study import products
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
 
 #: Of the free mass between the walls, on the section.
 _RELATIVE = ("relative_displacement", "relative_velocity")
-#: With one value at each point, drawn as lines.
+#: With one value at each point.
 _AMPLITUDES = ("peak_displacement", "rms_displacement")
 #: With ordinates of their own nature logarithmic: chatter is a ladder, resonance a peak.
 LOGARITHMIC = ("approach_speed", *_AMPLITUDES)
@@ -73,12 +72,9 @@ _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
     "down": (VERMILION, 1.9, 2.0),
 }
 _SINGLE = (BLACK, 0.9, 2.0)
-_LINE: dict[str, Any] = {"lw": 0.9, "ms": 3.5}
-#: Direction -> mark and dashes of an amplitude's line.
-_LINES: dict[str | None, dict[str, Any]] = {
-    "up": {"marker": "^", "ls": "-", "mfc": BLACK},
-    "down": {"marker": "v", "ls": (0, (2.0, 1.0)), "mfc": "white"},
-}
+#: Amplitudes have one point at each place: larger ones, and not joined, for between two places the
+#: motion may jump.
+_LARGER = 1.8
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
 _BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
@@ -117,15 +113,16 @@ class Bifurcation(products.FigureSettings):
         Pair[float] | None,
         Field(
             description="Part of the abscissa to mark by a bracket, such as a range that the "
-            "source states; above the panels stands how far the chatter found agrees with it."
+            "source states; the table intervals says how far the chatter found agrees with it."
         ),
     ] = None
     mark_label: Annotated[Text | None, Field(description="What the mark is; with mark.")] = None
     theory: Annotated[
-        Literal["two_impacts"] | None,
+        Literal["two_impacts", "ball_on_table"] | None,
         Field(
             description="Theory to draw over it: the closed-form motion with two impacts per "
-            "period, where it exists and where it is stable."
+            "period, where it exists and where it is stable. Or the stable motions of a ball on an "
+            "oscillating table, over approach speeds."
         ),
     ] = None
     orbits: Annotated[
@@ -134,6 +131,12 @@ class Bifurcation(products.FigureSettings):
     ] = False
     interactive: products.Interactive = False
     caption: products.Caption = None
+
+    @property
+    def knows(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Quantities that its theory knows."""
+        ball = self.theory == "ball_on_table"
+        return (*BASIC, "force_amplitude", "gravity") if ball else BASIC
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -145,8 +148,6 @@ class Bifurcation(products.FigureSettings):
         self._need_variables(study, mistakes)
         if self.orbits:
             products.need_orbits(("orbits",), study, mistakes)
-        if self.mark and "bursts" not in study.observers:
-            mistakes.add(("mark",), "needs bursts among the observers, to compare with", "bursts")
 
     def _need_variables(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         shown = set(self.variables)
@@ -166,6 +167,9 @@ class Bifurcation(products.FigureSettings):
         if _MULTIPLIER in self.variables and not self.orbits:
             message = "'multiplier' is of the study's orbits, which are not drawn"
             mistakes.add(("variables",), message, "orbits: true")
+        if self.theory == "ball_on_table" and "approach_speed" not in self.variables:
+            message = "the motions of a ball on a table have a place over its approach speeds"
+            mistakes.add(("variables",), message, "[approach_speed]")
         if (self.mark is None) != (self.mark_label is None):
             given, missing = ("mark", "mark_label") if self.mark else ("mark_label", "mark")
             allowed = "text" if self.mark else "[low, high], low < high"
@@ -176,15 +180,12 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     """Draw variables over one axis, a column of panels each.
 
     Both directions of a continuation are drawn in their own colours; random initial states are
-    drawn over each other. ValueError where a range is marked and the cube has no `chatter` to
-    compare it with.
+    drawn over each other.
     """
     place, variables = _shown(results["cube"], settings), settings.variables
     rows = parts(place, settings.rows)
     width = PAGE if len(variables) > 1 else COLUMN
     height = 1.1 + 1.55 * len(rows)
-    if settings.mark is not None:
-        height += 0.3 + 0.2 * len(rows)
     figure, axes = panel_grid(len(rows), len(variables), width=width, height=height)
     handles = _handles(place, variables, settings.mark_label)
     for row, (text, panel) in zip(axes, rows, strict=True):
@@ -204,11 +205,11 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     """Return the piece of a cube to show."""
-    if settings.mark is not None and "chatter" not in cube:
-        raise ValueError("mark is compared with where chatter is found, but the cube has none")
     cube = with_relative(cube, settings.variables)
     marked = [name for name in ("chatter", "status") if name in cube]
+    beside = [OVER[name] for name in settings.variables if name in OVER]
     known = [*(name for name in settings.variables if name != _MULTIPLIER), *marked]
+    known += [name for name in beside if name in cube]
     there = cube[[name for name in known if name in cube]].dims
     own = [dim for dim in ("direction", "draw", "sample", "impact") if dim in there]
     kept = (dim for dim in own if dim not in (settings.at or {}))
@@ -216,14 +217,11 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
 
 
 def _title(row: np.ndarray, text: str, panel: xr.Dataset, settings: Bifurcation) -> None:
-    """Say at which place a row is, and how far chatter agrees with the mark."""
+    """Say at which place a row is, and mark a range."""
     style = {"pad": 14.0} if "direction" in panel.dims and "chatter" in panel else {}
     if settings.mark is not None:
         for ax in row:
             _bracket(ax, settings.mark)
-        agreement = _agreement(panel, settings.along, settings.mark)
-        text = f"{text}\n{agreement}" if text else agreement
-        style["fontsize"] = 7.0
     title(row[0], text, **style)
 
 
@@ -258,18 +256,6 @@ def _bracket(ax: Axes, mark: tuple[float, float]) -> None:
     ax.plot([low, low, high, high], heights, transform=ax.get_xaxis_transform(), **_BRACKET)
 
 
-def _agreement(panel: xr.Dataset, along: str, mark: tuple[float, float]) -> str:
-    """Say where chatter is found, and at how many points within the mark and outside it."""
-    found = chatter_in_range(panel, along, *mark)
-    if math.isnan(found["lowest"]):
-        return "chatter nowhere"
-    return (
-        f"chatter at {found['chatter_in_range']} of {found['in_range']} points in the marked "
-        f"range, {found['chatter_outside']} of {found['outside']} outside,\n"
-        f"the outermost at {SYMBOLS[along]} = {found['lowest']:g} and {found['highest']:g}"
-    )
-
-
 def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
     """Each direction with its part of the cube; None where there are no directions."""
     here = panel.direction.values.tolist() if "direction" in panel.dims else [None]
@@ -287,22 +273,21 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         ax.axhline(1.0, color=BLACK, lw=0.6)
         ax.set_ylim(0.0, 2.0)
         return
-    for index, (direction, branch) in enumerate(_directions(panel)):
+    for direction, branch in _directions(panel):
         colour, size, order = _DIRECTIONS.get(direction, _SINGLE)
         samples = branch[name].transpose(along, ...).values.reshape(len(grid), -1)
-        if name in _AMPLITUDES:
-            # Marks of both directions at places of their own.
-            step = max(len(grid) // 12, 1)
-            every = (index * step // 2, step)
-            style = _LINE | _LINES.get(direction, {}) | {"color": colour}
-            ax.plot(grid, samples, markevery=every, zorder=order, **style)
-            continue
+        size *= _LARGER if name in _AMPLITUDES else 1.0
         x = np.repeat(grid, samples.shape[1])
         # Rasterised: tens of thousands of vector points make files that no reader opens.
         ax.plot(
             x, samples.ravel(), ".", ms=size, mew=0.0, color=colour, zorder=order, rasterized=True
         )
-    finite = panel[name].values[np.isfinite(panel[name].values)]
+    shown = panel[name].values
+    if OVER.get(name) in panel:
+        alone = undamped(panel, name, along).values
+        ax.plot(grid, alone, zorder=1.0, **REFERENCE)
+        shown = np.append(shown, alone)
+    finite = shown[np.isfinite(shown)]
     if not finite.size:
         note_empty_panel(ax)
         return
@@ -382,11 +367,9 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
 
 
 def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:
-    lines = set(variables) & set(_AMPLITUDES)
     handles = []
     for name, (colour, size, _) in _DIRECTIONS.items():
-        points = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
-        style = _LINE | _LINES[name] if lines else points
+        style = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
         if name in place.get("direction", ()):
             handles.append(legend_line(f"continued {name}wards", color=colour, **style))
     shade = 1.0 if handles else 0.5
@@ -394,4 +377,6 @@ def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None
         handles += [legend_patch(text, color=c, alpha=shade) for text, c in _CHATTER.values()]
     if mark_label is not None:
         handles.append(legend_line(mark_label, **_BRACKET))
+    if any(OVER.get(name) in place for name in variables):
+        handles.append(legend_line("without damper", **REFERENCE))
     return handles

@@ -88,10 +88,13 @@ def _panel(ax: Axes, stiffness: np.ndarray, lines: Sequence[np.ndarray]) -> None
     ax.set_xscale("log")
     if any((distance > 0.0).any() for distance in lines):
         ax.set_yscale("log")
-        slopes = [f"{order_of_convergence(stiffness, distance):.2f}" for distance in lines]
-        text = f"slope {', '.join(slopes)}".replace("-", "\N{MINUS SIGN}")
+        # Each in the colour of its line.
         corner: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.0}
-        ax.text(0.98, 0.95, text, transform=ax.transAxes, **corner)
+        for row, (distance, look) in enumerate(zip(lines, _STYLES, strict=False)):
+            text = f"slope at the end {order_of_convergence(stiffness, distance):.2f}"
+            place = 0.98, 0.97 - 0.1 * row
+            text = text.replace("-", "\N{MINUS SIGN}")
+            ax.text(*place, text, transform=ax.transAxes, color=look["color"], **corner)
     else:
         note_empty_panel(ax, "no distance to show")
     ax.minorticks_off()

@@ -2,24 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.optimum import least
 from damper.analysis.places import in_millimetres
-from damper.analysis.reduction import reduced, runs_over
+from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout
-from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
-from damper.figures.common.style import BLACK, COLUMN, RATIOS, VARIABLE_SYMBOLS
+from damper.figures.common.panels import (
+    finish,
+    label_outer,
+    legend_line,
+    legend_patch,
+    note_empty_panel,
+    panel_grid,
+    panel_size,
+    parts,
+    title,
+    wrapped_panels,
+)
+from damper.figures.common.style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    RATIOS,
+    SYMBOLS,
+    label,
+)
+from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.study import products
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -33,12 +52,14 @@ _ABSCISSA = 2.1
 class Curves(products.FigureSettings):
     """Variables over one axis, each in a panel of its own, with a line for each value of another.
 
-    Amplitudes have that without damper beside them, their ratios a thin line at 1.
+    Amplitudes have that without damper beside them, their ratios a thin line at 1. An axis that is
+    free to choose has a panel of its own.
     """
 
     roles: ClassVar[Mapping[str, products.Role]] = {
         "along": products.Role(least=2),
         "lines": products.Role(most=products.MOST_LINES, branches=True),
+        "panels": products.Role(most=products.MOST_PANELS),
         "each": products.Role(),
         "best": products.Role(),
         **products.REDUCTIONS,
@@ -59,6 +80,10 @@ class Curves(products.FigureSettings):
             f"{products.MOST_LINES} at most."
         ),
     ] = None
+    panels: Annotated[
+        Text | None,
+        Field(description="Axis of whose values each makes a panel of its own; with one variable."),
+    ] = None
     each: products.Each = None
     at: products.At = None
     best: Annotated[
@@ -70,8 +95,17 @@ class Curves(products.FigureSettings):
         ),
     ] = None
     worst: products.Worst = None
+    band: products.Band = None
     share: products.Share = None
     above: products.Above = None
+    natural_frequency: Annotated[
+        bool,
+        Field(
+            description="Whether the abscissa, which is the stiffness then, is drawn as the "
+            "primary's natural frequency in Hz: a response spectrum under a shock or record."
+        ),
+    ] = False
+    choose: products.Choose = None
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: products.Caption = None
 
@@ -79,84 +113,158 @@ class Curves(products.FigureSettings):
         super().check_against(study, mistakes)
         for i, name in enumerate(self.variables):
             products.check_written(("variables", i), name, study, mistakes)
+        if self.natural_frequency and "primary_mass" in study.dimensions:
+            message = "one natural frequency of a stiffness needs one primary_mass, which varies"
+            mistakes.add(("natural_frequency",), message, "false")
 
     def check_together(self, mistakes: Mistakes) -> None:
+        if self.natural_frequency and (self.along != "stiffness" or self.best):
+            message = f"along is {self.along}" if self.along != "stiffness" else "best is given"
+            mistakes.add(("natural_frequency",), message, "along: stiffness, without best")
         products.check_reduction(self.variables, self, mistakes)
         if len(self.variables) > products.MOST_VARIABLES:
             message = f"{len(self.variables)} variables are too many for one figure"
             mistakes.add(("variables",), message, f"at most {products.MOST_VARIABLES}")
+        if self.panels is not None and len(self.variables) > 1:
+            message = f"{len(self.variables)} variables have panels already"
+            mistakes.add(("panels",), message, "one variable, or no panels")
 
 
 def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     """Draw variables over one axis, one panel each."""
     cube = results["cube"]
-    along, lines, best = settings.along, settings.lines, settings.best
     place, variables = _shown(cube, settings)
-    beside = [_OVER[name] for name in variables if _OVER.get(name) in place]
-    height = 1.0 + _PANEL * len(variables)
-    figure, axes = panel_grid(len(variables), width=COLUMN, height=height)
-    drawn = _lines(place, variables[0], along, lines, best)
-    for ax, name in zip(axes.flat, variables, strict=True):
+    if settings.natural_frequency:
+        natural = np.sqrt(place.stiffness.values / place.primary_mass.item()) / (2.0 * np.pi)
+        place = place.assign_coords(stiffness=natural)
+    figure, panels = _panels(place, variables, settings)
+    if settings.natural_frequency:
+        text = label("natural frequency", r"$\sqrt{K/M} / (2\pi)$", "Hz")
+        for ax in figure.axes:
+            ax.set_xlabel(text if ax.get_xlabel() else "")
+    of = f"worst of {runs_over(cube, settings.band)}" if settings.band else ""
+    handles: list[Artist] = []
+    for ax, text, part, name in panels:
+        drawn = _lines(part, variables[0], settings, of)
+        if settings.panels and not settings.lines:  # there is one line: the title says what it is
+            text = ", ".join(filter(None, (text, drawn[0][1].pop("label"))))
+        title(ax, text)
         for line, style in drawn:
-            ax.plot(line[along].values, _ordinates(line[name], along, settings.log), **style)
-            highest = _highest(line[name], along)
-            if best is not None and name == variables[0] and highest is not None:
-                top = line[along].values[highest], layout.numbers(line[name], along)[highest]
-                ax.plot(*top, **_WORST | {"color": style["color"]})
-        if _OVER.get(name) in place:
-            ax.plot(place[along].values, _undamped(place, name, along), zorder=1.0, **_REFERENCE)
-        _dress(ax, place, name, along, settings.log)
-    axes[-1, 0].set_xlabel(layout.place_label(place, along, _ABSCISSA))
-    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
-    if best:
-        symbol = VARIABLE_SYMBOLS.get(variables[0], variables[0].replace("_", " "))
-        remarks.append(f"best: the largest {symbol} is least")
-    handles = [legend_line(**style) for _, style in drawn if style["label"]]
-    if beside or any(name in RATIOS for name in variables):
-        handles.append(legend_line("without damper", **_REFERENCE))
-    if best is not None:
-        handles.append(legend_line("where that line is highest", **_WORST))
-    return finish(figure, place, settings.caption, handles, remarks)
+            _draw_line(ax, line, name, style, settings)
+        if name + _UNDAMPED in part:
+            alone = part[name + _UNDAMPED]
+            ax.plot(alone[settings.along].values, alone.values, zorder=1.0, **REFERENCE)
+        _dress(ax, part, name, settings.along, settings.log)
+        handles += [legend_line(**style) for _, style in drawn if style.get("label")]
+    handles += _handles(of, place, variables, settings)
+    remarks = layout.reductions(cube, settings)
+    if settings.best:
+        remarks.append("best: lowest peak over the band")
+    return finish(figure, place, settings.caption, handles, remarks, room=3)
+
+
+def _panels(
+    place: xr.Dataset, variables: Sequence[str], settings: Curves
+) -> tuple[Figure, list[tuple[Axes, str, xr.Dataset, str]]]:
+    """Return a figure and its panels: title, piece of the cube, and variable of each."""
+    along = settings.along
+    if settings.panels is None:
+        names = [*variables, *(settings.choose or ())]
+        figure, grid = panel_grid(len(names), width=COLUMN, height=1.0 + _PANEL * len(names))
+        for ax, name in zip(grid.flat, names, strict=True):
+            ax.set_ylabel(_ordinate(place, name))
+        grid[-1, 0].set_xlabel(layout.place_label(place, along, _ABSCISSA))
+        return figure, [(ax, "", place, name) for ax, name in zip(grid.flat, names, strict=True)]
+    shown = parts(place, settings.panels)
+    figure, axes = wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
+    width, height = (0.9 * size for size in panel_size(axes, _HEIGHTS))
+    ordinate = layout.variable_label(place[variables[0]], height)
+    label_outer(axes, layout.place_label(place, along, width), ordinate)
+    return figure, [(ax, *part, variables[0]) for ax, part in zip(axes, shown, strict=True)]
+
+
+def _draw_line(
+    ax: Axes, line: xr.Dataset, name: str, style: Mapping[str, Any], settings: Curves
+) -> None:
+    """Draw one line, the band from it to the best runs, and where it is highest."""
+
+    def ordinates(of: str) -> np.ndarray:
+        return _ordinates(line[of], settings.along, settings.log)
+
+    x, y = line[settings.along].values, ordinates(name)
+    ax.plot(x, y, **style)
+    # Beside one black line a colour is seen better than grey; among several a median is lost.
+    if name + BEST in line:
+        colour = style["color"] if settings.lines else BLUE
+        ax.fill_between(x, ordinates(name + BEST), y, color=colour, **_BAND)
+    if name + MEDIAN in line and not settings.lines:
+        ax.plot(x, ordinates(name + MEDIAN), **_MEDIAN)
+    if settings.best and name == settings.variables[0] and np.isfinite(y).any():
+        highest = np.nanargmax(y)
+        ax.plot(x[highest], y[highest], **_WORST | {"color": style["color"]})
+
+
+def _handles(
+    of: str, place: xr.Dataset, variables: Sequence[str], settings: Curves
+) -> list[Artist]:
+    """What the legend lists beside the values of lines."""
+    handles = []
+    if variables[0] + BEST in place:
+        colour = BLACK if settings.lines else BLUE
+        if settings.lines or settings.panels or not settings.best:
+            handles.append(legend_line(of, **_style(0, 1)))
+        if variables[0] + MEDIAN in place and not settings.lines:
+            handles.append(legend_line("their median", **_MEDIAN))
+        handles.append(legend_patch("their best to their worst", color=colour, **_BAND))
+    if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
+        handles.append(legend_line("without damper", **REFERENCE))
+    if settings.best is not None:
+        handles.append(legend_line("where a line is highest", **_WORST))
+    return handles
+
+
+def _ordinate(place: xr.Dataset, name: str) -> str:
+    if name in SYMBOLS:
+        return "best " + layout.place_label(place, name, 0.72 * _PANEL)
+    return layout.variable_label(place[name], 0.72 * _PANEL)
 
 
 def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
     """Return the piece of a cube to show, and the names of the variables drawn in it."""
-    beside = [_OVER[name] for name in settings.variables if _OVER.get(name) in cube]
+    beside = [OVER[name] for name in settings.variables if OVER.get(name) in cube]
     names = list(dict.fromkeys([*settings.variables, *beside]))
-    reduce = settings.worst, settings.share
-    keep = (
-        settings.along,
-        settings.lines,
-        settings.best,
-        *(n for some in reduce for n in some or ()),
-    )
+    given = settings.model_dump()
+    over = (name for key in REDUCTIONS for name in given[key] or ())
+    keep = (settings.along, settings.lines, settings.panels, settings.best, *over)
     place = layout.select(cube, names, settings.at, keep).sortby(settings.along)
-    place, names = reduced(place, names, *reduce, settings.above)
-    return in_millimetres(place), names[: len(settings.variables)]
+    alone = {
+        name + _UNDAMPED: undamped(place, name, settings.along, settings.panels)
+        for name in settings.variables
+        if OVER.get(name) in place
+    }
+    place, names = reduced(place, settings.variables, given)
+    beside_it = (BEST, MEDIAN, _UNDAMPED)
+    return in_millimetres(
+        place.assign(alone), {name + each: name for name in names for each in beside_it}
+    ), names
 
 
-_REFERENCE: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.0}
+#: What the amplitude without damper is called, after the name of that with one.
+_UNDAMPED = "_undamped"
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
-#: Amplitude -> what it is over that without damper.
-_OVER = {"peak_displacement": "amplitude_ratio", "rms_displacement": "rms_ratio"}
-
-
-def _undamped(place: xr.Dataset, name: str, along: str) -> np.ndarray:
-    """Amplitude without damper, from any place where its ratio is known."""
-    undamped = place[name] / place[_OVER[name]].where(place[_OVER[name]] > 0.0)
-    return undamped.max([dim for dim in undamped.dims if dim != along]).values
-
-
-def _highest(array: xr.DataArray, along: str) -> int | None:
-    """Index of a line's highest point."""
-    values = layout.numbers(array, along)
-    return int(np.nanargmax(values)) if np.isfinite(values).any() else None
+_MEDIAN: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 0.7, "zorder": 1.9}
+_BAND: dict[str, Any] = {"alpha": 0.25, "lw": 0.0, "zorder": 1.2}
+#: Points of a line that are marked, if there are no more.
+_FEW = 20
+#: Height of a row of so many panels, in inches.
+_HEIGHTS = {1: 2.4, 2: 2.4, 3: 2.0}
 
 
 def _lines(
-    place: xr.Dataset, first: str, along: str, lines: str | None, best: str | None
+    place: xr.Dataset, first: str, settings: Curves, of: str
 ) -> list[tuple[xr.Dataset, dict[str, Any]]]:
-    """Return each line's piece of the cube, and how it is drawn."""
+    """Return each line's piece of the cube, and how it is drawn; `of` says of which runs it is."""
+    along, lines, best = settings.along, settings.lines, settings.best
     values = place[lines].values.tolist() if lines else [None]
     drawn = []
     for index, value in enumerate(values):
@@ -166,13 +274,17 @@ def _lines(
             texts.append(layout.place_text(place, lines, value))
         if best is not None:
             line = line.sel({best: _best(line[first], along, best)})
-            texts.append(
-                f"best {layout.place_text(place, best, float(f'{line[best].item():.4g}'))}"
-            )
-            if (highest := _highest(line[first], along)) is not None:
-                worst = layout.place_text(place, along, line[along].values[highest])
-                texts.append(f"highest at {worst}")
+            text = layout.place_text(place, best, float(f"{line[best].item():.4g}"))
+            texts.append(f"best {text}")
+            heights = layout.numbers(line[first], along)
+            if lines is not None and np.isfinite(heights).any():
+                at = line[along].values[np.nanargmax(heights)]
+                texts.append(f"highest at {layout.place_text(place, along, at)}")
+            if of and not lines and not settings.panels:
+                texts.insert(0, of)
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
+        if place.sizes[along] <= _FEW:
+            style |= {"marker": "o", "ms": 2.2, "clip_on": False}
         drawn.append((line, style))
     return drawn
 
@@ -216,5 +328,4 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
         ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     layout.few_decades(ax)
     if name in RATIOS:
-        ax.axhline(1.0, zorder=1.0, **_REFERENCE)
-    ax.set_ylabel(layout.variable_label(place[name], 0.72 * _PANEL))
+        ax.axhline(1.0, zorder=1.0, **REFERENCE)

@@ -1,4 +1,4 @@
-"""The free mass in time, absolute and relative: the whole history beside one burst at large."""
+"""The free mass in time, absolute and relative: the whole history beside one burst enlarged."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class FreeMass(products.FigureSettings):
         Field(
             ge=0,
             description="Time since the start of the record: the burst of chatter with the onset "
-            "nearest to it is shown at large; the first one of the stretch when not given. Where "
+            "nearest to it is shown enlarged; the first one of the stretch when not given. Where "
             "nothing is chatter, any burst counts.",
         ),
     ] = None
@@ -181,7 +181,7 @@ def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def _nearest(bursts: Sequence[Burst], near: float | None) -> Burst | None:
-    """Return the burst to show at large."""
+    """Return the burst to show enlarged."""
     among = [burst for burst in bursts if burst.chatter] or bursts
     if not among:
         return None

@@ -16,15 +16,23 @@ from damper.figures.common.panels import (
     legend_line,
     legend_patch,
     note_empty_panel,
-    panel_grid,
     parts,
     title,
 )
 from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, label
-from damper.figures.trajectory import TrajectoryFigure, in_periods, time_label
+from damper.figures.trajectory import (
+    TrajectoryFigure,
+    draw_drive,
+    driven_grid,
+    in_periods,
+    time_label,
+    units_in_a_cycle,
+    with_drive,
+)
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
+from damper.sweep.record import length_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,16 +92,20 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     cube = results["cube"]
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
-    start = settings.start
-    place = select(cube, _VARIABLES, settings.at, (settings.panels, "instant", "burst"))
+    names = with_drive(cube, _VARIABLES)
+    place = select(cube, names, settings.at, (settings.panels, "instant", "burst"))
+    unit = units_in_a_cycle(place)
+    start, stop = settings.start * unit, settings.stop and settings.stop * unit
     runs = parts(place, settings.panels)
-    figure, grid = panel_grid(len(runs), height=1.15 + _PANEL * len(runs), sharey=True)
-    axes = grid.ravel()
+    height = 1.15 + _PANEL * len(runs)
+    figure, top, axes = driven_grid(place, len(runs), height=height, sharey=True)
+    for _, run in runs if top is not None else ():
+        draw_drive(top, in_periods(run) * unit, run)  # type: ignore[arg-type]
     shown: dict[str, Artist] = {}
     end, points = start, place.sizes["instant"] * len(runs)
     for ax, (text, run) in zip(axes, runs, strict=True):
         title(ax, text, pad=3.0)
-        last, handles = _history(ax, run, start, settings.stop, points)
+        last, handles = _history(ax, run, start, stop, points)
         ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
         shown |= handles
@@ -119,8 +131,8 @@ def _class(run: xr.Dataset, shown: Mapping[str, Artist]) -> str:
 
 
 def _remarks(place: xr.Dataset) -> list[str]:
-    recorded = place.attrs.get("recorded_periods")
-    return [] if recorded is None else [f"each panel classed from {recorded} cycles"]
+    length = length_text(place)
+    return [f"each panel classed from {length}"] if length else []
 
 
 def _ordinate(place: xr.Dataset) -> str:
@@ -132,13 +144,14 @@ def _history(
     ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
-    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)])
-    time = in_periods(run)
+    unit = units_in_a_cycle(run)
+    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)]) / unit
+    time = in_periods(run) * unit
     if not np.isfinite(time).any():
         note_empty_panel(ax)
         return start, {}
     piece = run.isel(instant=stretches.rows_between(time, start, stop))
-    time = in_periods(piece)
+    time = in_periods(piece) * unit
     end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
     shown: dict[str, Artist] = {
         "free": legend_line("free mass", **_FREE),

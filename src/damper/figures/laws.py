@@ -72,8 +72,8 @@ def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(1e-18, 10.0 * LIMIT)
-    ax.set_xlabel("violation over the sizes of its terms; energy scaled to the same limit")
-    ax.set_ylabel("part of the runs\nwith at least that")
+    ax.set_xlabel("violation relative to its terms; energy scaled to the same limit")
+    ax.set_ylabel("share of runs with\nat least that violation")
     ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
@@ -81,16 +81,17 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     """Worst value of each law in each regime, coloured by its distance to the limit."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    values = np.array([[row.worst[name] for name in GRADED] for row in rows])
     ratios = np.array([[row.nearest[name] for name in GRADED] for row in rows])
     colours = ListedColormap(list(_COLOURS), name="limits").with_extremes(bad="white")
     norm = BoundaryNorm(range(len(_EDGES)), colours.N)
     classes = np.searchsorted(_EDGES[1:], ratios, side="left").astype(float)
     classes[np.isnan(ratios)] = np.nan
     ax.imshow(np.ma.masked_invalid(classes), cmap=colours, norm=norm, aspect="auto")
-    for (row, column), value in np.ndenumerate(values):
-        ink = "white" if ratios[row, column] > 1.0 else "black"
-        ax.text(column, row, short(value), ha="center", va="center", fontsize=6.5, color=ink)
+    for (row, column), ratio in np.ndenumerate(ratios):
+        ink = "white" if ratio > 1.0 else "black"
+        ax.text(
+            column, row, short(LIMIT * ratio), ha="center", va="center", fontsize=6.5, color=ink
+        )
     ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED], fontsize=6.5)
     names = [f"{row.regime.name} ({row.runs}, {row.stopped})" for row in rows]
     ax.set_yticks(range(len(rows)), names)
@@ -111,6 +112,6 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
         bbox_to_anchor=(0.5, -0.01),
         ncols=4,
         frameon=False,
-        title="worst violation in a regime (in brackets its runs, and those of them that stopped)",
+        title="worst violation in a regime, scaled as above (in brackets: runs, stopped runs)",
         title_fontsize=7.0,
     )

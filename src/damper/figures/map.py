@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.motions import attractors
-from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest, least
+from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
-from damper.analysis.reduction import reduced, runs_over, worst
+from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
@@ -27,19 +27,16 @@ from damper.figures.common.panels import (
 from damper.figures.common.style import (
     BLACK,
     BLUE,
-    GREEN,
     MISSING,
     ORANGE,
     PALE,
-    PURPLE,
     RATIOS,
-    SKY,
-    SYMBOLS,
     VARIABLE_SYMBOLS,
     VERMILION,
-    YELLOW,
+    motion_colours,
 )
 from damper.figures.overlays import Panels, draw_overlays
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
@@ -67,8 +64,6 @@ _CLASSES = {
         ("stopped: a search gave up", VERMILION),
     ),
 }
-#: Colours of motions, in the order of their frequency; the last one of all that are rare.
-MOTIONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILION, "#000000", "#8A8A8A", PALE)
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
@@ -84,6 +79,8 @@ _HEIGHTS = {1: 2.4, 2: 2.6, 3: 2.0}
 _CONTOUR = 0.7
 #: Whole numbers up to this have a colour each.
 _MOST_STEPS = 12
+#: Up to so many ordinates beneath a curve are strips of this part of their least distance.
+_STRIPS, _STRIP = 8, 0.4
 
 
 #: What the small-mass limit speaks of.
@@ -98,7 +95,7 @@ class Map(products.FigureSettings):
         "y": products.Role(least=2),
         "panels": products.Role(most=products.MOST_PANELS, branches=True),
         "each": products.Role(),
-        **products.REDUCTIONS,
+        **{name: role for name, role in products.REDUCTIONS.items() if name != "band"},
     }
 
     variable: Annotated[
@@ -120,6 +117,7 @@ class Map(products.FigureSettings):
     worst: products.Worst = None
     share: products.Share = None
     above: products.Above = None
+    choose: products.Choose = None
     best: Annotated[
         Literal["min", "max"] | None,
         Field(
@@ -167,6 +165,9 @@ class Map(products.FigureSettings):
 
     def check_together(self, mistakes: Mistakes) -> None:
         products.check_reduction([self.variable], self, mistakes)
+        if self.interactive and self.choose:
+            message = "a click shows one design, and this map one of its own at each point"
+            mistakes.add(("interactive",), message, "interactive: false")
         if self.variable == _ATTRACTOR and self.share is not None:
             message = "motions are above no limit"
             mistakes.add(("share",), message, "kind: basins, for the part that ends in each")
@@ -208,7 +209,7 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     handles = _classes(place[variable], classes)
     for ax, (text, panel) in zip(axes, shown, strict=True):
         values = layout.numbers(panel[variable], y, x)
-        mesh = _cells(ax, panel, x, y, values, colours, norm)
+        mesh = _cells(ax, panel, values, colours, norm, settings)
         known = values
         if touched is not None:
             contacts = layout.numbers(panel.touched, y, x)
@@ -226,7 +227,9 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
     if not classes:
         _colour_bar(figure, axes, mesh, place[variable])
-    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    remarks = layout.reductions(cube, settings)
+    if {x, y} == {*INITIAL_NAMES} & {*cube.coords}:
+        remarks.append("all other initial values 0")
     return finish(figure, place, settings.caption, handles, remarks)
 
 
@@ -239,9 +242,9 @@ def _marks(
     if settings.best:
         # A ratio itself, or any variable beside the ratio of amplitudes.
         own = variable if variable in RATIOS else "amplitude_ratio"
-        if own in panel:
-            values = np.where(layout.numbers(panel[own], y, x) < 1.0, values, np.nan)
-        marks += _best(ax, panel, x, y, values, settings.best, variable)
+        ratios = layout.numbers(panel[own], y, x) if own in panel else None
+        rows = best_places(values, ratios, settings.best)
+        marks += _best(ax, panel, x, y, rows, settings.best, variable)
     return marks
 
 
@@ -262,14 +265,15 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
     if variable == _ATTRACTOR:
         motions, names = attractors(cube)
         cube = cube.assign({variable: motions})
-        classes = list(zip(names, MOTIONS, strict=False))
+        classes = list(motion_colours(names).items())
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
-    worst_over, share_over = settings.get("worst"), settings.get("share")
-    over = [*(worst_over or ()), *(share_over or ())]
+    over = [name for key in REDUCTIONS for name in settings.get(key) or ()]
+    if settings.get("choose"):
+        beside = []  # of other designs
     place = layout.select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
     place = place.sortby([settings["x"], settings["y"]])
     touched = contact(place)
-    if share_over:
+    if settings.get("share"):
         classes = []
     elif variable == "chatter":
         classes = _split_no_chatter(place, touched, classes, from_exact_rest(cube))
@@ -277,9 +281,7 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
         # Touched in one run is touched; amplified in one run is amplified.
         touched = None if touched is None else touched.astype(float).max(over, skipna=False)
         ratio = {name: worst(place[name], over) for name in ("amplitude_ratio",) if name in beside}
-        place, (variable,) = reduced(
-            place, [variable], worst_over, share_over, settings.get("above")
-        )
+        place, (variable,) = reduced(place, [variable], settings)
         place = place.assign(ratio)
     return Classified(place, variable, touched, classes)
 
@@ -329,12 +331,23 @@ def _range(array: xr.DataArray) -> tuple[float, float]:
 
 
 def _cells(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, colours: Colormap, norm: Any
+    ax: Axes, panel: xr.Dataset, values: np.ndarray, colours: Colormap, norm: Any, settings: Map
 ) -> QuadMesh:
-    """Draw each value in a cell as large as its place on the axes."""
-    ends = [layout.edges(panel[name].values) for name in (x, y)]
+    """Draw each value in a cell as large as its place on the axes, or in a strip."""
+    x, y = settings.x, settings.y
+    ends, levels = layout.edges(panel[x].values), panel[y].values
     # Rasterised: a vector cell each makes files that no reader opens.
-    mesh = ax.pcolormesh(*ends, values, cmap=colours, norm=norm, rasterized=True)
+    look: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
+    if settings.equal:
+        look |= {"edgecolors": "white", "lw": 0.8}
+    if settings.orbits and 1 < len(levels) <= _STRIPS:
+        # Between few ordinates the curve says more than wide cells would.
+        half = 0.5 * _STRIP * np.diff(levels).min()
+        for level, row in zip(levels, values, strict=True):
+            mesh = ax.pcolormesh(ends, [level - half, level + half], row[None], **look)
+        ax.set_ylim(levels[0] - 2.0 * half, levels[-1] + 2.0 * half)
+    else:
+        mesh = ax.pcolormesh(ends, layout.edges(levels), values, **look)
     for name, axis in ((x, "x"), (y, "y")):
         if layout.geometric(panel[name].values):
             ax.set(**{f"{axis}scale": "log"})
@@ -358,10 +371,13 @@ def _hatch(
     """Hatch the points at which the walls are never touched."""
     if not idle.any():
         return []
-    place = panel[x].values, panel[y].values, idle.astype(float)
+    # Every edge twice, so that areas end where cells do.
+    ends = (np.repeat(layout.edges(panel[name].values), 2)[1:-1] for name in (x, y))
+    place = *ends, np.repeat(np.repeat(idle.astype(float), 2, axis=0), 2, axis=1)
     area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
     area.set(edgecolor=_HATCHES, linewidth=0.0)
-    return [legend_patch(text, facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.4)]
+    ax.contour(*place, [0.5], colors=_HATCHES, linewidths=0.5)
+    return [legend_patch(text, facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.5)]
 
 
 def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> list[Artist]:
@@ -373,25 +389,31 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     return [legend_line("ratio = 1", color=BLACK, lw=_CONTOUR)]
 
 
+def best_places(values: np.ndarray, ratios: np.ndarray | None, best: str) -> np.ndarray:
+    """Row of the best value in each column where ratios are below 1, -1 where there is none."""
+    values = values if ratios is None else np.where(ratios < 1.0, values, np.nan)
+    signed = values if best == "min" else -values
+    return np.array([least(c) if np.isfinite(c).any() else -1 for c in signed.T])
+
+
 def _best(
-    ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray, best: str, variable: str
+    ax: Axes, panel: xr.Dataset, x: str, y: str, rows: np.ndarray, best: str, variable: str
 ) -> list[Artist]:
     """Mark the best y of every x."""
-    known = np.isfinite(values).any(axis=0)
-    signed = values if best == "min" else -values
-    rows = [least(column) for column in signed.T[known]]
+    known = rows >= 0
     style: dict[str, Any] = {
         "ls": "",
         "marker": "o",
-        "ms": 2.6 if values.shape[1] <= 60 else 1.8,
+        "ms": 2.6 if rows.size <= 60 else 1.8,
         "mfc": "white",
         "mec": BLACK,
         "mew": 0.4,
     }
-    ax.plot(panel[x].values[known], panel[y].values[rows], **style)
+    ax.plot(panel[x].values[known], panel[y].values[rows[known]], **style)
     name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
-    text = f"{SYMBOLS[y]} of the {extreme} {name} at each {SYMBOLS[x]}"
+    place = (axis.replace("_", " ") for axis in (y, x))
+    text = f"best {' at each '.join(place)} ({extreme} {name})"
     return [legend_line(text, **style)]
 
 

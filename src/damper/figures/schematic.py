@@ -69,24 +69,24 @@ def draw(results: Mapping[str, Any], settings: Schematic) -> Figure:
 
 def _impact_damper(ax: Axes) -> None:
     """Draw paper A's Fig. 1: a free mass between the walls of a box on spring and dashpot."""
-    _box(ax, "$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$")
+    box(ax, "$M$", "$m$", "$K_1$", "$C_1$", "$F(t)$", "$X_1$", "$X_2$")
     _clearances(ax)
 
 
 def _damper(ax: Axes) -> None:
     """Draw the same in the symbols of docs/concepts.md."""
-    _box(ax, "$M$", "$m$", "$K$", "$C$", "$F(t)$", "$x$", "$y$")
+    box(ax, "$M$", "$m$", "$K$", "$C$", "$F(t)$", "$x$", "$y$")
     _clearances(ax)
 
 
 def _clearances(ax: Axes) -> None:
     for first, last in ((3.6, 5.2), (6.2, 7.8)):
-        _dimension(ax, first, last, 1.6, "$D$")
+        dimension(ax, first, last, 1.6, "$D$")
 
 
 def _collision_system(ax: Axes) -> None:
     """Draw paper B's Fig. 1: the same model in its symbols, which leave the gap without one."""
-    _box(ax, "$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$")
+    box(ax, "$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$")
 
 
 def _two_degrees_of_freedom(ax: Axes) -> None:
@@ -110,7 +110,7 @@ def _two_degrees_of_freedom(ax: Axes) -> None:
     _write(ax, 6.2, 4.1, "$M$")
     _write(ax, 6.2, 1.15, "$m(t)$")
     for first, last in ((4.7, 5.8), (6.6, 7.7)):
-        _dimension(ax, first, last, 2.55, "$D$")
+        dimension(ax, first, last, 2.55, "$D$")
     _arrow(ax, (8.2, 3.8), (9.5, 3.8), "$F(t)$")
     _coordinate(ax, 3.2, 4.8, "$X_1$")
     _arrow(ax, (8.2, 1.15), (9.15, 1.15), "$X_2$", thin=True)
@@ -126,7 +126,7 @@ DRAWINGS: dict[str, Callable[[Axes], None]] = {
 }
 
 
-def _box(
+def box(
     ax: Axes,
     body: str,
     free: str,
@@ -151,7 +151,8 @@ def _box(
     _dashpot(ax, 0.0, 3.2, 1.4, damping)
     _write(ax, 5.7, 0.75, body)
     _write(ax, 5.7, 1.6, free)
-    _arrow(ax, (8.2, 2.2), (9.5, 2.2), force)
+    if force:
+        _arrow(ax, (8.2, 2.2), (9.5, 2.2), force)
     _coordinate(ax, 3.2, 3.5, displacement)
     _coordinate(ax, 5.7, 2.1, free_displacement)
     ax.set_xlim(-0.5, 9.8)
@@ -201,7 +202,8 @@ def _wheel(ax: Axes, x: float) -> None:
     ax.add_patch(Circle((x, 0.2), 0.2, fc="white", ec=BLACK, lw=0.7))
 
 
-def _dimension(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+def dimension(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+    """Draw a length with its arrows, and its text above."""
     arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 5.0}
     ax.annotate("", (last, y), (first, y), arrowprops=arrow | {"color": BLACK, "lw": 0.5})
     _write(ax, 0.5 * (first + last), y + 0.08, text, "bottom")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -11,8 +12,8 @@ from pydantic import Field
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.common.layout import select
-from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid
-from damper.figures.common.style import BLACK, STUCK, SYMBOLS, VERMILION, label
+from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, title
+from damper.figures.common.style import BLACK, BLUE, STUCK, SYMBOLS, VERMILION, label
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
@@ -33,9 +34,14 @@ _VARIABLES = (
     "trajectory_mode",
     "trajectory_events_left_out",
 )
+_DRIVE, _ALONE = "trajectory_drive", "trajectory_alone"
+#: Height of the panel of what drives, in inches.
+_DRIVE_HEIGHT = 0.95
+_FORCE: dict[str, Any] = {"color": "#555555", "lw": 0.7}
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
 _PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.9}
+_WITHOUT: dict[str, Any] = {"color": BLUE, "lw": 0.9, "ls": "--"}
 _FREE: dict[str, Any] = {"color": VERMILION, "lw": 0.9, "ls": "-"}
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
 _BETWEEN: dict[str, Any] = {"color": "#E8E8E8", "lw": 0.0}
@@ -88,25 +94,34 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
     ValueError where the sampled stretch does not reach to the start.
     """
     start, stop = settings.start, settings.stop
-    place = select(results["cube"], _VARIABLES, settings.at, ("instant",))
+    place = select(
+        results["cube"], with_drive(results["cube"], _VARIABLES), settings.at, ("instant",)
+    )
     piece = place.isel(instant=rows_between(in_periods(place), start, stop))
-    time = in_periods(piece)
-    figure, ((above,), (below,)) = panel_grid(2, height=3.9)
-    raster = {"rasterized": time.size > _MOST_POINTS}
+    unit = units_in_a_cycle(place)
+    time = in_periods(piece) * unit
+    figure, top, (above, below) = driven_grid(place, 2, height=3.9)
+    if top is not None:
+        draw_drive(top, time, piece)
+    raster: dict[str, Any] = {"rasterized": time.size > _MOST_POINTS}
     _walls(above, time, piece, raster)
     for ax, name in ((above, "displacement"), (below, "velocity")):
         primary, free = piece[f"trajectory_{name}"], piece[f"trajectory_free_{name}"]
+        if _ALONE in piece and name == "displacement":
+            alone = np.isfinite(piece[_ALONE].values)
+            above.plot(time[alone], piece[_ALONE].values[alone], **_WITHOUT, **raster)
         ax.plot(time, primary.values, **_PRIMARY, **raster)
         ax.plot(time, free.values, **_FREE, **raster)
         symbols = "$x$, $y$" if name == "displacement" else r"$\dot x$, $\dot y$"
         ax.set_ylabel(label(name, symbols, units_of(primary.attrs)))
         stuck = _shade_sticking(ax, time, piece)
-    below.set_xlim(start, time[-1] if stop is None else min(stop, time[-1]))
+    below.set_xlim(start * unit, time[-1] if stop is None else min(stop * unit, time[-1]))
     below.set_xlabel(time_label(place))
     if left_out := int(place.trajectory_events_left_out):
         text = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
         above.set_title(text, loc="right")
-    return finish(figure, place, settings.caption, _handles(stuck))
+    handles = [legend_line("primary without damper", **_WITHOUT)] if _ALONE in piece else []
+    return finish(figure, place, settings.caption, [*handles, *_handles(stuck)])
 
 
 def in_periods(run: xr.Dataset) -> np.ndarray:
@@ -115,10 +130,55 @@ def in_periods(run: xr.Dataset) -> np.ndarray:
     return run.trajectory_time.values / period
 
 
+def units_in_a_cycle(run: xr.Dataset) -> float:
+    """Length of a cycle as a time axis shows it: 1, but under what is given by its times."""
+    return 2.0 * math.pi / float(run[forcing_frequency(run)]) if _of(run) else 1.0
+
+
+def _of(run: xr.Dataset) -> str:
+    """What a record or noise is; nothing under another force."""
+    return str(json.loads(run.attrs.get("forcing", "{}")).get("of", ""))
+
+
 def time_label(place: xr.Dataset) -> str:
     """Label of an axis of this time."""
+    if _of(place):
+        return label("time", "$t - t_0$", units_of(place.trajectory_time.attrs))
     frequency = SYMBOLS[forcing_frequency(place)]
     return f"time $(t - t_0)/T$ (cycle $T$ = $2\\pi$/{frequency})"
+
+
+def with_drive(cube: xr.Dataset, names: Sequence[str]) -> tuple[str, ...]:
+    """Variables of a figure, and those beside them that the cube has."""
+    return (*names, *(name for name in (_DRIVE, _ALONE) if name in cube))
+
+
+def driven_grid(
+    place: xr.Dataset, rows: int, height: float, **shared: Any
+) -> tuple[Figure, Axes | None, list[Axes]]:
+    """Return a figure of panels one above the other, and one above them for what drives, if any."""
+    if _DRIVE not in place:
+        figure, grid = panel_grid(rows, height=height, **shared)
+        return figure, None, list(grid.ravel())
+    figure, grid = panel_grid(
+        rows + 1,
+        height=height + _DRIVE_HEIGHT + 0.25,  # of its title
+        height_ratios=[_DRIVE_HEIGHT, *[(height - 0.9) / rows] * rows],
+    )
+    top, *panels = grid.ravel()
+    for ax in panels[1:] if shared.get("sharey") else ():
+        ax.sharey(panels[0])
+    return figure, top, panels
+
+
+def draw_drive(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> None:
+    """Draw what drives the primary: the base's acceleration, or the force over its mass."""
+    drive = piece[_DRIVE]
+    of_base = _of(piece) == "base_acceleration"
+    ax.axhline(0.0, **_WALL)
+    ax.plot(time, -drive.values if of_base else drive.values, **_FORCE)
+    title(ax, "acceleration of the base" if of_base else "force over the primary's mass", pad=3.0)
+    ax.set_ylabel(label("", r"$\ddot z$" if of_base else "$F/M$", units_of(drive.attrs)))
 
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:

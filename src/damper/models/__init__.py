@@ -50,7 +50,9 @@ def start_run(
     accuracy, max_events = checked("accuracy", accuracy), checked("max_events", max_events)
     if state is not None:
         check_state(parameters, state)
-    return Trajectory(model_of(parameters, accuracy), state, max_events)
+    trajectory = Trajectory(model_of(parameters, accuracy), state, max_events)
+    trajectory.force = parameters.forcing
+    return trajectory
 
 
 def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -> None:

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from damper.engine.bodies import Ballistic, acceleration_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, phase_at, rate_of
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Oscillator
@@ -52,13 +52,19 @@ def force_size(mass: Any, model: Any, segment: Segment, tau: float, at: Sample) 
 
 def have_rigid_walls(kind: type) -> None:
     """Let the contact force of a model be that of rigid walls."""
-    contact_force.of(kind)(_contact_force)
+    contact_force.of(kind)(rigid_contact_force)
     contact_speed.of(kind)(_no_contact_speed)
 
 
-@compiled
+@by_class_or_default
 def force_bound(model: Any) -> float:
-    """Largest force on the primary."""
+    """Largest force on the primary, and of friction on the free mass."""
+    return largest_force(model)
+
+
+@compiled
+def largest_force(model: Any) -> float:
+    """Largest value of what drives the primary."""
     return float(model.free.strength * bound_of(model.free.forcing, 0))
 
 
@@ -72,7 +78,10 @@ def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
 
 
 @compiled
-def _contact_force(model, segment, tau, at):
+def rigid_contact_force(
+    model: Any, segment: Segment, tau: float, at: Sample
+) -> tuple[float, float]:
+    """As `contact_force`, of rigid walls."""
     # What parts the masses: the difference of their accelerations in the flight that would begin.
     s = segment
     time = s.time + tau

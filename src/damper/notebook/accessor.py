@@ -93,7 +93,7 @@ class CubeAccessor:
         parameters, start, last, window = self._started(point)
         if start is None:
             return periodic_orbit(parameters, period)
-        end = window.periods + window.length, window.time
+        end = window.end(last.cycle)
         last.skip(*end)
         if last.status != FINISHED:
             raise ValueError("orbit: the run of this point stopped early, max_events are used up")

@@ -15,10 +15,12 @@ from damper.analysis.places import need_cube
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantity import real, whole
-from damper.parameters.state import need_state
+from damper.parameters.run import RunSettings
 from damper.study.simulation import simulate
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
+from damper.sweep.points import one_run
+from damper.sweep.record import settings_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,18 +65,18 @@ class Run:
 
     @cached_property
     def motion(self) -> xr.Dataset:
-        """Both masses' motion along ``instant``: equal steps, and two rows at each impact.
+        """Both masses' motion over ``time``, in equal steps; the events stand in `events`.
 
-        Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``;
-        the coordinate ``time`` is that of its events.
+        Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``.
         """
         prefix = "trajectory_"
         rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
         rows = rows.rename({name: str(name).removeprefix(prefix) for name in rows.data_vars})
-        rows = rows.isel(instant=np.isfinite(rows.time.values)).set_coords("time")
+        sampled = np.isfinite(rows.time.values) & np.isnan(rows.event.values)
+        rows = rows.isel(instant=sampled).set_coords("time").drop_vars("event")
         attributes = rows.time.attrs | {"long_name": "time"}
         moved = rows.time + float(self.cube.trajectory_start) + self._begun
-        return rows.assign_coords(time=moved.assign_attrs(attributes))
+        return rows.assign_coords(time=moved.assign_attrs(attributes)).swap_dims(instant="time")
 
     @property
     def bursts(self) -> pd.DataFrame:
@@ -89,8 +91,9 @@ class Run:
     @property
     def _begun(self) -> float:
         """Time at which its record begins."""
-        transient = self.cube.attrs["transient_periods"] * self.parameters.cycle
-        return transient + (self.state.time if self.state else 0.0)
+        cycle, begun = self.parameters.cycle, self.state.time if self.state else 0.0
+        length = RunSettings(**settings_of(self.cube))
+        return length.cycles(cycle, self.parameters.forcing.end - begun)[0] * cycle + begun
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
         """Draw both masses over time, from and to so many cycles of the record."""
@@ -111,23 +114,26 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
 
 
 def run(
-    parameters: Parameters | SIParameters,
-    until: float,
+    parameters: Parameters | SIParameters | None = None,
+    until: float = math.nan,
     state: State | None = None,
     *,
     samples_per_period: int = 200,
+    **values: Any,
 ) -> Run:
     """Run one damper, from time 0 or that of `state`, and keep its motion.
 
     Parameters
     ----------
-    parameters : Parameters or SIParameters
+    parameters : Parameters or SIParameters, optional
     until : float
         Time to which it runs, in sqrt(M/K) or s; the last step of the motion is the one before it.
     state : State, optional
         Where it starts; at rest, with the free mass in the middle, when not given.
     samples_per_period : int, default 200
         Steps of the motion in a cycle. They move no event.
+    **values
+        As `damper.events` takes them.
 
     Returns
     -------
@@ -148,9 +154,7 @@ def run(
 restitution=0.6)
      from time 0 to 99.9026: 40 impacts, 1 start of sticking>
     """
-    if not isinstance(parameters, Parameters | SIParameters):
-        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
-    need_state(state)
+    parameters, state = one_run(parameters, state, values)
     start = state.time if state else 0.0
     samples_per_period = whole("samples_per_period", samples_per_period, 1)
     length = (real("until", until) - start) / parameters.cycle

@@ -117,7 +117,7 @@ class Bursts(Observer):
                 "1",
                 comment="all bursts that begin and end in the record, visible count or not",
             ),
-            Variable("sticking_fraction", "part of the time spent sticking", "1"),
+            Variable("sticking_fraction", "fraction of time sticking", "1"),
         ]
         if self.compare_thresholds:
             dims = ("threshold",)

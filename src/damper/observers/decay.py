@@ -7,6 +7,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing.none import ZeroForce
+from damper.engine.forcing.record import PiecewiseLinear
 from damper.engine.model import motion
 from damper.engine.segment import segment_at
 from damper.engine.trajectory import Trajectory
@@ -14,7 +15,6 @@ from damper.models.response import prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.observers.response import TOTALS, follow
-from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -28,8 +28,12 @@ _STEP = 1.5
 #: Steps after which a zero of v is as good as found; bisection alone needs no more.
 _MAX_ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
+#: Rounding of the end of a record, as a part of it.
+_AT_END = 1e-12
 
 _NONE = "missing unless the vibration is free"
+#: What `vibration` is, in the order of its values.
+_VIBRATIONS = ("free", "forced")
 
 
 class Decay(Observer):
@@ -48,10 +52,11 @@ class Decay(Observer):
     mass takes no part, and negative where the peaks grow.
 
     Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
-    is left. Under a force, and with a free mass that varies, all stays missing, and studies refuse
-    it.
+    is left. Under a force, but after the end of a record or noise, and with a free mass that
+    varies, all stays missing but `vibration`, which says so, and studies refuse it.
     """
 
+    knows_friction = False
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
     )
@@ -104,6 +109,14 @@ class Decay(Observer):
             comment=f"with that of a support of the free mass; {_NONE}",
         ),
         Variable("energy_left", "energy at the end of the record", ENERGY, comment=_NONE),
+        Variable(
+            "vibration",
+            "whether the vibration is free",
+            "1",
+            dtype="i1",
+            comment="0 free; 1 forced, also by a free mass that varies: nothing else is observed",
+            flags=_VIBRATIONS,
+        ),
     )
 
     def size(self, dim: str, window_length: int) -> int:
@@ -121,9 +134,8 @@ class Decay(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         model = self._model
-        need_smooth_mass(model, "the observer decay")
         # A free mass that varies drives the primary as a force does.
-        self._is_free = isinstance(model.free.forcing, ZeroForce) and not _varies(model)
+        self._is_free = _ends_before(model.free.forcing, self._window) and not _varies(model)
         self._step = _STEP / max(model.free.rate, model.stuck.rate)
         self._tables = prepare_tables(model)
         self._totals = np.zeros(1, TOTALS)
@@ -148,6 +160,8 @@ class Decay(Observer):
             decrement = np.log(peaks[:-2] / peaks[2:])
         ratios = decrement / np.hypot(2.0 * math.pi, decrement)
         self._put({"equivalent_damping_ratio": np.concatenate([[np.nan], ratios, [np.nan]])})
+        if finished:
+            self._put({"vibration": _VIBRATIONS.index("free" if self._is_free else "forced")})
         if not (finished and self._is_free):
             return
         total, half = read_record(self._totals), read_record(self._half)
@@ -161,6 +175,15 @@ class Decay(Observer):
                 "energy_left": total.stored_last,
             }
         )
+
+
+def _ends_before(forcing: Any, window: Window) -> bool:
+    """Whether nothing drives the damper within the record."""
+    if not isinstance(forcing, PiecewiseLinear) or forcing.value[-1]:
+        return isinstance(forcing, ZeroForce)
+    cycles, time = forcing.cycles[-1], forcing.time[-1]
+    since = (window.periods - cycles) * forcing.cycle + (window.time - time)
+    return bool(since >= -_AT_END * (cycles * forcing.cycle + time))
 
 
 def _varies(model: Any) -> bool:

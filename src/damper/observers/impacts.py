@@ -3,9 +3,10 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT, TAIL
+from damper.engine.model import mass_ratio_at, read_segment
+from damper.engine.segment import IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
+from damper.models.response import impact_loss, prepare_tables
 from damper.observers.common.base import (
     Observer,
     Window,
@@ -16,11 +17,12 @@ from damper.observers.common.base import (
     visible_in_tail,
 )
 from damper.observers.common.settings import VISIBILITY, Setting
+from damper.parameters.variables import ENERGY, IMPULSE, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
-from damper.parameters.variables import Variable
 
 #: Of a run: all impacts, visible ones, those in tails; sum and largest of the approach speeds.
 _TOTALS = record_type("impacts", "visible", "in_tails", "speeds", "largest")
+_MOST = record_type("impulse", "loss")
 
 
 class Impacts(Observer):
@@ -33,6 +35,11 @@ class Impacts(Observer):
     threshold = VISIBILITY
     speeds = Setting(
         0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0
+    )
+    largest = Setting(
+        False,
+        "Write the largest impulse of an impact, and the largest energy that one takes, as well.",
+        models=("rigid", "grounded", "time_varying", "sliding"),
     )
 
     @property
@@ -49,6 +56,11 @@ class Impacts(Observer):
             ),
             Variable("max_approach_speed", "largest approach speed", SPEED_UNIT),
         ]
+        if self.largest:
+            made += [
+                Variable("max_impulse", "largest impulse of an impact", IMPULSE),
+                Variable("max_impact_loss", "largest energy lost in an impact", ENERGY),
+            ]
         if self.speeds:
             each = "approach speed of each visible resolved impact"
             made.append(Variable("approach_speed", each, SPEED_UNIT, ("impact",), comment=seen))
@@ -65,10 +77,15 @@ class Impacts(Observer):
         fraction, speed = self.threshold
         self._visible = (fraction, speed / trajectory.units.speed)
         self._listed = np.full(self.speeds, np.nan)
+        if self.largest:
+            prepare_tables(self._model)  # what an impact takes, of this model
+            self._most = np.zeros(1, _MOST)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         _count(self._model, log, self._window, *self._visible, self._totals, self._listed)
+        if self.largest:
+            _find_largest(self._model, log, self._window, self._most)
 
     def finish(self, finished: bool) -> None:
         """Write the run's averages; speeds listed before an early stop stay."""
@@ -82,6 +99,9 @@ class Impacts(Observer):
             put["mean_approach_speed"] = total.speeds / total.visible
         if total.impacts:
             put["max_approach_speed"] = total.largest
+        if total.impacts and self.largest:
+            most = read_record(self._most)
+            put |= {"max_impulse": most.impulse, "max_impact_loss": most.loss}
         self._put(put)
 
 
@@ -102,3 +122,16 @@ def _count(model, log, window, fraction, speed, totals, listed):
             total.speeds += s.speed
         if s.mode == TAIL:
             total.in_tails += visible_in_tail(model, s, limit)
+
+
+@compiled
+def _find_largest(model, log, window, most):
+    """Note the largest impulse and loss of single impacts: not of the closed rest of a burst."""
+    found = most[0]
+    for index in range(len(log)):
+        s = segment_at(log[index])
+        if s.cause == IMPACT and since(s, model.cycle, window.periods, window.time) >= 0.0:
+            mass_ratio = mass_ratio_at(model, s.periods, s.time)
+            reduced = mass_ratio / (1.0 + mass_ratio)
+            found.impulse = max(found.impulse, reduced * (s.speed + s.gap_rate))
+            found.loss = max(found.loss, impact_loss(model, s))

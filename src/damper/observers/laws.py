@@ -20,6 +20,7 @@ from damper.engine.segment import (
     CONTACT,
     FLIGHT,
     IMPACT,
+    RESTING,
     STICKING,
     TAIL,
     segment_at,
@@ -37,7 +38,6 @@ from damper.models.laws import (
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-from damper.parameters.dampers import need_smooth_mass
 
 #: Samples of a segment beside its end; of one in which little can turn, and of a long one.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
@@ -66,7 +66,6 @@ class Laws(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        need_smooth_mass(trajectory.model, "the observer laws")
         super().begin(run, trajectory, window)
         import_module(f"{type(self._model).__module__}.laws")
         self._tables = prepare_tables(self._model)
@@ -253,7 +252,7 @@ def _depth(model, at):
 @compiled
 def _sample_contact(model, s, found):
     """Look whether everything is finite, and whether the contact force is tensile; as above."""
-    sticks = s.mode == STICKING and s.side != 0.0
+    sticks = (s.mode == STICKING and s.side != 0.0) or s.mode == RESTING
     if s.mode == TAIL and s.duration > 0.0:
         # Its first bounce rises highest.
         half = 0.5 * (1.0 - restitution_at(law_at(model.law, s.side), 0.0)) * s.completion

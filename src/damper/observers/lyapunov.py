@@ -9,7 +9,6 @@ from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import damping_in, enter, joins, over_time, shrunk_by
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
-from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; whether masses
@@ -38,6 +37,7 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
+    knows_friction = False
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
         Variable("lyapunov_exponents", "Lyapunov exponent per cycle", "1", _DIM),
@@ -68,7 +68,6 @@ class Lyapunov(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        need_smooth_mass(trajectory.model, "the observer lyapunov")
         super().begin(run, trajectory, window)
         self._totals = np.zeros(1, _TOTALS)
         self._totals["slowest"] = math.inf

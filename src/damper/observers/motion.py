@@ -46,9 +46,9 @@ class ObservedMotion(Observer):
             "1",
             comment="0 symmetric; -1 left, 1 right: the wall with more impacts or, with as many on "
             "each, that which the free mass is nearer to or, where it sticks on both alike, the "
-            "primary; missing where it does not repeat, and under gravity, between walls that "
-            "differ or under a force that is not its own opposite half a cycle later: there no "
-            "motion has a mirror image",
+            "primary; missing where it does not repeat or has no impacts, and under gravity, "
+            "between walls that differ or under a force that is not its own opposite half a cycle "
+            "later: there no motion has a mirror image",
         ),
         *(
             Variable(
@@ -99,7 +99,8 @@ class ObservedMotion(Observer):
                 symmetric = period % 2 == 1 and abs(later + half[: len(later)]).max() <= near
                 happened = counts[-1] - counts[-2 * period - 1]
                 self._put({"motion_period": period})
-                if odd:
+                # Where a free mass that hits no wall rests in its box says nothing of the motion.
+                if odd and happened.any():
                     side = 0 if symmetric else _side(later[1:], happened, near)
                     self._put({"motion_side": side})
                 names = [variable.name for variable in self.variables[2:]]
@@ -117,7 +118,7 @@ def _side(states: np.ndarray, counts: np.ndarray, near: float) -> int:
 
 
 def in_words(found: Mapping[str, int]) -> str:
-    """Say what motion it is, by the observer's variables; `chaotic` may stand beside them.
+    """Say what motion it is, by the observer's variables.
 
     Examples
     --------
@@ -127,9 +128,7 @@ def in_words(found: Mapping[str, int]) -> str:
     'period 1, 3 impacts on each wall, symmetric'
     """
     if not found["motion_period"]:
-        if "chaotic" not in found:
-            return "no period found"
-        return "chaotic" if found["chaotic"] else "quasi-periodic or not settled"
+        return "no period found"
     counts = {
         noun: (found[f"motion_{what}_left"], found[f"motion_{what}_right"])
         for what, noun in (("impacts", "impact"), ("completions", "complete chatter sequence"))

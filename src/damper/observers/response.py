@@ -12,13 +12,24 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing.harmonic import HarmonicForce
+from damper.engine.loop import FINISHED
 from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT
+from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
+from damper.models.extremes import primary_extremes
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
-from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
+from damper.observers.common.base import (
+    LEAVE_ALONE,
+    Observer,
+    Window,
+    part_within,
+    primary_alone,
+    read_record,
+    record_type,
+)
 from damper.observers.common.settings import Setting
-from damper.parameters.variables import ENERGY, LENGTH, Variable
+from damper.parameters.forcing import Base
+from damper.parameters.variables import ACCELERATION, ENERGY, LENGTH, SPRING_FORCE, Variable
 from damper.theory.steady import steady_amplitude
 
 #: What the fields of `damper.models.response.ResponseIntegrals` come to; whether the window has
@@ -51,6 +62,22 @@ _FRICTION_LOSS = Variable(
     comment="of a burst's closed rest, where both losses end, its part to first order",
 )
 
+_EXTREMES = (
+    Variable(
+        "peak_force",
+        "largest force in spring and dashpot, either way",
+        SPRING_FORCE,
+        comment="what a primary on the ground or a base passes on to it",
+    ),
+    Variable(
+        "peak_acceleration",
+        "largest acceleration of the primary between impacts, either way",
+        ACCELERATION,
+        comment="not relative to a base that moves; impacts on rigid walls are left out",
+    ),
+)
+_MOST = record_type("force", "acceleration")
+
 _RELATIVE = "relative to the base in runs in its frame"
 
 
@@ -59,7 +86,8 @@ class Response(Observer):
 
     The steady linear response without the damper has the amplitude
     A = force_amplitude / sqrt((1 - omega^2)^2 + (2 zeta omega)^2) under one harmonic; the two
-    ratios compare with it, are zero where it is infinite, and missing under any other force.
+    ratios compare with it, are zero where it is infinite, and missing under any other force, but
+    where a run `without_damper` is asked for.
     Energies are means per cycle, in units of F0^2/K. In the frame of a base that moves all is
     relative to the base, and the work is that of inertia on both masses. An impact of
     approach speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the
@@ -84,6 +112,18 @@ class Response(Observer):
         "Write what the free mass loses in dry friction as well; zero in every other model. The "
         "residual counts it as a loss, asked for or not.",
     )
+    extremes = Setting(
+        False,
+        "Write the largest force in spring and dashpot, and the largest acceleration of the "
+        "primary, as well.",
+        models=("rigid", "grounded"),
+    )
+    without_damper = Setting(
+        False,
+        "Form the ratios under every force, with a run of the primary alone from the same start; "
+        "under one harmonic they compare with the steady response all the same.",
+        models=LEAVE_ALONE,
+    )
     _always = (
         Variable(
             "rms_displacement",
@@ -101,13 +141,13 @@ class Response(Observer):
             "amplitude_ratio",
             "peak displacement over the steady amplitude without damper",
             "1",
-            comment="0 where that amplitude is infinite; missing but under one harmonic",
+            comment="0 where that is infinite; of more than one harmonic see without_damper",
         ),
         Variable(
             "rms_ratio",
             "rms displacement over that of the steady response without damper",
             "1",
-            comment="0 where that response is infinite; missing but under one harmonic",
+            comment="0 where that is infinite; of more than one harmonic see without_damper",
         ),
         Variable(
             "energy_input",
@@ -136,6 +176,8 @@ class Response(Observer):
         made: tuple[Variable, ...] = self._always
         if self.modulation_work:
             made = (*made, _MODULATION_WORK)
+        if self.extremes:
+            made = (*made, *_EXTREMES)
         return (*made, _FRICTION_LOSS) if self.friction_loss else made
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
@@ -143,10 +185,16 @@ class Response(Observer):
         super().begin(run, trajectory, window)
         self._tables = prepare_tables(self._model)
         self._totals = np.zeros(1, TOTALS)
+        self._most = np.zeros(1, _MOST)
+        self._trajectory = trajectory
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
         follow(self._model, self._tables, log, self._window, self._totals)
+        if self.extremes:
+            force = self._trajectory.force
+            shaken = isinstance(force, Base) and force.frame == "ground"
+            _follow_extremes(self._model, log, self._window, float(shaken), self._most)
 
     def finish(self, finished: bool) -> None:
         """Write the run's results."""
@@ -160,15 +208,18 @@ class Response(Observer):
         friction = total.support if rubs else 0.0
         gained = total.stored_last - total.stored - total.modulation
         rms = math.sqrt(total.square / (length * self._model.cycle))
-        amplitude = math.nan
+        undamped = math.nan, math.nan
         if isinstance(free.forcing, HarmonicForce):
             amplitude = free.strength * steady_amplitude(free.damping, free.forcing.omega)
+            undamped = amplitude, amplitude
+        elif self.without_damper:
+            undamped = self._alone()
         self._put(
             {
                 "rms_displacement": rms,
                 "peak_displacement": total.peak,
-                "amplitude_ratio": total.peak / amplitude,
-                "rms_ratio": math.sqrt(2.0) * rms / amplitude,
+                "amplitude_ratio": total.peak / undamped[0] if undamped[0] else math.nan,
+                "rms_ratio": math.sqrt(2.0) * rms / undamped[1] if undamped[1] else math.nan,
                 "energy_input": total.work / length,
                 "dashpot_loss": dashpot / length,
                 "impact_loss": total.loss / length,
@@ -177,8 +228,34 @@ class Response(Observer):
         )
         if self.modulation_work:
             self._put({"modulation_work": total.modulation / length})
+        if self.extremes:
+            most = read_record(self._most)
+            self._put({"peak_force": most.force, "peak_acceleration": most.acceleration})
         if self.friction_loss:
             self._put({"friction_loss": friction / length})
+
+    def _alone(self) -> tuple[float, float]:
+        """Peak and sqrt(2) rms of the primary alone, with the walls out of reach."""
+        alone = primary_alone(self._trajectory)
+        totals, window = np.zeros(1, TOTALS), self._window
+        for log in alone.segments(*window.end(alone.cycle)):
+            follow(alone.model, self._tables, log, window, totals)
+        total = read_record(totals)
+        rms = math.sqrt(total.square / (window.length * alone.cycle))
+        return (
+            (total.peak, math.sqrt(2.0) * rms) if alone.status == FINISHED else (math.nan, math.nan)
+        )
+
+
+@compiled
+def _follow_extremes(
+    model: Any, log: np.ndarray, window: Window, through: float, most: Any
+) -> None:
+    for index in range(len(log)):
+        s = segment_at(log[index])
+        _, low, high = part_within(s, model.cycle, window)
+        if high >= low:
+            primary_extremes(model, s, low, high, through, most[0])
 
 
 @compiled

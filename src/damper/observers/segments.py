@@ -1,7 +1,7 @@
 """Segments: the solution itself over the last periods of the record, a row for each segment.
 
 Between events the motion is known in closed form, so these rows hold it exactly and in less space
-than samples would take: the page of results draws its runs from them.
+than samples would take.
 """
 
 import numpy as np

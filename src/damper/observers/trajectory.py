@@ -11,13 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import motion
 from damper.engine.segment import IMPACT, RESTING, STICKING, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import (
+    LEAVE_ALONE,
     Observer,
     Window,
     fields_of,
+    primary_alone,
     read_record,
     record_type,
     since,
@@ -25,7 +28,7 @@ from damper.observers.common.base import (
 from damper.observers.common.sections import free_state
 from damper.observers.common.settings import Setting
 from damper.observers.common.stretch import SLACK, sample_steps
-from damper.parameters.variables import LENGTH, Variable
+from damper.parameters.variables import ACCELERATION, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
 
@@ -64,13 +67,27 @@ class SampledTrajectory(Observer):
         "cycles",
         gt=0,
     )
+    drive = Setting(
+        False,
+        "Write what drives the primary as well: the force over its mass. In the frame of a base "
+        "that is minus the base's acceleration.",
+    )
+    without_damper = Setting(
+        False,
+        "Write the displacement of the primary alone, from the same start, at each sample as well.",
+        models=LEAVE_ALONE,
+    )
     events = Setting(1000, "Most events to write; those beyond are counted.", ge=0, le=10_000_000)
 
     @property
     def variables(self) -> list[Variable]:
         """What it writes."""
         instant = ("instant",)
+        alone = Variable("trajectory_alone", "primary displacement without damper", LENGTH, instant)
+        drive = Variable("trajectory_drive", "force over the primary's mass", ACCELERATION, instant)
         return [
+            *([drive] if self.drive else []),
+            *([alone] if self.without_damper else []),
             Variable(
                 "trajectory_time",
                 "time since the start of the sampled stretch",
@@ -128,7 +145,8 @@ class SampledTrajectory(Observer):
         rest = self.start - first / rate
         if abs(rest) * rate < SLACK:
             rest = 0.0
-        samples = self._steps(int(window.length)) + 1
+        self._trajectory = trajectory
+        samples = self._steps(window.length) + 1
         self._stretch = Stretch(
             self._window, float(first), rest, float(rate), float(samples), float(self.events)
         )
@@ -148,8 +166,26 @@ class SampledTrajectory(Observer):
         for field in fields_of(_ROW):
             self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
         self._put({"trajectory_events_left_out": count.left_out})
+        if self.without_damper:
+            sampled = self._rows["event"][:rows] == -1.0
+            alone = self._alone()[: sampled.sum()]
+            self.arrays["trajectory_alone"][self._run, :rows][sampled] = alone
+        if self.drive:
+            drive = np.empty(rows)
+            free = self._model.free
+            times = np.ascontiguousarray(self._rows["time"][:rows])
+            _write_drive(free.forcing, self._stretch, self._model.cycle, times, drive)
+            self.arrays["trajectory_drive"][self._run, :rows] = free.strength * drive
 
-    def _steps(self, window_length: int) -> int:
+    def _alone(self) -> np.ndarray:
+        """Displacement of the primary alone at each sample."""
+        run, stretch = primary_alone(self._trajectory), self._stretch._replace(most_events=0.0)
+        rows, counts = np.full(int(stretch.samples), np.nan, _ROW), np.zeros(1, _COUNTS)
+        for log in run.segments(*self._window.end(run.cycle)):
+            _write(run.model, log, stretch, rows, counts)
+        return rows["displacement"]
+
+    def _steps(self, window_length: float) -> int:
         """Sample steps of the stretch, once it is known to lie in the record."""
         return sample_steps(self.samples_per_period, self.start, self.length, window_length)
 
@@ -212,6 +248,14 @@ def _add_row(model, s, now, state, event, mode, rows, count):
     row.event = event
     row.mode = mode
     count.rows += 1.0
+
+
+@compiled
+def _write_drive(forcing, stretch, period, times, drive):
+    periods, time = _instant(stretch, 0.0, period)
+    for k in range(len(times)):
+        phase = phase_at(forcing, periods, time + times[k])
+        drive[k] = derivative_of(forcing, phase, 0)
 
 
 @compiled

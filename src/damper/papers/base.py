@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HOLDS, FAILS = "holds", "does not hold"
 #: Where it holds if one of several readings, or one of the assumed values, is taken.
-READING = "holds under a named reading"
+READING = "true only if read as follows"
 #: Where the text says nothing that could be false, and where studies are missing.
 UNTESTABLE, UNTESTED = "not testable", "not tested"
 

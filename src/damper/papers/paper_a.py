@@ -59,15 +59,15 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     rows: list[tuple[str, ...]] = [
         (
             "where",
-            "chatter at d (lone ones aside)",
-            f"part up to {CHATTER_UP_TO:g} that chatters",
-            *(f"above {CHATTER_UP_TO:g}: {what}" for what in ("with impacts", "short period")),
+            "range of d with chatter (isolated points left out)",
+            f"share with chatter up to {CHATTER_UP_TO:g}",
+            *(f"{what} above {CHATTER_UP_TO:g}" for what in ("with impacts", "of short period")),
         )
     ]
-    held = []
+    held, missed = [], []
     for k in range(stacked.sizes["place"]):
         line = stacked.isel(place=k)
-        label = ", ".join(f"{name.replace('_', ' ')} is {float(line[name]):g}" for name in others)
+        label = ", ".join(f"{name.replace('_', ' ')} {float(line[name]):g}" for name in others)
         chatter = line.chatter.values > 0
         d = line.clearance.values
         found = range_of(d, chatter)
@@ -79,15 +79,19 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         span = f"{found.low:.3g} to {found.high:.3g}"
         parts = (f"{part:.0%}" for part in (share, contact.mean(), regular))
         rows.append((label or "everywhere", span, *parts))
-        if abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO and share >= 0.9:
-            held.append(label or "all")
-    measured = "where there is chatter, and what motions are above that"
-    near = f"chatter ends near {CHATTER_UP_TO:g} and leaves hardly a gap below it"
+        near = abs(found.high - CHATTER_UP_TO) <= _ABOUT * CHATTER_UP_TO
+        if near and share >= 0.9:
+            held.append(label)
+        else:
+            missed.append(f"{label} chatter {'has gaps' if near else f'ends at {found.high:.2g}'}")
+    measured = "the clearances with chatter, and the motions above them"
+    fills = f"the range up to {CHATTER_UP_TO:g}"
     if not held:
-        return Verdict(measured, FAILS, f"nowhere {near}", rows)
-    if len(held) == len(rows) - 1:
-        return Verdict(measured, HOLDS, near, rows)
-    return Verdict(measured, READING, f"{near} where {held[0]}, and not otherwise", rows)
+        return Verdict(measured, FAILS, f"chatter does not fill {fills} and end there", rows)
+    if not missed:
+        return Verdict(measured, HOLDS, f"chatter fills {fills} and ends there", rows)
+    why = "; for ".join([f"for {' and '.join(held)}", *missed])
+    return Verdict(measured, READING, why, rows)
 
 
 def _score_a1(cube: xr.Dataset, tolerances: Tolerances, contact: bool = False) -> Scored:
@@ -136,7 +140,7 @@ def _judge_a3(cubes: Cubes) -> Verdict:
     """The chatter burst whose onset is nearest to the stated one, and the first one."""
     bursts = _chatter(cubes, LOW)
     if bursts.empty:
-        return Verdict("no chatter", FAILS, "nothing chatters")
+        return Verdict("no chatter", FAILS, "there is no chatter")
     near = bursts.loc[(bursts["onset"] - ONSET).abs().idxmin()]
     first = bursts["onset"].iloc[0]
     measured = (
@@ -155,7 +159,7 @@ def _judge_a3(cubes: Cubes) -> Verdict:
         return Verdict(measured, FAILS, why)
     if first >= near["onset"]:
         return Verdict(measured, HOLDS, "the first burst has that onset and duration")
-    return Verdict(measured, READING, "the burst is one of many, not the first")
+    return Verdict(measured, READING, "as one of many such bursts, not the first")
 
 
 def _score_a3(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -184,8 +188,8 @@ def _judge_a4(cubes: Cubes) -> Verdict:
         return Verdict(measured, HOLDS, f"durations differ by at most {_ABOUT:.0%}")
     differ = f"durations differ by more than {_ABOUT:.0%}"
     if abs(ratio * MIDDLE / LOW - 1.0) <= _ABOUT:
-        return Verdict(measured, READING, f"in forcing periods; in time {differ}")
-    return Verdict(measured, FAILS, f"{differ}, in time as in forcing periods")
+        return Verdict(measured, READING, f"in forcing periods; in seconds {differ}")
+    return Verdict(measured, FAILS, f"{differ}, in seconds and in forcing periods")
 
 
 def _score_a4(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -219,7 +223,7 @@ def _judge_a5(cubes: Cubes) -> Verdict:
     """Complete bursts at the highest frequency, early and late."""
     bursts = _chatter(cubes, HIGH)
     if bursts.empty:
-        return Verdict("no chatter", FAILS, "nothing chatters")
+        return Verdict("no chatter", FAILS, "there is no chatter")
     late = _steady(bursts)
     complete = bursts.loc[bursts["complete"], "onset"]
     in_late = late["complete"].sum()
@@ -232,7 +236,7 @@ def _judge_a5(cubes: Cubes) -> Verdict:
         return Verdict(measured, HOLDS, "no burst of chatter completes")
     if in_late or late.empty:
         return Verdict(measured, FAILS, "chatter completes after the transient as well")
-    return Verdict(measured, READING, "after the transient; some bursts before do complete")
+    return Verdict(measured, READING, "after the transient; during it some bursts complete")
 
 
 def _score_a5(cube: xr.Dataset, tolerances: Tolerances, late: bool = True) -> Scored:
@@ -250,9 +254,14 @@ def _judge_a6(cubes: Cubes) -> Verdict:
     found = completion_errors(cubes["accumulation"], _ABOUT)
     rows: list[tuple[str, ...]] = [
         (
-            *("order", "points", "every time good at the first impact"),
-            *("every completion point so", "worst error of a time, of the duration"),
-            *("of a completion point, of the largest distance", "all good, of what is left, from"),
+            *(
+                "order",
+                "points",
+                "all times good at the first impact",
+                "all completion points good",
+            ),
+            *("worst error of a time / duration", "worst error of a point / largest distance"),
+            "all errors good from",
         )
     ]
     good = {}
@@ -278,26 +287,26 @@ def _judge_a6(cubes: Cubes) -> Verdict:
         left = here["within_left_percent"].min() / 100.0
         good[order] = min(shares.values()) == 1.0, later, left
     measured = (
-        f"predictions of complete bursts; good is an error of at most {_ABOUT:.0%}: at the first "
-        "impact of the burst's size (its duration, or the largest distance of the primary at an "
-        "impact from where it completes), later of what is left of it"
+        f"predictions for complete bursts; an error of at most {_ABOUT:.0%} is good: at the first "
+        "impact relative to the burst (its duration, or the largest distance of the primary at an "
+        "impact from where it completes), later relative to what is left of it"
     )
     if all(first for first, *_ in good.values()):
-        why = f"it is good to {_ABOUT:.0%} from the first impact on"
+        why = f"within {_ABOUT:.0%} from the first impact on"
         return Verdict(measured, HOLDS, why, rows)
     if good["second"][0]:
-        return Verdict(measured, READING, "the second-order formula is used", rows)
+        return Verdict(measured, READING, "with the second-order formula", rows)
     _, later, left = good["second"]
     if later == math.inf:
-        why = f"no impact is listed from which it is good to {_ABOUT:.0%}"
+        why = f"within {_ABOUT:.0%} from none of the listed impacts on"
         return Verdict(measured, FAILS, why, rows)
     if left < _TO_COME:
         why = (
-            f"good to {_ABOUT:.0%} of what is left only with {left:.0%} of a burst to come (the "
-            f"median at the worst point), or from impact {later:.0f} on (in the worst burst)"
+            f"within {_ABOUT:.0%} only for the last {left:.0%} of a burst (median at the worst "
+            f"point), from impact {later:.0f} on in the worst burst"
         )
         return Verdict(measured, FAILS, why, rows)
-    return Verdict(measured, READING, f"it is made from impact {later:.0f} of the burst on", rows)
+    return Verdict(measured, READING, f"if made from impact {later:.0f} of the burst on", rows)
 
 
 def _judge_a7(cubes: Cubes) -> Verdict:
@@ -324,9 +333,9 @@ def _judge_a7(cubes: Cubes) -> Verdict:
     if first and min(first) > 1.0:
         return Verdict(measured, HOLDS, "no chatter in the first forcing period", rows)
     if complete and min(complete) > 1.0:
-        why = "chatter that completes is meant; other comes at once"
+        why = "of complete chatter; incomplete chatter appears at once"
         return Verdict(measured, READING, why, rows)
-    return Verdict(measured, FAILS, "chatter comes within a forcing period from rest", rows)
+    return Verdict(measured, FAILS, "chatter appears within a forcing period from rest", rows)
 
 
 def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
@@ -369,13 +378,13 @@ def _judge_a9(cubes: Cubes) -> Verdict:
     sticks = float((bursts * cube.complete_fraction.fillna(0.0)).sum() / bursts.sum())
     measured = (
         f"{int(plastic.sum())} runs with impacts, {chatter} of them chatter; "
-        f"{sticks:.0%} of the bursts end in sticking, after the others the wall draws away at once"
+        f"{sticks:.0%} of the bursts end in sticking, after the others the wall moves away at once"
     )
     if chatter:
         return Verdict(measured, FAILS, "there is chatter at restitution 0")
     if sticks == 1.0:
         return Verdict(measured, HOLDS, "every burst sticks")
-    return Verdict(measured, READING, "the wall does not draw away at once")
+    return Verdict(measured, READING, "unless the wall moves away at once")
 
 
 def _judge_a10(cubes: Cubes) -> Verdict:
@@ -393,19 +402,19 @@ def _judge_a10(cubes: Cubes) -> Verdict:
     low, high = (best.loc[half, "band"].mean() for half in (r <= middle, r > middle))
     share = shares["near_resonance"]
     measured = (
-        f"mean band at the best clearance {low:.3g} for restitution up to {middle:g}, {high:.3g} "
-        f"above; {share:.0%} of the well damped runs (rms ratio < {GOOD:g}) with two impacts "
-        f"per period lie within {NEAR:.0%} of the resonance, all from "
-        f"{shares['lowest']:g} to {shares['highest']:g}"
+        f"mean width of the band at the best clearance {low:.3g} for restitution up to "
+        f"{middle:g}, {high:.3g} above; {share:.0%} of the well damped runs "
+        f"(rms ratio < {GOOD:g}) with two impacts per period lie within {NEAR:.0%} of the "
+        f"resonance, all from {shares['lowest']:g} to {shares['highest']:g}"
     )
     wider, narrow = low > high, share >= 0.9
     if wider and narrow:
-        why = "low restitution has the wider band, and two impacts damp well near resonance only"
+        why = "low restitution widens the band, and two impacts damp well near resonance only"
         return Verdict(measured, HOLDS, why)
     if not (wider or narrow):
-        why = "neither is low restitution's band wider nor do two impacts need the resonance"
+        why = "low restitution does not widen the band, nor do two impacts need the resonance"
         return Verdict(measured, FAILS, why)
-    half = "its first half is meant, the band" if wider else "its second half is meant"
+    half = "for the band, not for two impacts" if wider else "for two impacts, not for the band"
     return Verdict(measured, READING, half)
 
 
@@ -424,16 +433,18 @@ def _judge_a11(cubes: Cubes) -> Verdict:
     # A larger force is a smaller clearance, since lengths are scaled by F0/K.
     amplitude, frequency, damping = -powers[0], powers[1], powers[2]
     measured = (
-        f"over {points.size} points with complete bursts their duration goes as the power "
+        f"over {points.size} points with complete bursts their duration scales with the power "
         f"{amplitude:.2f} of the force amplitude, {frequency:.2f} of the frequency and "
-        f"{damping:.2f} of the damping ratio; in forcing periods the power of the frequency is "
-        f"{frequency + 1.0:.2f}"
+        f"{damping:.2f} of the damping ratio; in forcing periods with the power "
+        f"{frequency + 1.0:.2f} of the frequency"
     )
     if abs(amplitude) > max(abs(frequency), abs(damping)):
-        return Verdict(measured, HOLDS, "the power of the amplitude is the largest")
+        return Verdict(measured, HOLDS, "the exponent of the amplitude is the largest")
     if abs(amplitude) > max(abs(frequency + 1.0), abs(damping)):
-        return Verdict(measured, READING, "in forcing periods; in time it goes with the period")
-    return Verdict(measured, FAILS, "another power is larger, in time as in forcing periods")
+        return Verdict(
+            measured, READING, "in forcing periods; in seconds it scales with the period"
+        )
+    return Verdict(measured, FAILS, "another exponent is larger, in seconds and in forcing periods")
 
 
 def _at(*frequencies: float) -> dict[str, Values]:
@@ -445,7 +456,7 @@ _CLEARANCES = {"clearance": Values(around=CHATTER_UP_TO)}
 PAPER_A = (
     Statement(
         "A1",
-        text="over the clearance there is chatter up to a limit, else periodic or quasi-periodic",
+        text="chatter up to a limit of the clearance, periodic or quasi-periodic motion above",
         where="text on Fig. 3",
         stated=f"chatter at d = 0 to {CHATTER_UP_TO:g} of 0 to {WIDEST:g}",
         studies=("paper_a_clearance",),
@@ -478,7 +489,7 @@ PAPER_A = (
     ),
     Statement(
         "A3",
-        text=f"at frequency ratio {LOW:.2f} a complete burst of chatter",
+        text=f"at frequency ratio {LOW:.2f} a burst of chatter completes",
         where="text on Fig. 5(a), and on the completion of chatter below Fig. 7",
         stated=f"starts at about t = {ONSET:g}, lasts about {DURATION:g}",
         studies=("paper_a_histories",),
@@ -574,7 +585,7 @@ PAPER_A = (
     ),
     Statement(
         "A9",
-        text="restitution 0 sticks at once, without chatter",
+        text="with restitution 0 the masses stick at once, without chatter",
         where="introduction",
         stated="r = 0",
         studies=("performance",),

@@ -78,7 +78,15 @@ def _judge_b1(cubes: Cubes) -> Verdict:
     from damper.papers.ranges import chatter_ranges, ends
 
     cube = cubes[ABOVE]
-    rows = [("threshold", "lower end", "fifth impact visible from", "upper end", "none at omega")]
+    rows = [
+        (
+            "threshold",
+            "lower end",
+            "fifth impact visible from",
+            "upper end",
+            "none at frequency ratio",
+        )
+    ]
     fitting = []
     for threshold in sorted(cube.threshold.values.tolist()):
         ranges = chatter_ranges(cube, 2, threshold)
@@ -97,11 +105,11 @@ def _judge_b1(cubes: Cubes) -> Verdict:
     if within(low, low=CHATTER_FROM) and within(max(high, reach), high=CHATTER_UP_TO):
         return Verdict(found, HOLDS, "all chatter lies there", rows)
     if not fitting:
-        why = "chatter reaches beyond, whatever counts as visible"
+        why = "chatter extends beyond that range at every visibility threshold"
         return Verdict(found, FAILS, why, rows)
     why = (
-        f"complete chatter alone, at a visibility threshold c of {' or '.join(fitting)}; the lower "
-        "end, near c^(1/4), comes of counting five visible impacts"
+        f"for complete chatter, at a visibility threshold c of {' or '.join(fitting)}; the lower "
+        "end is about c^(1/4), it follows from the five-impact rule"
     )
     return Verdict(found, READING, why, rows)
 
@@ -119,7 +127,7 @@ def _judge_b4(cubes: Cubes) -> Verdict:
         rows.append((reading.words, *(f"{value:.0%}" for value in shares)))
         if _falls(shares, 1.0 / large.restitution.size):
             held.append(reading.words)
-    return _summed(f"part of the restitutions from {_LARGE:g} on that chatter", held, rows)
+    return _summed(f"share of the restitutions from {_LARGE:g} on with chatter", held, rows)
 
 
 def _judge_trend(cubes: Cubes, axis: str) -> Verdict:
@@ -141,17 +149,17 @@ def _judge_trend(cubes: Cubes, axis: str) -> Verdict:
         if all(fall):
             held.append(reading.words)
     return _summed(
-        "lengths without the gaps; in brackets from end to end (lone points aside)", held, rows
+        "lengths without gaps; in brackets from end to end (isolated points left out)", held, rows
     )
 
 
 def _summed(measured: str, held: Sequence[str], rows: Sequence[Sequence[str]]) -> Verdict:
     """Judge by how many of the readings, the first cells of the rows, hold."""
     if not held:
-        return Verdict(measured, FAILS, "under none of the readings", rows)
+        return Verdict(measured, FAILS, "under none of the readings in the table", rows)
     if set(held) == {reading for reading, *_ in rows[1:]}:
         return Verdict(measured, HOLDS, "under each reading", rows)
-    return Verdict(measured, READING, f"{' or '.join(held)}; not under the others", rows)
+    return Verdict(measured, READING, " or ".join(held), rows)
 
 
 def _judge_b5(cubes: Cubes) -> Verdict:
@@ -200,7 +208,7 @@ def _judge_b6(cubes: Cubes) -> Verdict:
         rows.append((f"{side} resonance", f"{lowest:.3g}", *parts))
         if beneath < shares[0] and shares == sorted(shares):
             held.append(f"{side} resonance")
-    return _summed("part of the motions with more than one point on the section", held, rows)
+    return _summed("share of the motions with more than one point on the section", held, rows)
 
 
 def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
@@ -263,7 +271,7 @@ _DIAGRAMS = ("restitution/figures/paper_b_fig_3",)
 PAPER_B = (
     Statement(
         "B1",
-        text="there is chatter only above a restitution of a half, up to nine tenths",
+        text="chatter only at restitutions above a half, up to nine tenths",
         where="abstract, and conclusion 2",
         stated=f"r > {CHATTER_FROM:g}; {CHATTER_FROM:g} to {CHATTER_UP_TO:g}",
         studies=(ABOVE, BELOW),
@@ -314,7 +322,7 @@ PAPER_B = (
     ),
     Statement(
         "B4",
-        text="at small mass ratio even a large restitution chatters easily",
+        text="at small mass ratio there is easily chatter even at large restitution",
         where="conclusion 3",
         stated="no number",
         studies=(ABOVE, BELOW),
@@ -336,7 +344,7 @@ PAPER_B = (
     ),
     Statement(
         "B6",
-        text="above a restitution of a half motions bifurcate, and ever more of them",
+        text="above a restitution of a half motions bifurcate, more and more of them",
         where="conclusion 1, on Figs 2 and 3",
         stated=f"r > {CHATTER_FROM:g}",
         studies=(ABOVE, BELOW),

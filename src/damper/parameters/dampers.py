@@ -20,8 +20,19 @@ from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED
 LEAST_COMPLIANT_RESTITUTION = 1e-3
 #: Largest frequency, in units of sqrt(K/M), of a force.
 LARGEST_FREQUENCY = 1e3
+#: Largest weight, in units of F0, of a free mass along its box.
+LARGEST_WEIGHT = 1e6
 #: Largest rate, in units of sqrt(K/M), at which a support moves the free mass.
 LARGEST_SUPPORT_RATE = 2000.0
+
+
+def _friction_acceleration(
+    friction_coefficient: float,
+    transverse_acceleration: float,
+    primary_mass: float,
+    force_amplitude: float,
+) -> float:
+    return friction_coefficient * transverse_acceleration * primary_mass / force_amplitude
 
 
 class Parameters(Declared):
@@ -154,6 +165,9 @@ class Parameters(Declared):
         definition="acceleration of the free mass to the left wall: that of gravity times the sine "
         "of the box's inclination",
         default=0.0,
+        from_si=lambda gravity, inclination, primary_mass, force_amplitude: (
+            gravity * math.sin(math.radians(inclination)) * primary_mass / force_amplitude
+        ),
     )
     support_stiffness_ratio: float = quantity(
         r"$\kappa$",
@@ -240,6 +254,7 @@ class Parameters(Declared):
         minimum=0.0,
         default=0.0,
         model="sliding",
+        from_si=_friction_acceleration,
     )
     unit_count: float = quantity(
         "$n$",
@@ -448,7 +463,22 @@ class SIParameters(Declared, shares=Parameters):
 
     restitution_left: float = shared(default=math.inf)
     yield_speed: float = shared(default=math.inf)
-    gravity: float = shared(default=0.0)
+    gravity: float = quantity(
+        r"$\gamma$",
+        "acceleration of gravity",
+        "m/s2",
+        definition="its sine of the inclination accelerates the free mass to the left wall",
+        default=0.0,
+    )
+    inclination: float = quantity(
+        r"$\alpha$",
+        "inclination of the box",
+        "deg",
+        definition="0 is level; -90 has the left wall on top",
+        minimum=-90.0,
+        maximum=90.0,
+        default=90.0,
+    )
     support_stiffness: float = quantity(
         "$K_2$", "stiffness of the free mass's support", "N/m", minimum=0.0, default=0.0
     )
@@ -469,7 +499,20 @@ class SIParameters(Declared, shares=Parameters):
     modulation_depth: float = shared(default=0.0)
     modulation_order: float = shared(default=1.0)
     modulation_phase: float = shared(default=0.0)
-    friction: float = shared(default=0.0)
+    friction_coefficient: float = quantity(
+        r"$\mu_\mathrm{f}$",
+        "coefficient of dry friction between free mass and box",
+        minimum=0.0,
+        default=0.0,
+    )
+    transverse_acceleration: float = quantity(
+        r"$g_\perp$",
+        "acceleration that presses the free mass on the box",
+        "m/s2",
+        definition="that of gravity in a level box",
+        minimum=0.0,
+        default=0.0,
+    )
     unit_count: float = shared(default=1.0)
     clearance_spread: float = shared(default=0.0)
 
@@ -483,6 +526,12 @@ class SIParameters(Declared, shares=Parameters):
         if self.masses is not None:
             self.__dict__["masses"] = read_masses(self.masses, OF_A_MASS_SI)
         check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
+        if self.friction_coefficient and not self.transverse_acceleration:
+            raise ValueError(
+                f"friction_coefficient = {self.friction_coefficient!r} without "
+                "transverse_acceleration: nothing presses the free mass on the box; give it in "
+                "m/s2, 9.81 in a level box"
+            )
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
     @classmethod
@@ -503,13 +552,14 @@ class SIParameters(Declared, shares=Parameters):
             "forcing": parameters.forcing,
             "masses": None,
         }
-        given, primary = primary, _referred(primary)
+        given, primary = primary, _referred(primary) | _BESIDE
         units = _units(primary)
         given["force_amplitude"] *= parameters.force_amplitude
         given["forcing"] = parameters.forcing.over(1.0 / units.time)
-        for q, (own, *_) in _SCALED:
+        for q, (own, *others) in _SCALED:
             value = getattr(parameters, q.name)
             if value != q.default:
+                given |= {name: _BESIDE[name] for name in others if name in _BESIDE}
                 # Each ratio is in proportion to its own counterpart.
                 given[own] = value / _scaled(q, primary | {own: 1.0}, units)
         if parameters.masses is not None:
@@ -536,7 +586,7 @@ class SIParameters(Declared, shares=Parameters):
             given = [values[name] for name in names]
             ratio = _scaled(q, by, units)
             # A gap or a spring that underflows to zero would be another damper.
-            if not q.holds(ratio) or _ordinary(ratio) != _ordinary(own):
+            if not q.holds(ratio) or _ordinary(ratio) != all(_ordinary(by[n]) for n in names):
                 origin = ", ".join(map("{} = {!r}".format, names, given))
                 raise ValueError(
                     f"{q.name} = {ratio!r}, from {origin}: must be a finite number with {q.allowed}"
@@ -581,12 +631,16 @@ class SIParameters(Declared, shares=Parameters):
     def rates(self, name: str) -> dict[str, float]:
         """Derivatives by a quantity: of the scaled parameters, of LENGTH and SPEED; not those of 0.
 
-        All are products of powers, whose exponents doubling it shows; from 0 they are linear.
+        But for the inclination's, all are products of powers, whose exponents doubling it shows;
+        from 0 they are linear.
         """
         own, found = self.__dict__[name], {}
         if name == "force_amplitude" and not own:  # lengths stay in half of the gap
             one = _referred(self.__dict__ | {name: 1.0})[name]
             return {name: one / _referred(self.__dict__)[name]}
+        if name == "inclination":
+            upright = _all_scaled(self.__dict__ | {name: 90.0})["gravity"]
+            return {"gravity": math.radians(upright * math.cos(math.radians(own)))}
         here = _all_scaled(self.__dict__)
         for key, value in _all_scaled(self.__dict__ | {name: 2.0 * own or 1.0}).items():
             if value != here[key]:
@@ -599,6 +653,8 @@ class SIParameters(Declared, shares=Parameters):
 SI_NAME = {q.name: q.si_names[0] for q in Parameters.quantities}
 #: Lengths are in units that make the amplitude of the force 1.
 _SCALED = tuple((q, q.si_names) for q in Parameters.quantities if q.name != "force_amplitude")
+#: What a damper in SI units has beside a value that is formed from it.
+_BESIDE = {"inclination": 90.0, "transverse_acceleration": 1.0}
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
@@ -636,13 +692,17 @@ def need_smooth_mass(damper: Any, what: str) -> None:
     `damper` are parameters, or a model of the engine.
     """
     need_one_mass(damper, what)
+    need_no_friction(damper, what)
+
+
+def need_no_friction(damper: Any, what: str) -> None:
+    """Raise ValueError where dry friction acts, which `what` does not know.
+
+    `damper` are parameters, or a model of the engine.
+    """
     friction = getattr(damper, "friction", 0.0)
     if friction:
         raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
-
-
-#: What a model is about, in messages.
-_CALLED = {"compliant": "compliant contact", "sliding": "dry friction"}
 
 
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
@@ -663,16 +723,11 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     _check_several(values, asked, named)
-    for model, name in (("compliant", _STIFFNESS), ("sliding", "friction")):
-        if values["gravity"] and model in asked:
-            raise ValueError(
-                f"gravity = {values['gravity']!r} with {named(name)}: {_CALLED[model]} does "
-                "not know gravity; leave out one of the two"
-            )
-    if values["restitution_left"] != math.inf and "sliding" in asked:
+    weight = values["mass_ratio"] * abs(values["gravity"])
+    if not weight <= LARGEST_WEIGHT:
         raise ValueError(
-            "restitution_left and friction: dry friction does not know walls that differ; leave "
-            "out one of the two"
+            f"gravity = {values['gravity']!r} with {named('mass_ratio')}: the free mass weighs "
+            f"{weight:g} F0 along its box; must be <= {LARGEST_WEIGHT:g} F0"
         )
     if "compliant" in asked:
         _check_compliant(values, named)
@@ -702,6 +757,11 @@ def _check_several(
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
+    if values["gravity"]:
+        raise ValueError(
+            f"gravity = {values['gravity']!r} with {named(_STIFFNESS)}: compliant contact does not "
+            "know gravity; leave out one of the two"
+        )
     for q in _laws(values):
         raise ValueError(
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 from damper.parameters.quantity import Quantity, in_range, real, whole
+from damper.parameters.units import AMPLITUDES, FORCE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
 MOST_ORDER = 1000
@@ -68,9 +69,14 @@ class Forcing:
         return self
 
     @property
+    def amplitude(self) -> str:
+        """What its amplitude is called, as units of results are: one of `AMPLITUDES`."""
+        return FORCE
+
+    @property
     def si_unit(self) -> str:
         """Unit of `SIParameters.force_amplitude` under it."""
-        return "N"
+        return AMPLITUDES[self.amplitude][1]
 
     @property
     def highest_order(self) -> int:
@@ -120,6 +126,10 @@ class NoForce(Forcing):
 
     kind = "none"
     has_phase = False
+
+    @property
+    def amplitude(self) -> str:
+        return "0"
 
 
 @dataclass(frozen=True)
@@ -248,8 +258,8 @@ class Base(Forcing):
         _one_of("Base.frame", self.frame, get_args(Frame))
 
     @property
-    def si_unit(self) -> str:
-        return "m"
+    def amplitude(self) -> str:
+        return "B"
 
     def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
         """That by which the base moves the primary through a spring at rest."""
@@ -267,8 +277,8 @@ class Unbalance(Forcing):
     kind = "unbalance"
 
     @property
-    def si_unit(self) -> str:
-        return "kg m"
+    def amplitude(self) -> str:
+        return "U"
 
     def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
         """That by which the spring holds the primary where the unbalance turns fast."""
@@ -285,8 +295,8 @@ class _Sampled(Forcing):
     after: After
 
     @property
-    def si_unit(self) -> str:
-        return "N" if self.of == "force" else "m/s2"
+    def amplitude(self) -> str:
+        return FORCE if self.of == "force" else "A"
 
     def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
         """That of inertia, where the base is accelerated."""

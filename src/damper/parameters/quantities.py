@@ -93,6 +93,7 @@ def nearest(name: str, names: Iterable[str]) -> str:
         return NAMES_BY_SYMBOL[name]
     folded = {right.casefold(): right for right in names}
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
+    close += [right for right in folded if name.casefold() in right.split("_")]
     return folded[close[0]] if close else ""
 
 

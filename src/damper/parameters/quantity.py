@@ -12,9 +12,10 @@ figures and the arguments of `damper.simulate` follow from that.
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from functools import wraps
 from inspect import cleandoc
 from textwrap import wrap
-from typing import Any, ClassVar, dataclass_transform
+from typing import Any, ClassVar, Self, dataclass_transform
 
 from damper.parameters.units import SI_UNITS
 
@@ -169,6 +170,7 @@ class Declared:
 
     quantities: ClassVar[tuple[Quantity, ...]]
     """Every quantity, in the order of the fields."""
+    _init: ClassVar[Callable[..., None]]
     _checks: ClassVar[tuple[tuple[str, object, Callable[[float], float], bool], ...]]
 
     def __init_subclass__(cls, shares: "type[Declared] | None" = None) -> None:
@@ -181,6 +183,7 @@ class Declared:
             (f.name, f.default, made[f.name].check, bool(f.kw_only)) for f in numbers
         )
         cls.__doc__ = filled(cls.__doc__, cls.quantities)
+        _name_what_is_meant(cls)
 
     def __repr__(self) -> str:
         text = ", ".join(f"{name}={value!r}" for name, value in self.given.items())
@@ -191,6 +194,13 @@ class Declared:
         """The values that are not those of the defaults, by name."""
         kept = fields(self)  # type: ignore[arg-type]
         return {f.name: v for f in kept if (v := getattr(self, f.name)) != f.default}
+
+    @classmethod
+    def of_known(cls, **values: Any) -> Self:
+        """Make one of values whose names are known: runs are made so, in their thousands."""
+        made = object.__new__(cls)
+        cls._init(made, **values)
+        return made
 
     def check_each(self) -> bool:
         """Check every value in place; return whether an option is given."""
@@ -203,6 +213,27 @@ class Declared:
                 values[name] = check(value)
                 options = options or option
         return options
+
+
+def _name_what_is_meant(kind: type[Declared]) -> None:
+    """Let the error for an unknown name have the nearest one."""
+    plain = kind.__init__
+
+    @wraps(plain)
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        try:
+            plain(self, *values, **named)
+        except TypeError:
+            from damper.parameters.quantities import unknown_name
+
+            known = [f.name for f in fields(kind)]  # type: ignore[arg-type]
+            for name in named:
+                if name not in known:
+                    raise unknown_name("parameter", name, known) from None
+            raise
+
+    kind.__init__ = init  # type: ignore[method-assign]
+    kind._init = plain
 
 
 def _quantity_of(field: Field[Any], known: Mapping[str, Quantity]) -> Quantity:

@@ -5,13 +5,17 @@ Each number is declared here and nowhere else. Checks in Python, the arguments a
 follow from that.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from textwrap import wrap
 from typing import Any
 
 from damper.parameters.quantity import real
-from damper.parameters.setting import Setting
+from damper.parameters.setting import END, Setting
 from damper.parameters.units import TIME
+
+#: A length in cycles that is as near to a whole number is that: sections count cycles.
+_ROUNDING = 1e-12
 
 
 def _number(default: float, meaning: str, units: str = "", **about: Any) -> Any:
@@ -38,15 +42,49 @@ class _Checked:
 class RunLength(_Checked):
     """How long every run is."""
 
-    transient: int = _number(
+    transient: int | Mapping[str, Any] = _number(
         200,
         "How long each run goes on before it is recorded. A cycle is 2 pi over the frequency, the "
-        "period of a harmonic force.",
+        "period of a harmonic force; {time: 30} is that many s (sqrt(M/K)), {time: end} until "
+        "the record or noise ends.",
         "cycles",
         ge=0,
         stated=True,
+        timed=True,
     )
-    periods: int = _number(50, "How long the record is.", "cycles", ge=1, stated=True)
+    periods: int | Mapping[str, Any] = _number(
+        50, "How long the record is, likewise.", "cycles", ge=1, stated=True, timed=True
+    )
+
+    @property
+    def timed(self) -> bool:
+        """Whether one of them is a time."""
+        return isinstance(self.transient, Mapping) or isinstance(self.periods, Mapping)
+
+    def cycles(self, cycle: float, end: float) -> tuple[float, float]:
+        """Return cycles before the record, and in it.
+
+        Parameters
+        ----------
+        cycle, end : float
+            Length of a cycle, and when what drives the damper ends, if it does, in the unit of the
+            times that are given.
+
+        Raises
+        ------
+        ValueError
+            Where it does not end, or not within the record.
+        """
+        before = _in_cycles("transient", self.transient, cycle, end)
+        length = _in_cycles("periods", self.periods, cycle, end)
+        if self.periods == {"time": END}:
+            length = _rounded(length - before)
+            if not length > 0.0:
+                raise ValueError(
+                    f"periods = {self.periods!r}: what drives the damper ends at {end:g}, before "
+                    f"the record begins: must be > 0 after transient = {self.transient!r}"
+                )
+        return before, length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +129,8 @@ def checked(name: str, value: Any) -> Any:
     # A run pays for no more than this, where nothing else is asked for.
     if type(value) is type(setting.default) and value == setting.default:
         return value
-    real(name, value)
+    if not (setting.timed and isinstance(value, Mapping | str)):
+        real(name, value)
     return setting.checked(name, value)
 
 
@@ -104,3 +143,20 @@ def settings_text(cls: type[_Checked] = RunSettings) -> str:
         head = f"{name} : {type(setting.default).__name__}, default {setting.default}"
         entries += [head, *(f"    {line}" for line in about)]
     return "".join(f"{line}\n" for line in entries)
+
+
+def _in_cycles(name: str, length: int | Mapping[str, Any], cycle: float, end: float) -> float:
+    if not isinstance(length, Mapping):
+        return length
+    time = length["time"]
+    if time == END and not end > 0.0:
+        raise ValueError(
+            f"{name} = {length!r}: only a record or noise ends: must be a number of cycles, or "
+            "{'time': a number > 0}"
+        )
+    return _rounded((end if time == END else float(time)) / cycle)
+
+
+def _rounded(cycles: float) -> float:
+    whole = float(round(cycles))
+    return whole if abs(cycles - whole) <= _ROUNDING * whole else cycles

@@ -8,6 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+#: Stands for the end of what drives the damper, in place of a time.
+END = "end"
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -28,6 +31,11 @@ class Setting:
         Fewest numbers in a list.
     stated : bool, default False
         Whether a study has to give it; in Python the default holds.
+    timed : bool, default False
+        Whether it may be a mapping in place of the number: ``{"time": 30}`` in s or sqrt(M/K), or
+        ``{"time": "end"}``, that of what drives the damper.
+    models : tuple of str, optional
+        Of an observer's setting: those of the damper that it knows, where these are not all.
     """
 
     default: Any
@@ -40,6 +48,8 @@ class Setting:
     lt: float | None = None
     least: int = 0
     stated: bool = False
+    timed: bool = False
+    models: tuple[str, ...] = ()
 
     def __get__(self, observer: Any, kind: type | None = None) -> Any:
         """Return the setting, from the class; an object holds the value in its place."""
@@ -70,7 +80,8 @@ class Setting:
             kind = f"list of {count}distinct numbers, each"
         limits = " and ".join(f"{signs[name]} {bound}" for name, bound in self.bounds.items())
         words = "a", kind, limits, f"({self.units})" if self.units else ""
-        return " ".join(word for word in words if word)
+        allowed = " ".join(word for word in words if word)
+        return f"{allowed}, or {{'time': a number > 0, or 'end'}}" if self.timed else allowed
 
     def checked(self, name: str, value: Any) -> Any:
         """Return the value as the observer holds it.
@@ -99,6 +110,11 @@ class Setting:
             if len(numbers) < self.least or len(set(numbers)) < len(numbers):
                 raise ValueError
             return numbers
+        if self.timed and isinstance(value, Mapping):
+            time = value["time"] if list(value) == ["time"] else math.nan
+            if time != END and not Setting(0.0, "")._number(time) > 0.0:
+                raise ValueError
+            return {"time": time if time == END else float(time)}
         return self._number(value)
 
     def _number(self, value: Any) -> float:

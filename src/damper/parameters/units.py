@@ -9,12 +9,53 @@ SPEED = "F0/sqrt(K M)"
 TIME = "sqrt(M/K)"
 ENERGY = "F0^2/K"
 FORCE = "F0"
+IMPULSE = "F0 sqrt(M/K)"
+#: A force in a spring: that by a unit of length, whatever the amplitude of the force is.
+SPRING_FORCE = "K F0/K"
 ACCELERATION = "F0/M"
 #: What these units are called where the damper is given in SI units.
-SI_UNITS = {LENGTH: "m", SPEED: "m/s", TIME: "s", ENERGY: "J", FORCE: "N", ACCELERATION: "m/s2"}
+SI_UNITS = {
+    LENGTH: "m",
+    SPEED: "m/s",
+    TIME: "s",
+    ENERGY: "J",
+    FORCE: "N",
+    ACCELERATION: "m/s2",
+    IMPULSE: "N s",
+    SPRING_FORCE: "N",
+}
 
 
-def attributes_of(units: str) -> dict[str, str]:
+#: What the amplitude of a force is called -> the unit of length, and its own SI unit: a force F0;
+#: none, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
+#: acceleration A.
+AMPLITUDES = {
+    FORCE: (LENGTH, "N"),
+    "0": ("L", "N"),
+    "B": ("B", "m"),
+    "U": ("U/M", "kg m"),
+    "A": ("A M/K", "m/s2"),
+}
+
+
+def name_of(unit: str, amplitude: str = FORCE) -> str:
+    """Return what a dimensionless unit is called, from the name of the force's amplitude.
+
+    Examples
+    --------
+    >>> [name_of(unit, "U") for unit in (LENGTH, SPEED, ENERGY, FORCE, TIME)]
+    ['U/M', '(U/M) sqrt(K/M)', 'K (U/M)^2', 'U', 'sqrt(M/K)']
+    """
+    if amplitude == FORCE or unit == TIME:
+        return FORCE if unit == SPRING_FORCE else unit
+    length, _ = AMPLITUDES[amplitude]
+    part = f"({length})" if len(length) > 1 else length
+    names = {SPEED: f"{part} sqrt(K/M)", ENERGY: f"K {part}^2", ACCELERATION: f"{part} K/M"}
+    names |= {SPRING_FORCE: f"K {part}", IMPULSE: f"{part} sqrt(K M)"}
+    return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
+
+
+def attributes_of(units: str, amplitude: str = FORCE) -> dict[str, str]:
     """Return a variable's attributes for its units: as CF asks, ones that UDUNITS reads.
 
     Examples
@@ -24,7 +65,9 @@ def attributes_of(units: str) -> dict[str, str]:
     """
     if not units:
         return {}
-    return {"units": "1", "scaled_by": units} if units in SI_UNITS else {"units": units}
+    if units in SI_UNITS:
+        return {"units": "1", "scaled_by": name_of(units, amplitude)}
+    return {"units": units}
 
 
 def units_of(attributes: Mapping[str, Any]) -> str:
@@ -56,8 +99,18 @@ class Units:
         """Size of the unit of acceleration in m/s2."""
         return self.speed / self.time
 
+    @property
+    def force(self) -> float:
+        """Size of the unit of force in N."""
+        return self.energy / self.length
+
+    @property
+    def impulse(self) -> float:
+        """Size of the unit of impulse in N s."""
+        return self.force * self.time
+
     def size(self, unit: str) -> float:
-        """SI size of LENGTH, SPEED, TIME, ENERGY or ACCELERATION; 1 for anything else."""
+        """SI size of one of `SI_UNITS`; 1 for anything else."""
         name = _NAMES.get(unit)
         return 1.0 if name is None else getattr(self, name)
 
@@ -68,6 +121,9 @@ _NAMES = {
     TIME: "time",
     ENERGY: "energy",
     ACCELERATION: "acceleration",
+    FORCE: "force",
+    SPRING_FORCE: "force",
+    IMPULSE: "impulse",
 }
 
 #: Units of a dimensionless run.

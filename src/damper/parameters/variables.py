@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 
+from damper.parameters.units import ACCELERATION as ACCELERATION
 from damper.parameters.units import ENERGY as ENERGY
+from damper.parameters.units import IMPULSE as IMPULSE
 from damper.parameters.units import LENGTH as LENGTH
 from damper.parameters.units import SI_UNITS as SI_UNITS
 from damper.parameters.units import SPEED as SPEED
+from damper.parameters.units import SPRING_FORCE as SPRING_FORCE
 from damper.parameters.units import TIME as TIME
 
 #: Stands for no value in the integers that observers write; a cube has NaN there.
@@ -31,14 +34,23 @@ class Variable:
     flags: tuple[str, ...] = ()
 
 
-#: Variables of which more is worse, so that of several runs the greatest value counts.
-GREATER_IS_WORSE = (
-    "peak_displacement",
-    "rms_displacement",
-    "amplitude_ratio",
-    "rms_ratio",
-    "chatter",
-)
+#: Variables of which some values are worse than others -> which of several runs' values is worst.
+WORST = {
+    "peak_displacement": "greatest",
+    "rms_displacement": "greatest",
+    "amplitude_ratio": "greatest",
+    "rms_ratio": "greatest",
+    "chatter": "greatest",
+    # Wear.
+    "impacts_per_period": "greatest",
+    "mean_approach_speed": "greatest",
+    "max_approach_speed": "greatest",
+    # A free vibration is to die out.
+    "fall_time": "greatest",
+    "energy_left": "greatest",
+    "energy_to_impacts": "least",
+    "equivalent_damping_ratio": "least",
+}
 
 #: Why `damper.engine.trajectory.run` returned, in the order of its codes.
 STATUS_MEANINGS = ("finished", "max_events_reached", "search_gave_up")

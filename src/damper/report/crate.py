@@ -55,7 +55,7 @@ def crate(
     names = {
         path: ". ".join(part for part in (caption, see) if part)
         for about in studies
-        for path, _, caption, see in about["figures"]
+        for path, _, caption, see, *_ in about["figures"]
     }
     programs = [
         {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "version": number}
@@ -66,7 +66,7 @@ def crate(
         "@type": "CreateAction",
         "name": "Simulated, drawn and judged by the workflow",
         "instrument": [{"@id": program["@id"]} for program in programs],
-        "object": _references(f for f in files if f.endswith("/study.yaml")),
+        "object": _references(f for f in files if _goes_in(f)),
         "result": _references(f for f in files if f.endswith(".nc")),
     }
     root = {
@@ -102,6 +102,11 @@ def crate(
         "@context": "https://w3id.org/ro/crate/1.1/context",
         "@graph": [descriptor, root, *folders, *entities, made, *programs],
     }
+
+
+def _goes_in(path: str) -> bool:
+    """Whether a file is a study as it was run, or a record that drives it."""
+    return path.count("/") == 1 and path.endswith((".yaml", ".csv"))
 
 
 def _references(paths: Any) -> list[dict[str, str]]:

@@ -1,7 +1,6 @@
-"""An interactive figure of the page: its values, and the motion at some hundred of its points.
+"""An interactive figure of the page: its values, and what the page needs to run any point of it.
 
-A motion is kept as the segments of its last periods, which the page evaluates in closed form
-(``workflow/report/page.js``): exact at any zoom, and smaller than samples of four quantities.
+The page computes the motion itself (``workflow/report/engine.js``).
 """
 
 from __future__ import annotations
@@ -10,50 +9,30 @@ import json
 import math
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from itertools import product as combinations
 from typing import Any
 
 import numpy as np
 
 from damper.analysis.places import in_millimetres
-from damper.engine.impact import restitution_at
-from damper.engine.segment import STICKING
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
 from damper.figures.common.layout import geometric, numbers, select
 from damper.figures.common.style import LONG_NAMES, RATIOS
-from damper.figures.map import ABOUT_ONE, classified
-from damper.models import law_of
-from damper.observers.motion import ObservedMotion, in_words
-from damper.parameters.dampers import BASIC, need_known
-from damper.parameters.quantities import is_si
-from damper.parameters.units import LENGTH, SPEED, TIME, units_of
+from damper.figures.map import ABOUT_ONE, best_places, classified
+from damper.observers.bursts import Bursts
+from damper.parameters.dampers import BASIC, SI_NAME
+from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
+from damper.parameters.units import SI_UNITS, units_of
 from damper.sweep.branches import branches
-from damper.sweep.grid import product
-from damper.sweep.points import Point, read_point
 from damper.sweep.record import force_of
-from damper.sweep.runs import run_points
 
-#: What of each motion is kept, and of how many points of a figure, at least two along an axis.
-STRETCH = {"periods": 3, "rows": 150}
-MOST_RUNS = 240
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most
 #: dots of a column.
 _NEAR, _DOTS = 5e-4, 40
-_FIELDS = (
-    "time",
-    "displacement",
-    "velocity",
-    "gap",
-    "gap_rate",
-    "completion",
-    "side",
-    "mode",
-)
-#: Of a burst with fewer than five visible impacts the motion may name a complete sequence.
-_CHATTER = ("no visible chatter", "incomplete chatter", "complete chatter")
-#: Variables with a place of their own, or of no interest to a reader of one run.
-_ELSEWHERE = ("status", "chatter", "energy_residual")
 _BRANCHES = ("direction", "draw")
+#: What the page's script knows, in both systems of units; of forces, these.
+_KNOWN = (*BASIC, "force_amplitude", "restitution_left", "gravity")
+KNOWN = {*_KNOWN, *(SI_NAME[name] for name in _KNOWN), "primary_mass", "damping", "stiffness"}
+FORCES = ("harmonic", "none")
 
 
 def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]) -> dict[str, Any]:
@@ -65,18 +44,20 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
     settings : mapping
         Of the figure, a bifurcation diagram or a map.
     study : mapping
-        ``fixed`` and ``axes`` with their values, ``primary``, ``draws``, ``follow``, and ``run``,
-        the settings of every run.
+        ``fixed`` and ``axes`` with their values, ``primary``, ``draws``, ``follow``, ``run``, the
+        settings of every run, and ``observers`` with theirs.
     """
     at = settings.get("at") or {}
     choices = [settings[role] for role in ("each", "rows", "panels") if role in settings]
     if settings["kind"] == "map":
         x, y = settings["x"], settings["y"]
-        place, variable, _, classes = classified(cube, settings, x, y, *choices)
+        place, variable, touched, classes = classified(cube, settings, x, y, *choices)
         place = in_millimetres(place)
         # Colours are of all these runs, a click shows one.
         overlaid = [*settings.get("worst", ()), *settings.get("share", ())]
-        shown = _map(place[variable], classes, [*choices, y, x])
+        shown = _map(place, variable, classes, [*choices, y, x])
+        if touched is not None:
+            shown |= _touched(place, variable, touched, settings, [*choices, y, x])
     else:
         x, y = settings["along"], None
         cube = with_relative(cube, settings["variables"])
@@ -88,29 +69,81 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
         overlaid = [dim for dim in _BRANCHES if dim in keep]
         shown = _diagram(place, variables, [*choices, *overlaid, x])
     order = [*choices, *overlaid, *([y] if y else []), x]
-    few = MOST_RUNS / math.prod(cube.sizes[name] for name in (*choices, *overlaid))
-    most = max(2, round(few ** (0.5 if y else 1.0)))
-    kept = {name: _spread(place.sizes[name], most) for name in (y, x) if name}
-    # As the cube has them: the place may be in millimetres.
-    values = {name: cube[name].values.tolist() for name in order}
-    values |= {name: [sorted(values[name])[k] for k in kept[name]] for name in kept}
     return shown | {
-        "axes": [
-            _axis(place if name in place.dims else cube, name, kept.get(name)) for name in order
-        ],
+        "axes": [_axis(place, cube, name, name in (x, y)) for name in order],
         "overlaid": overlaid,
-        "measured": _measured(cube, values, at),
-        **_runs(cube, values, at, study),
+        **_runs(cube, at, study),
     }
 
 
-def _axis(place: Any, name: str, kept: Sequence[int] | None) -> dict[str, Any]:
-    array = place[name]
-    values = array.values.tolist()
-    label = LONG_NAMES.get(name, name)
-    described = {"name": name, "label": label, "units": _units(array.attrs), "values": values}
-    log = geometric(array.values) if kept else False
-    return described | {"kept": kept, "log": log}
+def _axis(place: Any, cube: Any, name: str, along: bool) -> dict[str, Any]:
+    array = (place if name in place.dims else cube)[name]
+    own = cube[name].values.tolist()
+    return {
+        "name": name,
+        "label": LONG_NAMES.get(name, name),
+        "units": _units(array.attrs),
+        "values": array.values.tolist(),
+        # As a run takes them: the place may be in millimetres.
+        "own": sorted(own) if along else own,
+        "log": along and geometric(array.values),
+    }
+
+
+def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[str, Any]:
+    """What a run at any point takes: all quantities, how it starts, how long it is."""
+    axes = study["axes"]
+    plan = branches([{}], {}, study["draws"], {})
+    fixed = {**study["fixed"], **{name: value for name, value in at.items() if name in axes}}
+    names = ordered({*fixed, *axes, *plan.labels, *INITIAL_NAMES})
+    si = is_si(name for name in names if name not in INITIAL_NAMES)
+    own = {quantity.name: quantity for quantity in SI_QUANTITIES} if si else {}
+    steady = study["primary"] == "steady"
+    force = next((force.kind for force in force_of(cube).values()), "harmonic")
+    hidden = ("initial_displacement", "initial_velocity") if steady else ()
+    return {
+        "parameters": [
+            {
+                "name": name,
+                "label": LONG_NAMES[name],
+                **_shown_in(quantity.units, si),
+                "value": _finite(fixed.get(name, axes.get(name, [quantity.default])[0])),
+                # None of what must be given; of others, infinite by null.
+                **({} if quantity.default is None else {"default": _finite(quantity.default)}),
+                "least": _finite(quantity.minimum),
+                "most": _finite(quantity.maximum),
+                "allowed": quantity.allowed,
+                "known": name in KNOWN or name in INITIAL_NAMES,
+            }
+            for name in names
+            if name not in hidden
+            for quantity in [own.get(name, ALL[name])]
+        ],
+        "draws": plan.labels,
+        "draw": at.get("draw", 0),
+        "follow": {name: sorted(axes[name]) for name in study["follow"]},
+        "direction": at.get("direction", "up"),
+        "steady": steady,
+        "si": si,
+        "forcing": force,
+        "forces": FORCES,
+        "run": study["run"],
+        "visible": Bursts(**study["observers"].get("bursts", {})).threshold,
+    }
+
+
+def _shown_in(units: str, si: bool) -> dict[str, Any]:
+    """Units in which the page shows a quantity, and what it multiplies it by: lengths in mm."""
+    units = SI_UNITS.get(units, units) if si else units
+    milli = units in ("m", "m/s")
+    return {
+        "units": f"m{units}" if milli else _units({"units": units}),
+        "scale": 1e3 if milli else 1.0,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or math.isinf(value) else value
 
 
 def _units(attributes: Mapping[str, Any]) -> str:
@@ -118,20 +151,37 @@ def _units(attributes: Mapping[str, Any]) -> str:
     return "" if units == "1" else units
 
 
-def _spread(size: int, most: int) -> list[int]:
-    """At most so many places from the first to the last, as evenly as they lie."""
-    return sorted({round(place) for place in np.linspace(0, size - 1, min(size, most))})
-
-
-def _map(array: Any, classes: Sequence[tuple[str, str]], dims: Sequence[str]) -> dict[str, Any]:
+def _map(
+    place: Any, variable: str, classes: Sequence[tuple[str, str]], dims: Sequence[str]
+) -> dict[str, Any]:
+    array = place[variable]
     return {
         "kind": "map",
         "classes": classes,
-        "colours": ABOUT_ONE if array.name in RATIOS else [],
-        "label": array.attrs.get("long_name", str(array.name)),
+        "colours": ABOUT_ONE if variable in RATIOS else [],
+        "label": array.attrs.get("long_name", variable),
         "units": _units(array.attrs),
         "values": packed(numbers(array, *dims), "f4"),
     }
+
+
+def _touched(
+    place: Any, variable: str, touched: Any, settings: Mapping[str, Any], dims: Sequence[str]
+) -> dict[str, Any]:
+    """Where no wall is touched, and the best row of each column, 0 for none, from 1."""
+    contacts = numbers(touched, *dims)
+    shown = {"idle": packed(np.where(contacts == 0.0, 1, 0), "u1")}
+    if not settings.get("best"):
+        return shown
+    known = np.where(contacts > 0.0, numbers(place[variable], *dims), np.nan)
+    own = variable if variable in RATIOS else "amplitude_ratio"
+    ratios = numbers(place[own], *dims) if own in place else np.zeros(known.shape)
+    panels = [values.reshape(-1, *known.shape[-2:]) for values in (known, ratios)]
+    best = [
+        best_places(values, ratio, settings["best"]) + 1
+        for values, ratio in zip(*panels, strict=True)
+    ]
+    return shown | {"best": packed(np.concatenate(best), "u2")}
 
 
 def _diagram(place: Any, names: Sequence[str], dims: Sequence[str]) -> dict[str, Any]:
@@ -164,99 +214,6 @@ def _columns(array: Any, dims: Sequence[str]) -> dict[str, Any]:
         "counts": packed([len(column) for column in dots], "u2"),
         "values": packed(np.concatenate(dots), "f4"),
     }
-
-
-def _at(data: Any, values: Mapping[str, list[Any]], at: Mapping[str, Any]) -> Any:
-    """Part of a cube, or of a variable, at the product of these values."""
-    place = data.sel({n: v for n, v in {**at, **values}.items() if n in data.dims})
-    return place.squeeze([dim for dim in place.dims if dim not in values])
-
-
-def _measured(
-    cube: Any, values: Mapping[str, list[Any]], at: Mapping[str, Any]
-) -> list[dict[str, Any]]:
-    """What the cube has with one value at each of the points."""
-    names = [name for name, array in cube.data_vars.items() if array.dims == cube.status.dims]
-    place = _at(cube[[name for name in names if name not in _ELSEWHERE]], values, at)
-    return [
-        {
-            "label": array.attrs.get("long_name", name),
-            "units": _units(array.attrs),
-            "values": packed(numbers(array, *values), "f4"),
-        }
-        for name, array in in_millimetres(place).data_vars.items()
-    ]
-
-
-def _runs(
-    cube: Any, values: Mapping[str, list[Any]], at: Mapping[str, Any], study: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Motions at the product of these values, the last one fastest."""
-    axes = dict(study["axes"])
-    for name in axes.keys() - study["follow"].keys():  # one that is followed needs the neighbours
-        axes[name] = [at[name]] if name in at else values.get(name, axes[name])
-    fixed = {**study["fixed"], **force_of(cube)}
-    plan = branches(product(axes, fixed), axes, study["draws"], study["follow"])
-    runs, _ = run_points(
-        plan.points,
-        {"segments": STRETCH, "motion": {}},
-        primary=study["primary"],
-        predecessor=plan.predecessor,
-        **study["run"],
-    )
-    sides = list(combinations(*plan.dimensions.values()))
-    numbers_of = {}
-    for number, point in enumerate(plan.points):
-        side = dict(zip(plan.dimensions, sides[number % len(sides)], strict=True))
-        place = {**point, **side}
-        if all(place.get(name) == value for name, value in at.items()):
-            numbers_of[tuple(place[name] for name in values)] = number
-    wanted = [numbers_of[place] for place in combinations(*values.values())]
-    si = is_si(plan.points[0])
-    chatter = [None] * len(wanted)
-    if "chatter" in cube:
-        chatter = numbers(_at(cube.chatter, values, at), *values).ravel().tolist()
-    return {
-        "run_units": ["mm", "s", "mm/s"] if si else [LENGTH, TIME, SPEED],
-        "runs": [
-            _run(read_point(plan.points[number]), runs, number, kind, 1e3 if si else 1.0)
-            for number, kind in zip(wanted, chatter, strict=True)
-        ],
-    }
-
-
-def _run(
-    point: Point, runs: Mapping[str, np.ndarray], number: int, chatter: float | None, scale: float
-) -> dict[str, Any]:
-    p, law = point.parameters, law_of(point.parameters)
-    need_known(p, (*BASIC, "yield_speed"), "the page")
-    used = np.isfinite(runs["segment_time"][number])
-    row = {name: runs[f"segment_{name}"][number][used] for name in _FIELDS}
-    rows = [row["time"], row["displacement"], row["velocity"], row["gap_rate"]]
-    # The rest of a burst has a completion time and no gap; side and mode are whole numbers.
-    rows += [row["gap"] + row["completion"], 3.0 * row["mode"] + row["side"] + 1.0]
-    return {
-        "mass_ratio": p.mass_ratio,
-        "damping_ratio": p.damping_ratio,
-        "frequency_ratio": p.frequency_ratio,
-        "phase": p.phase,
-        "clearance": p.clearance,
-        "restitution": restitution_at(law, 0.0),
-        "length": scale * point.units.length,
-        "time": point.units.time,
-        "end": STRETCH["periods"] * p.cycle,
-        "class": _class(runs, number, bool((row["mode"] == STICKING).all()), chatter),
-        "rows": packed(rows, "f8"),
-    }
-
-
-def _class(runs: Mapping[str, np.ndarray], number: int, stuck: bool, chatter: float | None) -> str:
-    """Say in words what motion it is."""
-    if runs["status"][number]:
-        return "the run stopped early"
-    words = [] if chatter is None else [_CHATTER[int(chatter)]]
-    words.append(in_words({v.name: runs[v.name][number] for v in ObservedMotion.variables}))
-    return "; ".join([*words, "sticking throughout"] if stuck else words)
 
 
 def packed(values: Any, kind: str) -> str:

@@ -6,12 +6,14 @@ are not in it but in a file of their own, which it shows.
 
 from __future__ import annotations
 
-import csv
 import platform
+import re
+import struct
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from gzip import compress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
@@ -19,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import damper
+from damper.report.documents import table_in
 from damper.report.stopped import stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
@@ -27,6 +30,15 @@ SHOWN_ROWS = 40
 MOST_BYTES = 10e6
 #: What studies are listed under, by their source.
 SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
+#: Where the front leads: title, text, study whose chapter it is or "claims".
+CARDS = (
+    ("Size a damper", "Which gap a machine needs, and what it gains: try any.", "machine_frame"),
+    ("See chatter", "Bursts of impacts that end in sticking: watch any.", "restitution"),
+    ("Check the papers", "Each statement, whether it holds, and the figure behind it.", "claims"),
+)
+_YES_NO = {"True": "yes", "False": "no"}
+#: Scripts of the page, in this order.
+SCRIPTS = ("engine.js", "page.js")
 #: What the foot of the page has of each cube's attributes, and the packages that it lists.
 PROVENANCE = ("code_digest", "accuracy", "transient_periods", "recorded_periods", "runs")
 PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plotly", "snakemake")
@@ -36,18 +48,22 @@ PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plot
 class Figure:
     """A figure: its path below the folder of results without suffix.
 
-    `caption` is what it shows, in words, `see` what to see in it.
+    `caption` is what it shows, in words, `see` what to see in it, `settings` decide on what there
+    is to say of how to read it, `size` is its printed width and
+    height in the pixels of a page, 96 per inch.
     """
 
     path: str
     kind: str
     caption: str
     see: str = ""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    size: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
 class ShownTable:
-    """A table: its path below the folder of results without suffix, and its cells, rounded."""
+    """A table: its path below the folder of results without suffix, and its cells."""
 
     path: str
     kind: str
@@ -118,13 +134,27 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         about["source"],
         about["description"],
         [Value(*value) for value in about["values"]],
-        [Figure(*figure) for figure in about["figures"]],
+        [
+            replace(Figure(*figure), size=_printed_size(results / f"{figure[0]}.png"))
+            for figure in about["figures"]
+        ],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
         about.get("interactive", ()),
         _provenance(cube) if cube.is_file() else {},
         "interactive" in about,
     )
+
+
+def _printed_size(picture: Path) -> tuple[int, int] | None:
+    """Width and height of a PNG by its own resolution; None where there is no file."""
+    if not picture.is_file():
+        return None
+    with picture.open("rb") as file:
+        head = file.read(1024)
+    width, height = struct.unpack(">II", head[16:24])
+    per_metre = struct.unpack(">I", head[(at := head.index(b"pHYs") + 4) : at + 4])[0]
+    return round(width * 96 / 0.0254 / per_metre), round(height * 96 / 0.0254 / per_metre)
 
 
 def _provenance(cube: Path) -> dict[str, str]:
@@ -147,20 +177,25 @@ def versions() -> dict[str, str]:
 def _table(path: str, kind: str, results: Path) -> ShownTable:
     if "/timed/" in path:  # times differ from run to run, and the page does not
         return ShownTable(path, kind)
-    with (results / f"{path}.csv").open(encoding="utf-8", newline="") as file:
-        head, *rows = list(csv.reader(file)) or [[]]
-    shown = [[_rounded(cell) for cell in row] for row in rows[:SHOWN_ROWS]]
+    text = table_in((results / f"{path}.md").read_text(encoding="utf-8"))
+    head, _, *rows = [line[2:-2].split(" | ") for line in text.splitlines()]
+    shown = [[_YES_NO.get(cell, cell) for cell in row] for row in rows[:SHOWN_ROWS]]
     return ShownTable(path, kind, head, shown, max(0, len(rows) - SHOWN_ROWS))
 
 
-def _rounded(cell: str) -> str:
-    """A number with a fraction in six digits; anything else as it is."""
-    if "." not in cell:
-        return cell
-    try:
-        return f"{float(cell):.6g}"
-    except ValueError:
-        return cell
+def typeset(text: str) -> str:
+    """Return text as HTML, its units as formulas.
+
+    Examples
+    --------
+    >>> str(typeset("2 F0/sqrt(K M) < 1"))
+    '2 F<sub>0</sub>/√(KM) &lt; 1'
+    """
+    from markupsafe import Markup, escape
+
+    html = str(escape(text)).replace("sqrt(K M)", "√(KM)").replace("sqrt", "√")
+    html = re.sub(r"\bF0\b", "F<sub>0</sub>", html)
+    return Markup(re.sub(r"\^(\d)|(?<=m/s)(2)\b", r"<sup>\1\2</sup>", html))
 
 
 def plotly_script() -> str:
@@ -206,33 +241,57 @@ def words(path: str) -> str:
     return path.rpartition("/")[2].replace("_", " ").replace("~", " ")
 
 
-def captions(folder: Path, kinds: Iterable[str]) -> dict[str, str]:
-    """Return, for each kind of figure or table, how to read it, as HTML.
+def captions(folder: Path, kinds: Iterable[str]) -> dict[str, Callable[[Mapping[str, Any]], str]]:
+    """Return, for each kind of figure or table, what says by its settings how to read it, as HTML.
 
     Parameters
     ----------
     folder : Path
-        With a reStructuredText file for each kind; of one without there is nothing to say.
+        With a reStructuredText file for each kind, a Jinja template of the settings, so that it
+        speaks only of what is there; of a kind without there is nothing to say.
     kinds : iterable of str
     """
     from docutils.core import publish_parts
+    from jinja2 import Environment
 
-    settings = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
-    paths = {kind: folder / f"{kind}.rst" for kind in sorted(set(kinds))}
-    return {
-        kind: publish_parts(
-            path.read_text(encoding="utf-8") if path.is_file() else "",
-            writer="html5",
-            settings_overrides=settings,
-        )["fragment"].strip()
-        for kind, path in paths.items()
-    }
+    docutils = {"report_level": 2, "halt_level": 2, "syntax_highlight": "none"}
+
+    def reader(path: Path) -> Callable[[Mapping[str, Any]], str]:
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        template = Environment(trim_blocks=True).from_string(text)
+
+        def how_to_read(settings: Mapping[str, Any]) -> str:
+            said = template.render({"variables": [], **settings})
+            parts = publish_parts(said, writer="html5", settings_overrides=docutils)
+            return str(parts["fragment"]).strip()
+
+        return how_to_read
+
+    return {kind: reader(folder / f"{kind}.rst") for kind in sorted(set(kinds))}
+
+
+def _cards(
+    chapters: Sequence[Chapter], verdicts: Sequence[Mapping[str, str]]
+) -> Iterator[dict[str, str]]:
+    """Title, text, target and picture of each card whose chapter there is."""
+    made = {one.name: one for one in chapters}
+    for title, text, name in CARDS:
+        card = {"title": title, "text": text, "target": name}
+        if name == "claims" and verdicts:
+            drawn = {figure.path for one in chapters for figure in one.figures}
+            named = " ".join(row["figures"] for row in verdicts).split()
+            yield card | {"picture": next((path for path in named if path in drawn), "")}
+        elif name in made:
+            one = made[name]
+            shown = (figure.path for figure in one.figures if figure.kind != "schematic")
+            target = f"figure={one.interactive[0][0]}" if one.interactive else name
+            yield card | {"target": target, "picture": next(shown, "")}
 
 
 def page(
     chapters: Sequence[Chapter],
     verdicts: Sequence[Mapping[str, str]],
-    how_to_read: Mapping[str, str],
+    how_to_read: Mapping[str, Callable[[Mapping[str, Any]], str]],
     template: Path,
 ) -> str:
     """Render the page.
@@ -245,12 +304,12 @@ def page(
     how_to_read : mapping
         From `captions`.
     template : Path
-        A Jinja template; the page's script, of the same name, lies beside it.
+        A Jinja template; the page's scripts, engine.js and page.js, lie beside it.
     """
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters["words"] = words
+    environment.filters |= {"words": words, "typeset": typeset}
     chapters = sorted(chapters, key=lambda one: SUBJECTS.index(one.subject))
     subjects = {name: [one for one in chapters if one.subject == name] for name in SUBJECTS}
     studies = [{path.partition("/")[0] for path in row["figures"].split()} for row in verdicts]
@@ -261,9 +320,11 @@ def page(
             {**row, "shown_by": [one for one in chapters if one.name in names]}
             for row, names in zip(verdicts, studies, strict=True)
         ],
+        cards=list(_cards(chapters, verdicts)),
+        counts=dict(sorted(Counter(row["verdict"] for row in verdicts).items())),
         how_to_read=how_to_read,
         provenance=PROVENANCE,
         versions=versions(),
-        script=template.with_suffix(".js").read_text(encoding="utf-8"),
+        script="".join((template.parent / name).read_text(encoding="utf-8") for name in SCRIPTS),
     )
     return text if text.endswith("\n") else f"{text}\n"

@@ -101,14 +101,59 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
 @main.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 def check(files: tuple[str, ...]) -> None:
-    """Check study FILES, and estimate what they take.
+    """Check study FILES, or studies by name, and estimate what they take.
 
-    For each file: whether it is valid, its slices, points, runs and impacts, and rough upper
+    For each: whether it is valid, its slices, points, runs and impacts, and rough upper
     figures of time, memory and disk. Nothing is made.
     """
     from damper.study.check import main as check_files
 
     raise SystemExit(check_files(files))
+
+
+class _DesignCommand(click.Command):
+    """Its options are the settings of a machine, which are read only where they are needed."""
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return the file, --quick and --output, and an option for each setting."""
+        from damper.sizing.machine import Machine
+
+        made: list[click.Parameter] = super().get_params(ctx)
+        for name, setting in Machine.model_fields.items():
+            units = [
+                note.text for note in setting.metadata if getattr(note, "keyword", "") == "unit"
+            ]
+            option = click.Option(
+                ["--" + name.replace("_", "-"), name],
+                type=str if name in ("title", "counts") else float,
+                nargs=2 if name == "band" else 1,
+                help=" ".join([f"{setting.description}", *(f"In {unit}." for unit in units)]),
+            )
+            made.insert(-1, option)
+        return made
+
+
+@main.command("design", cls=_DesignCommand)
+@click.argument("machine", required=False, type=click.Path())
+@click.option("--quick", is_flag=True, help="By the closed laws alone, without runs.")
+@click.option("--output", type=click.Path(file_okay=False), help="Write page and studies here.")
+def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> None:
+    """Size the damper of MACHINE for the worst case.
+
+    MACHINE is a YAML file; what is given by options counts before it. All is in SI units, and
+    frequencies are in Hz. With --output a page, its figures and the studies behind all numbers are
+    written.
+    """
+    from damper.sizing.answer import design
+    from damper.study.yaml_file import ConfigError
+
+    try:
+        found = design(machine, quick=quick, **{k: v for k, v in given.items() if v is not None})
+    except (ValueError, TypeError, OSError, ConfigError) as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(repr(found))
+    if output:
+        found.save(output)
 
 
 @main.command()

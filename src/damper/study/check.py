@@ -4,7 +4,6 @@ python -m damper.study.check config/studies/restitution.yaml ...
 """
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any
 
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
-from damper.parameters.quantities import is_si
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -20,6 +18,8 @@ from damper.sweep.estimate import amount, duration, machine_memory
 
 _COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
 
+#: Where a study is that is given by its name.
+_STUDIES = Path("config/studies")
 _LEGEND = (
     "Rough upper figures. time: of all simulation jobs on one core, without figures and tables; "
     "job, memory: of one of them; gather: memory to gather the cube; disk: slices and cube."
@@ -32,9 +32,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m damper.study.check",
         description="Say of studies whether they are valid and what they take.",
     )
-    parser.add_argument("files", nargs="+", type=Path, help="study files: config/studies/*.yaml")
-    rows, notes, errors = [("study", "valid", *_COLUMNS)], [], []
-    for path in parser.parse_args(arguments).files:
+    parser.add_argument(
+        "files", nargs="+", type=Path, help="study files, or names of those in config/studies"
+    )
+    rows: list[tuple[str, ...]] = [("study", "valid", *_COLUMNS)]
+    notes, errors = [], []
+    for given in parser.parse_args(arguments).files:
+        named = _STUDIES / f"{given}.yaml"
+        path: Path = named if named.exists() and not given.exists() else given
         try:
             study = load_study(path)
             rows.append((path.stem, "yes", *_cells(study)))
@@ -71,11 +76,11 @@ def _notes(study: Any) -> Iterator[str]:
     """Yield what runs leave out, does not go into this machine's memory, or is to be compiled."""
     if not isinstance(study, Study):
         return
-    frequencies = study.ends["forcing_frequency" if is_si(study.ends) else "frequency_ratio"]
-    length = 2.0 * math.pi / max(frequencies) * (study.transient + study.periods)
-    if length < study.force.end:
+    cycle, transient, periods = min(study.windows, key=lambda window: window[0] * sum(window[1:]))
+    length = cycle * (transient + periods)
+    if length < study.force.end * (1.0 - 1e-9):
         yield (
-            f"runs end at {length:g} ({study.transient} + {study.periods} cycles), before "
+            f"runs end at {length:g} ({transient:g} + {periods:g} cycles), before "
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
     found, most = estimate(study), machine_memory()

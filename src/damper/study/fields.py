@@ -162,6 +162,25 @@ Rule = partial(Note, "$comment")
 """What is allowed beside the bounds, in words."""
 
 
+class Or:
+    """Marks a number: a word may stand in its place."""
+
+    def __init__(self, word: str) -> None:
+        self.word = word
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, inner: value if value == self.word else inner(value),
+            handler(source),
+            serialization=core_schema.simple_ser_schema("any"),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        return {"anyOf": [handler(core["schema"]), {"const": self.word}]}  # type: ignore[typeddict-item]
+
+
 class Distinct:
     """Marks a list: YAML's for Python's tuple, not too long, and no value in it twice."""
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from types import GenericAlias
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from pydantic import Field, GetJsonSchemaHandler, PlainValidator, WithJsonSchema, create_model
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import Field, PlainValidator, WithJsonSchema, create_model
+from pydantic_core import PydanticCustomError
 
 from damper.parameters.forcing import (
     EACH_DRAW,
@@ -26,7 +26,7 @@ from damper.parameters.forcing import (
     Record,
     forcing_of,
 )
-from damper.study.fields import Pair, Strict, Text, one_of
+from damper.study.fields import Or, Pair, Strict, Text, one_of
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.schema import Schema, first_line
@@ -138,22 +138,6 @@ _NOWHERE = Path()
 _READING = {"columns", "delimiter"}
 
 
-class _OrEachDraw:
-    """Marks a seed: it may be one for each draw."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
-        return core_schema.no_info_wrap_validator_function(
-            lambda value, inner: value if value == EACH_DRAW else inner(value),
-            handler(source),
-            serialization=core_schema.simple_ser_schema("any"),
-        )
-
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        return {"anyOf": [handler(core["schema"]), {"const": EACH_DRAW}]}  # type: ignore[typeddict-item]
-
-
 @cache
 def force_entry(kind: str) -> type[ForceEntry]:
     """Class of what a study says of a force of this kind, from what its class declares."""
@@ -168,7 +152,7 @@ def force_entry(kind: str) -> type[ForceEntry]:
         if declared is Record and default is ...:
             of, default = _Samples | None, None
         if declared is Noise and one.name == "seed":
-            of = Annotated[of, _OrEachDraw()]
+            of = Annotated[of, Or(EACH_DRAW)]
             meanings[one.name] += f" `{EACH_DRAW}`: in each draw another one, by the seed of draws."
         given[one.name] = Annotated[of, Field(description=meanings.get(one.name, ""))], default
     bases: dict[type[Forcing], type[ForceEntry]] = {Record: RecordEntry, Noise: NoiseEntry}

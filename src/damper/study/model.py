@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -184,6 +185,22 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         )
         return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
 
+    @cached_property
+    def windows(self) -> list[tuple[float, float, float]]:
+        """Length of a cycle, and cycles before and in the record, at the ends of the clock.
+
+        ValueError where a force that has no end is to end them.
+        """
+        ends, length = self.ends, RunLength(**self.run)
+        clock = ends.get("forcing_frequency") or ends.get("frequency_ratio") or (1.0,)
+        cycles = (2.0 * math.pi / frequency for frequency in {min(clock): 0, max(clock): 0})
+        return [(cycle, *length.cycles(cycle, self.force.end)) for cycle in cycles]
+
+    @property
+    def most_cycles(self) -> tuple[float, float]:
+        """Cycles before and in the record of the longest runs."""
+        return max((window[1:] for window in self.windows), key=sum)
+
     @property
     def model(self) -> str:
         """The model of the damper that the study's values ask for."""
@@ -208,7 +225,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             self.branches,
             self.observers,
             self.orbits,
-            self.periods,
+            min(periods for _, _, periods in self.windows),
             starts,
             self.force,
             not SI_ONLY.isdisjoint(self.ends),
@@ -349,12 +366,13 @@ def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
 def _drawn_text(name: str, drawn: Drawn, si: bool) -> str:
     """What a drawn quantity may be, with units."""
     ways = []
+    rule = drawn.rule
     if drawn.range is not None:
-        low, high = drawn.range
+        low, high = rule["range"]
         log = ", log-uniform" if drawn.spacing == "log" else ""
         ways.append(f"{low:g} to {high:g}{_units_text(name, si)}{log}")
     if drawn.values is not None:
-        ways.append(_values_text(name, drawn.values, si))
+        ways.append(_values_text(name, rule["values"], si))
     often = "" if drawn.share is None else f" ({drawn.share:.0%})"
     return " or ".join(ways) + often
 

@@ -57,7 +57,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "fan_axes": self.fan_axes,
                 "fixed": self.fixed,
                 "attributes": about | run,
-                "force_unit": self.force.si_unit,
+                "amplitude": self.force.amplitude,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
             },
             needs=tuple(map(self.slice_path, self.slices())),
@@ -85,7 +85,9 @@ def simulation_modules(study: Study) -> tuple[str, ...]:
     """Modules of the model and the observers of a study: others do not concern its results."""
     # Points of any model that do not ask for it, such as those without modulation, are rigid.
     models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
-    energies = {"decay", "laws", "response"}
+    energies = {"decay", "laws", "response", "statistics"} | (
+        {"impacts"} if study.contents.asks("impacts", "largest") else set()
+    )
     return (
         *models,
         *(f"{model}.response" for model in models if study.observers.keys() & energies),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -14,7 +14,7 @@ from damper.observers.common.stretch import sample_steps
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
-from damper.parameters.variables import GREATER_IS_WORSE, Variable
+from damper.parameters.variables import WORST, Variable
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of
 from damper.study.messages import Mistakes
@@ -75,8 +75,8 @@ class StudyContents:
     """Observers with their settings."""
     orbits: Mapping[str, FollowedOrbit]
     """The periodic motions that are followed."""
-    periods: int
-    """Length of the record."""
+    periods: float
+    """Length of the shortest record, in cycles."""
     starts: tuple[str, ...] = ()
     """Initial quantities that are drawn."""
     force: Forcing = HARMONIC
@@ -133,7 +133,10 @@ class Role:
 
 
 #: What reduces the runs at each point to one number.
-REDUCTIONS = {name: Role(branches=True, several=True) for name in ("worst", "share")}
+REDUCTIONS = {
+    **{name: Role(branches=True, several=True) for name in ("worst", "band", "share")},
+    "choose": Role(least=2, several=True),
+}
 
 
 class Product(Made):
@@ -186,6 +189,20 @@ class Product(Made):
         """Note why another study cannot measure what this one asks of it."""
 
 
+class OfNoise(Product):
+    """What shows means under noise beside their laws."""
+
+    of_theory: ClassVar[bool] = True
+    knows: ClassVar[tuple[str, ...]] = (*BASIC, "force_amplitude", "forcing")
+    needs = ("statistics",)
+
+    def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
+        super().check_against(study, mistakes)
+        if getattr(study.force, "of", "") != "force" or study.force.kind != "noise":
+            message = "shows the laws of noise, a force on the primary, and this study has none"
+            mistakes.add((), message, "forcing: {kind: noise, ...}")
+
+
 Each = Annotated[
     Text | None, Field(description="Axis of whose values each makes a file of its own.")
 ]
@@ -196,11 +213,19 @@ At = Annotated[
         "axis lists it; also direction: up or down, and draw: the number of a draw."
     ),
 ]
+_LEAST = [name for name, which in WORST.items() if which == "least"]
 Worst = Annotated[
     Some[Text] | None,
     Field(
         description="Axes, or direction or draw, of whose runs the worst counts: at each point the "
-        f"greatest value, of {join_names(GREATER_IS_WORSE)}."
+        f"greatest value, the least of {join_names(_LEAST)}. Of {join_names(WORST)}."
+    ),
+]
+Band = Annotated[
+    Some[Text] | None,
+    Field(
+        description="The same, and a band shows the runs' values from the worst to the best, of "
+        "three runs or more with their median; after worst."
     ),
 ]
 Share = Annotated[
@@ -217,6 +242,14 @@ Above = Annotated[
         "damper, 0 for chatter of any kind, 1 for complete chatter; with share."
     ),
 ]
+Choose = Annotated[
+    Some[Text] | None,
+    Field(
+        description="Axes that are free to be chosen: at each point they have the values at which "
+        "the (first) variable, reduced by worst or share, is least, or greatest where more is "
+        "better; points at which a run stopped are left out."
+    ),
+]
 Caption = Annotated[
     Text | None,
     Field(description="Heading above the line of parameters; the study's title when not given."),
@@ -225,7 +258,7 @@ Interactive = Annotated[
     bool,
     Field(
         description="Whether the page of results has it interactively as well: values at the "
-        "pointer, other axes by choice, and the motion at some hundred points. Of rigid walls."
+        "pointer, other axes by choice, and the motion at any point of a damper with rigid walls."
     ),
 ]
 
@@ -293,12 +326,14 @@ class FigureSettings(Product):
             mistakes.add((), message, f"{ways}: at: {example}")
 
 
-def check_reduction(variables: Iterable[str], settings: Any, mistakes: Mistakes) -> None:
-    """Note variables that have no worst, and a share without its limit."""
-    for name in variables if settings.worst else ():
-        if name not in GREATER_IS_WORSE:
-            message = f"more of '{name}' is not worse"
-            mistakes.add(("worst",), message, join_names(GREATER_IS_WORSE))
+def check_reduction(variables: Sequence[str], settings: Any, mistakes: Mistakes) -> None:
+    """Note variables that have no worst or best, and a share without its limit."""
+    of = {"worst": variables, "band": variables, "choose": variables[:1]}
+    for key, names in of.items():
+        for name in names if getattr(settings, key, None) else ():
+            if name not in WORST:
+                message = f"no value of '{name}' is worse than another"
+                mistakes.add((key,), message, join_names(WORST), nearest(name, WORST))
     if (settings.share is None) != (settings.above is None):
         given, missing = ("share", "above") if settings.share else ("above", "share")
         allowed = "a number" if missing == "above" else "[draw]"

@@ -6,6 +6,8 @@ import math
 from itertools import combinations, product
 from typing import Any
 
+from damper.observers import observer_class
+from damper.observers.common.settings import unknown_model
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.quantities import (
@@ -29,6 +31,12 @@ def check_study(study: Study) -> None:
     with mistakes.at("forcing"):
         study.forcing.check_force(study._folder, mistakes)
     mistakes.settle()
+    try:
+        _ = study.windows
+    except ValueError as error:
+        key, _, words = str(error).partition(" = ")
+        mistakes.add((key,), *words.split(": must be "))
+    mistakes.settle()
     contents = study.contents
     _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
@@ -41,6 +49,7 @@ def check_study(study: Study) -> None:
         _check_dampers(study, mistakes)
         _check_friction(study, mistakes)
         _check_units(study, mistakes)
+        _check_settings(study, mistakes)
         _check_theories(study, mistakes)
         _check_kept(study, mistakes)
         _check_steady(study, mistakes)
@@ -70,18 +79,18 @@ def _check_record(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
     # The classes of their settings are made when they are asked for.
     sampled: Any = study.observers.get("trajectory")
     if sampled is not None and contents.stretch is None:
-        length = study.periods - sampled.start if sampled.length is None else sampled.length
+        length = contents.periods - sampled.start if sampled.length is None else sampled.length
         message = (
             f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
-            f"record of {study.periods} periods"
+            f"record of {contents.periods} periods"
         )
-        allowed = f"start + length <= {study.periods}, at least one sample step"
+        allowed = f"start + length <= {contents.periods}, at least one sample step"
         mistakes.add(("observers", "trajectory"), message, allowed)
     counted: Any = study.observers.get("chatter_bursts")
     for i, start in enumerate(counted.since if counted else ()):
-        if start >= study.periods:
-            message = f"begins {start:g} periods into a record of {study.periods}"
-            allowed = f"number >= 0 and < {study.periods}"
+        if start >= contents.periods:
+            message = f"begins {start:g} periods into a record of {contents.periods}"
+            allowed = f"number >= 0 and < {contents.periods}"
             mistakes.add(("observers", "chatter_bursts", "since", i), message, allowed)
 
 
@@ -153,16 +162,6 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     """Refuse to compare a damper with a theory of another one."""
     points = study.corners
     acting = {name for point in points for name in point.acting}
-    for name in study.interactive:
-        if study.model != "rigid":
-            message = (
-                f"the page evaluates motions of the rigid damper, this is the {study.model} one"
-            )
-        elif unknown := acting.difference(BASIC, ("yield_speed",)):
-            message = f"the page does not know {_acting_text(min(unknown), study)}"
-        else:
-            break
-        mistakes.add(("figures", name, "interactive"), message, "false")
     shown = {(section, name): made for section, name, made in study.products() if made.theoretical}
     places: dict[Any, Any] = {place: made.knows for place, made in shown.items()}
     if "accumulation" in study.observers:
@@ -182,10 +181,24 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         _check_free(study, mistakes)
 
 
+def _check_settings(study: Study, mistakes: Mistakes) -> None:
+    """Refuse what observers do not know how to measure on this model."""
+    for name, entry in study.observers.items():
+        for key, setting in observer_class(name).settings.items():
+            if setting.models and study.model not in setting.models and getattr(entry, key):
+                message = unknown_model(study.model, setting.models)
+                mistakes.add(("observers", name, key), message, "false")
+
+
 def _check_free(study: Study, mistakes: Mistakes) -> None:
     """Refuse to observe the decay of a vibration that is not free."""
-    if any(point.force_amplitude and point.forcing.kind != "none" for point in study.corners):
-        message, allowed = "a force drives the damper", "force_amplitude: 0, or forcing: none"
+    force = study.force
+    over = force.samples and getattr(force, "after", "") == "zero"
+    if over:
+        over = all(c * before >= force.end * (1.0 - 1e-12) for c, before, _ in study.windows)
+    if not over and any(p.force_amplitude and force.kind != "none" for p in study.corners):
+        message = "a force drives the damper"
+        allowed = "force_amplitude: 0, forcing: none, or transient: {time: end} after a record"
     elif study.model == "time_varying":
         message, allowed = "the variation of the free mass drives the damper", "a constant mass"
     else:
@@ -222,7 +235,7 @@ def _check_friction(study: Study, mistakes: Mistakes) -> None:
     if all(point.friction == 0.0 for point in study.corners):
         return
     places = [
-        ("observers", name) for name in ("decay", "laws", "lyapunov") if name in study.observers
+        ("observers", name) for name in study.observers if not observer_class(name).knows_friction
     ]
     for place in [*places, *(("orbits", name) for name in study.orbits)]:
         mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
@@ -299,8 +312,11 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
         if quantity.name not in given and quantity.default is None
     ]
     for quantity in missing:
-        units = f" in {quantity.units}" if si and quantity.units != "1" else ""
-        allowed = f"{quantity.allowed}{units}, under parameters, axes or draws"
+        units = quantity.units
+        if quantity.name == "force_amplitude":
+            units = study.force.si_unit
+        within = f" in {units}" if si and units != "1" else ""
+        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws"
         mistakes.add(("parameters", quantity.name), f"'{quantity.name}' is not given", allowed)
     return not missing
 

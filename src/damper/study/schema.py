@@ -119,7 +119,7 @@ def sort_of(schema: Schema) -> str:
     if "prefixItems" in schema:
         return "[low, high]" if "$comment" in schema else "pair"
     if "anyOf" in schema and not any(
-        "properties" in one or "$ref" in one for one in schema["anyOf"]
+        "properties" in one or ("$ref" in one and "$comment" not in one) for one in schema["anyOf"]
     ):
         return " or ".join(", ".join(choices_of(one)) or sort_of(one) for one in schema["anyOf"])
     if schema.get("type") == "array":
@@ -143,6 +143,8 @@ def limits_of(schema: Schema) -> str:
         f"{sign} {schema[key]:.12g}" for key, sign in _BOUNDS.items() if key in schema
     )
     found = [bounds, schema.get("$comment", "")]
+    if len(schema.get("anyOf", ())) == 2 and "type" in schema["anyOf"][0]:
+        found += map(limits_of, schema["anyOf"])
     if schema.get("type") != "array":
         choices = ", ".join(f"`{name}`" for name in choices_of(schema))
         return choices or " ".join(filter(None, found))
@@ -158,6 +160,8 @@ def words_of(schema: Schema) -> str:
     """Return type and limits as a message gives them."""
     if choices := choices_of(schema):
         return ", ".join(choices)
+    if "anyOf" in schema and "$comment" not in schema and "properties" not in schema["anyOf"][-1]:
+        return " or ".join(map(words_of, schema["anyOf"]))
     if schema.get("type") == "array" and "items" in schema:
         least = schema.get("minItems", 0)
         return f"list of {words_of(schema['items'])}" + f", at least {least}" * bool(least)

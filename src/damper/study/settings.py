@@ -11,11 +11,21 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, create_model
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
+    create_model,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
+from damper.parameters.setting import END
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
@@ -23,6 +33,7 @@ from damper.study.fields import (
     Distinct,
     Line,
     NamedMapping,
+    Or,
     Pair,
     Rule,
     Some,
@@ -32,7 +43,7 @@ from damper.study.fields import (
     one_of,
 )
 from damper.study.messages import Mistakes
-from damper.study.schema import THE_PARAMETERS
+from damper.study.schema import THE_PARAMETERS, Schema, nested
 from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.orbits import KINDS
@@ -214,6 +225,7 @@ class Drawn(Strict):
         Unit(THE_PARAMETERS),
         Field(description="Where it lies; for a quantity that is a whole number give values."),
     ] = None
+    unit: InHertz = None
     spacing: Annotated[
         Literal["linear", "log"],
         Field(description="Uniform in the range, or uniform in its logarithm (low > 0)."),
@@ -237,7 +249,19 @@ class Drawn(Strict):
     @property
     def ends(self) -> tuple[float, ...]:
         """Ends of the range, and the values."""
-        return (*(self.range or ()), *(self.values or ()))
+        return tuple(
+            _in_own_unit(v, self.unit) for v in (*(self.range or ()), *(self.values or ()))
+        )
+
+    @property
+    def rule(self) -> dict[str, Any]:
+        """What is drawn, in the quantity's own unit, as `damper.sweep.branches.draw` takes it."""
+        given: dict[str, Any] = {"spacing": self.spacing, "share": self.share}
+        for key in ("range", "values"):
+            numbers = getattr(self, key)
+            given[key] = numbers and tuple(_in_own_unit(value, self.unit) for value in numbers)
+        keys = ("range", "spacing", "values", "share")
+        return {key: given[key] for key in keys if given[key] is not None}
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
@@ -314,11 +338,7 @@ def check_drawn(draws: Mapping[str, Any], mistakes: Mistakes) -> None:
 
 def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
     """Return draws as plain values, as `damper.sweep.branches.draw` takes them."""
-    keep = {"range", "spacing", "values", "share"}
-    rules = {
-        name: {key: value for key, value in drawn if key in keep and value is not None}
-        for name, drawn in drawn_of(draws).items()
-    }
+    rules = {name: drawn.rule for name, drawn in drawn_of(draws).items()}
     return {key: draws[key] for key in _DRAW_KEYS if key in draws} | rules
 
 
@@ -403,6 +423,38 @@ class Threshold(Strict):
         check_origin(self, mistakes)
 
 
+class InTime(Strict):
+    """A length of time, in place of cycles."""
+
+    time: Annotated[
+        Annotated[float, Field(gt=0)],
+        Or(END),
+        Field(
+            description="In s in an SI study, else in sqrt(M/K); end: that of the record or noise "
+            "that drives the damper.",
+        ),
+    ]
+
+
+class OrTime:
+    """Marks a number of cycles: a mapping in its place gives a time."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, inner: (
+                InTime.model_validate(value) if isinstance(value, dict | InTime) else inner(value)
+            ),
+            handler(source),
+            serialization=core_schema.simple_ser_schema("any"),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        time = nested(handler, TypeAdapter(InTime).core_schema)
+        return {"anyOf": [handler(core["schema"]), time | {"$comment": "(a time)"}]}  # type: ignore[typeddict-item]
+
+
 def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]) -> Any:
     """Class of an entry in a study whose settings are declared elsewhere."""
     fields: dict[str, Any] = {}
@@ -435,6 +487,8 @@ def _type(setting: Setting) -> Any:
     bounds: dict[str, Any] = setting.bounds
     number: Any = int if setting.whole else float
     number = Annotated[number, Field(**bounds)]
+    if setting.timed:
+        return Annotated[number, OrTime()]
     if isinstance(setting.default, tuple):
         several: Any = tuple[number, ...]
         return Annotated[several, Field(min_length=setting.least or None), Distinct()]

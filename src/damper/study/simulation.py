@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.parameters import State
+from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
+from damper.sweep.points import need_parameters
 from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
 from damper.sweep.slices import simulate_slice
@@ -25,6 +26,7 @@ Values = float | Sequence[float]
 
 
 def simulate(
+    parameters: Parameters | SIParameters | None = None,
     *,
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = (
         "stroboscopic_section",
@@ -48,6 +50,8 @@ def simulate(
 
     Parameters
     ----------
+    parameters : Parameters or SIParameters, optional
+        A damper, instead of all its values by name; those that are given replace its own.
     {quantities}
     {run}
     observers : iterable of str, or mapping of str to settings
@@ -79,7 +83,8 @@ def simulate(
     -------
     xarray.Dataset
         Dimensions are the given sequences, ``direction`` and ``draw`` if asked for, and those of
-        the observers (``sample``, ...). Lengths in units of F0/K, times in sqrt(M/K), or SI.
+        the observers (``sample``, ...). Lengths are in units of F0/K, or of what takes its place
+        under `forcing`, which `scaled_by` says; times in units of sqrt(M/K); or all in SI.
 
     Raises
     ------
@@ -102,6 +107,11 @@ def simulate(
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
     given = {name: value for name, value in given.items() if value is not None}
+    if parameters is not None:
+        need_parameters(parameters)
+        given = {**parameters.given, **given}
+        own = given.pop("forcing", HARMONIC)
+        forcing = own if forcing is HARMONIC else forcing
     force = read_forcing(forcing)
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
@@ -147,7 +157,7 @@ def simulate(
         **record(
             observers,
             "" if state else initial,
-            {name: type(DEFAULTS[name])(value) for name, value in run.items()},
+            {n: v if isinstance(v, Mapping) else type(DEFAULTS[n])(v) for n, v in run.items()},
             {name: axes[name] for name in follow},
             force,
         ),
@@ -156,7 +166,7 @@ def simulate(
         attributes["initial"] = repr(state)
     if random:
         attributes["draws"] = json.dumps(random)
-    return gather([part], axes, (), fixed, attributes, force_unit=force.si_unit)
+    return gather([part], axes, (), fixed, attributes, amplitude=force.amplitude)
 
 
 def _with_names(plain: Signature) -> Signature:
@@ -169,8 +179,9 @@ def _with_names(plain: Signature) -> Signature:
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=type(default))
         for name, default in DEFAULTS.items()
     ]
-    others = [p for p in plain.parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
-    return plain.replace(parameters=[*named, *others])
+    first, *rest = plain.parameters.values()
+    others = [p for p in rest if p.kind is Parameter.KEYWORD_ONLY]
+    return plain.replace(parameters=[first, *named, *others])
 
 
 # For `help` and for completion: what the declarations of the quantities say.

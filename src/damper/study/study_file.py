@@ -124,6 +124,7 @@ class StudyFile(Strict):
                     product.kind,
                     self._caption(settings),
                     getattr(product, "see", None) or "",
+                    product.model_dump(mode="json", exclude={"caption", "see", "mark_label"}),
                 )
                 for path, (product, settings) in self.files("figures").items()
             ],

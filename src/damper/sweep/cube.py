@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si
-from damper.parameters.units import attributes_of
+from damper.parameters.units import AMPLITUDES, FORCE, attributes_of, name_of
 from damper.parameters.variables import (
     NO_VALUE,
     OWN_DIMENSIONS,
@@ -142,7 +142,7 @@ def gather(
     fixed: Mapping[str, float],
     attributes: Mapping[str, Any],
     notes: Mapping[str, Mapping[str, str]] | None = None,
-    force_unit: str = "N",
+    amplitude: str = FORCE,
 ) -> xr.Dataset:
     """Put the slices of a study together.
 
@@ -159,8 +159,8 @@ def gather(
     notes : mapping, optional
         Remarks, such as why a value is assumed: note -> name -> text. Each becomes an attribute
         of the coordinate of that name, or of the cube.
-    force_unit : str, default "N"
-        Unit of `force_amplitude` where the points are in SI units; see `Forcing.si_unit`.
+    amplitude : str, default "F0"
+        What that of the force is called; see `Forcing.amplitude`.
 
     Returns
     -------
@@ -195,7 +195,13 @@ def gather(
         cube.coords["noise_seed"] = described(_NOISE_SEED, np.array(seeds))
     about = cube.coords["force_amplitude"].attrs if "force_amplitude" in cube.coords else {}
     if about.get("units") == "N":
-        about["units"] = force_unit
+        about["units"] = AMPLITUDES[amplitude][1]
+    if fixed.get("force_amplitude") == 0.0:
+        amplitude = "0"
+    for array in cube.variables.values():
+        if "scaled_by" in array.attrs:
+            unit = array.attrs["scaled_by"]
+            array.attrs["scaled_by"] = name_of(unit, amplitude)
     for note, texts in (notes or {}).items():
         for name, text in texts.items():
             if name in cube.coords:

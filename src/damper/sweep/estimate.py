@@ -7,7 +7,7 @@ the numbers are off: `damper.study.estimate`.
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import prod
+from math import ceil, prod
 from typing import TYPE_CHECKING, NamedTuple
 
 from damper.parameters.forcing import HARMONIC, Forcing
@@ -67,7 +67,7 @@ class Workload:
     ----------
     sizes : mapping of str to int
         Dimension of the runs -> its length, see `run_sizes`.
-    transient, periods : int
+    transient, periods : float
         Cycles of each run, discarded and recorded.
     observers : sequence of Observer
         As made by `damper.observers.make_observers`.
@@ -79,8 +79,8 @@ class Workload:
     """
 
     sizes: Mapping[str, int]
-    transient: int
-    periods: int
+    transient: float
+    periods: float
     observers: Sequence["Observer"]
     model: str = "rigid"
     forcing: Forcing = HARMONIC
@@ -121,12 +121,12 @@ class Workload:
         if periods > MOST_PERIODS:
             return Excess(
                 "periods" if self.periods >= self.transient else "transient",
-                f"{self.transient} + {self.periods} cycles (transient + periods) take "
+                f"{self.transient:.15g} + {self.periods:.15g} cycles (transient + periods) take "
                 f"some {duration(self._run_seconds)} a run",
                 f"at most {MOST_PERIODS} in a run",
             )
         memory = f"at most {amount(most_memory)} in one process"
-        kept = {one.name: one.bytes_per_run(self.periods) for one in self.observers}
+        kept = {one.name: one.bytes_per_run(ceil(self.periods)) for one in self.observers}
         largest = max(kept, key=lambda name: kept[name], default="")
         if self.observers and self._memory(1) > most_memory:
             return Excess(largest, f"one run keeps {amount(kept[largest])} in memory", memory)
@@ -168,7 +168,9 @@ class Workload:
 
     @property
     def _run_bytes(self) -> int:
-        return sum(one.bytes_per_run(self.periods) for one in self.observers) + 1  # the status
+        return (
+            sum(one.bytes_per_run(ceil(self.periods)) for one in self.observers) + 1
+        )  # the status
 
 
 def run_sizes(

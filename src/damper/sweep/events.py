@@ -24,10 +24,11 @@ from damper.engine.segment import (
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
+from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import real
 from damper.parameters.run import EngineSettings, settings_text
-from damper.parameters.state import need_state
 from damper.sweep.estimate import MOST_PERIODS
+from damper.sweep.points import one_run
 
 EVENT = np.dtype(
     [
@@ -61,6 +62,8 @@ class EventTable(np.ndarray):
     """Events as a structured array that is shown as a table; its fields are plain arrays."""
 
     def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str) and key not in (self.dtype.names or ()):
+            raise ValueError(str(unknown_name("field", key, self.dtype.names or ())))
         part = super().__getitem__(key)
         other = isinstance(part, EventTable) and part.dtype not in (EVENT, EVENT_OF_SEVERAL)
         return part.view(np.ndarray) if other else part
@@ -84,18 +87,19 @@ class EventTable(np.ndarray):
 
 
 def events(
-    parameters: Parameters | SIParameters,
+    parameters: Parameters | SIParameters | None = None,
     state: State | None = None,
     *,
     until: float,
     accuracy: float = DEFAULT_ACCURACY,
     max_events: int = DEFAULT_MAX_EVENTS,
+    **values: Any,
 ) -> EventTable:
     """Every impact, start and end of sticking, and whatever friction does of a run, exactly.
 
     Parameters
     ----------
-    parameters : Parameters or SIParameters
+    parameters : Parameters or SIParameters, optional
         With SIParameters, times are in s, lengths in m and speeds in m/s throughout.
     state : State, optional
         Where it starts; from rest with y = 0 at time 0 when not given.
@@ -106,6 +110,9 @@ def events(
     Other Parameters
     ----------------
     {engine}
+    **values
+        Parameters and initial quantities by name, as `damper.simulate` takes them, in place of
+        `parameters` and `state` or of single values of theirs.
 
     Returns
     -------
@@ -129,7 +136,7 @@ def events(
         When the state is outside the box, `until` is before it, not finite or a billion
         cycles after it, or `accuracy` or `max_events` is out of range.
     TypeError
-        For what is not a number, or not of these classes.
+        For what is not a number, not of these classes, or an unknown or missing name.
 
     Examples
     --------
@@ -146,9 +153,7 @@ def events(
          5.25461   impact    +1        0.347026      1.03678     0.119076
     """
     end = real("until", until)
-    if not isinstance(parameters, Parameters | SIParameters):
-        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
-    need_state(state)
+    parameters, state = one_run(parameters, state, values)
     units, parameters = parameters.units, parameters.dimensionless
     if state is not None:
         state = state.over(units)

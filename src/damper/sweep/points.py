@@ -14,6 +14,7 @@ from damper.parameters.quantities import (
     is_si,
     unknown_name,
 )
+from damper.parameters.state import need_state
 from damper.theory.steady import steady_state
 
 #: Where the primary may start.
@@ -96,7 +97,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, given = _language(tuple(values))
-    scaled = kind(**{name: values[name] for name in names})
+    scaled = kind.of_known(**{name: values[name] for name in names})
     parameters, units = scaled.dimensionless, scaled.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
@@ -130,3 +131,39 @@ def _language(
     if missing:
         raise TypeError(f"missing parameters: {', '.join(missing)}")
     return kind, parameters, initial
+
+
+def need_parameters(given: object) -> None:
+    """Raise TypeError unless it is a damper."""
+    if not isinstance(given, Parameters | SIParameters):
+        raise TypeError(
+            f"parameters = {given!r}: must be damper.Parameters or SIParameters; or leave it out "
+            "and give its values by name"
+        )
+
+
+def one_run(
+    parameters: Parameters | SIParameters | None, state: State | None, values: Mapping[str, Any]
+) -> tuple[Parameters | SIParameters, State | None]:
+    """Return damper and start of one run: given as objects, or by values that replace theirs.
+
+    Examples
+    --------
+    >>> damper = Parameters(0.1, 0.05, 0.2, clearance=0.25, restitution=0.6)
+    >>> one_run(damper, None, {"restitution": 0.3, "initial_position": 1})[1]
+    State(x=0.0, v=0.0, y=0.25, u=0.0, time=0.0)
+    """
+    if parameters is not None or not values:
+        need_parameters(parameters)
+    need_state(state)
+    if not values:
+        return parameters, state  # type: ignore[return-value]
+    values = (parameters.given if parameters else {}) | dict(values)
+    kind, names, initial = _language(tuple(values))
+    if initial and state:
+        raise ValueError("state stands alone: no initial quantities beside it")
+    point = read_point(values)
+    start = point.start()
+    return kind(**{name: values[name] for name in names}), start.times(
+        point.units
+    ) if start else state

@@ -5,6 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, forcing_of
+from damper.parameters.setting import END
+from damper.parameters.units import units_of
 
 #: Settings of runs that a cube's attributes name otherwise.
 _ATTRIBUTES = {"transient": "transient_periods", "periods": "recorded_periods"}
@@ -27,7 +29,12 @@ def record(
     settings = observers if isinstance(observers, Mapping) else dict.fromkeys(observers)
     plain = {name: dict(given or {}) for name, given in settings.items()}
     return {
-        **{_ATTRIBUTES.get(name, name): value for name, value in run.items()},
+        **{
+            _ATTRIBUTES.get(name, name): f"time {value['time']}"
+            if isinstance(value, Mapping)
+            else value
+            for name, value in run.items()
+        },
         "observers": json.dumps(plain, default=lambda value: value.tolist()),
         "primary_starts": primary,
         **({"followed": json.dumps(dict(followed))} if followed else {}),
@@ -125,7 +132,23 @@ def settings_of(cube: Any) -> dict[str, Any]:
     """Return the settings of every run of a cube, as `damper.simulate` takes them."""
     from damper.parameters.run import DEFAULTS
 
-    return {
-        name: type(default)(cube.attrs[_ATTRIBUTES.get(name, name)])
-        for name, default in DEFAULTS.items()
-    }
+    settings = {}
+    for name, default in DEFAULTS.items():
+        value = cube.attrs[_ATTRIBUTES.get(name, name)]
+        if isinstance(value, str):
+            time = value.removeprefix("time ")
+            settings[name] = {"time": time if time == END else float(time)}
+        else:
+            settings[name] = type(default)(value)
+    return settings
+
+
+def length_text(cube: Any) -> str:
+    """Return how long the record of a cube's runs is, in words; nothing where it does not say."""
+    length = str(cube.attrs.get(_ATTRIBUTES["periods"], ""))
+    if length == f"time {END}":
+        return f"all until the {json.loads(cube.attrs['forcing'])['kind']} ends"
+    if length.startswith("time "):
+        time = units_of(cube.trajectory_time.attrs)
+        return f"{float(length.removeprefix('time ')):g} {time}"
+    return length and f"{length} cycles"

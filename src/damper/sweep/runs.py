@@ -5,6 +5,7 @@ compiled and does not hold the interpreter's lock, so threads share the cores. M
 buffer a thread plus what the observers were asked to keep.
 """
 
+import math
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -101,16 +102,20 @@ def run_points(
     asked = list(observers) if isinstance(observers, Iterator) else observers
     forces = (point.parameters.forcing for point in read)
     dearest = max(forces, key=lambda force: force.samples + force.terms, default=HARMONIC)
-    settings = check_workload({"points": len(read)}, asked, run, dearest)
+    settings = RunSettings(**run)
     need_state(state)
+    lengths = [_cycles(point, settings, state) for point in read] if settings.timed else []
+    longest = max(lengths, key=sum, default=None)
+    check_workload({"points": len(read)}, asked, run, dearest, longest)
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
     # Observers hold what they know of a run; only the arrays are shared.
     observer_sets = [make_observers(asked) for _ in range(threads)]
     made = observer_sets[0]
+    most = math.ceil(max(length for _, length in lengths or [settings.cycles(1.0, 0.0)]))
     for place, observer in enumerate(made):
-        observer.allocate(len(read), settings.periods)
+        observer.allocate(len(read), most)
         for one_set in observer_sets[1:]:
             one_set[place].arrays = observer.arrays
     sweep = _Sweep(read, state, settings, progress)
@@ -126,16 +131,26 @@ def check_workload(
     observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
     run: Mapping[str, Any],
     forcing: Forcing = HARMONIC,
-) -> RunSettings:
-    """Return the settings of runs; ValueError or TypeError where they cannot end or be kept.
+    cycles: tuple[float, float] | None = None,
+) -> None:
+    """Raise ValueError or TypeError where runs cannot end or be kept.
 
-    `sizes` are the dimensions of the runs, which need not be listed for this.
+    `sizes` are the dimensions of the runs, which need not be listed for this; nor need their
+    `cycles` before and in the record be known where these are times.
     """
     settings = RunSettings(**run)
     made = make_observers(observers)
-    length = settings.transient, settings.periods
-    Workload(sizes, *length, made, forcing=forcing).refuse_excess()
-    return settings
+    if cycles is None and settings.timed:
+        return
+    transient, periods = cycles or settings.cycles(1.0, 0.0)
+    Workload(sizes, transient, periods, made, forcing=forcing).refuse_excess()
+
+
+def _cycles(point: Point, settings: RunSettings, start: State | None) -> tuple[float, float]:
+    """Cycles before the record of a run, and in it; `start` is in the units of the point."""
+    cycle, time = point.parameters.cycle, point.units.time
+    begun = start.time if start else 0.0
+    return settings.cycles(cycle * time, point.parameters.forcing.end * time - begun)
 
 
 class _Sweep:
@@ -253,7 +268,7 @@ def last_of_chain(
     runs = _chained([read_point(values, primary) for values in points], RunSettings(**run))
     for _ in points[1:]:
         _, trajectory, window = next(runs)
-        trajectory.skip(window.periods + window.length, window.time)
+        trajectory.skip(*window.end(trajectory.cycle))
     return next(runs)
 
 
@@ -269,11 +284,12 @@ def _chained(
         trajectory = start_run(point.parameters, start, settings.accuracy, settings.max_events)
         trajectory.units = point.units
         periods, time = trajectory.start
-        window = Window(periods + settings.transient, time, settings.periods)
+        transient, length = _cycles(point, settings, state)
+        window = Window(periods + transient, time, length)
         yield start, trajectory, window
         before = None
         if trajectory.status == FINISHED:
-            before = point, trajectory.state_at(window.periods + window.length, time)
+            before = point, trajectory.state_at(*window.end(trajectory.cycle))
 
 
 class _StoppedError(Exception):

@@ -1,4 +1,4 @@
-"""Basins of attraction: the part of the starts that ends in each motion."""
+"""Basins of attraction: the share of initial conditions that end in each motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Basins(Product):
-    """The part of the starts that ends in each motion, with confidence limits."""
+    """The share of initial conditions that end in each motion, with confidence limits."""
 
     needs = ("motion",)
     roles: ClassVar[Mapping[str, Role]] = {"along": Role()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -10,6 +11,7 @@ from pydantic import Field
 from damper.analysis.intervals import (
     PREDICATES,
     SHIFTS,
+    chatter_in_range,
     chatter_intervals,
     edge_moves,
     hulls,
@@ -17,13 +19,17 @@ from damper.analysis.intervals import (
 )
 from damper.analysis.places import places, rows_at
 from damper.parameters.variables import CHATTER_IMPACTS
-from damper.study.fields import Text
+from damper.study.fields import Pair, Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, need_one_run
 from damper.tables import Table, place_cells, readable
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
+
+
+_HEADING = "## Chatter beside the stated range, {:g} to {:g}"
 
 
 class Intervals(Product):
@@ -41,6 +47,10 @@ class Intervals(Product):
             description="How closely the ends of the intervals are found, in units of the axis.",
         ),
     ] = 1e-3
+    stated: Annotated[
+        Pair[float] | None,
+        Field(description="Range that the source states, to compare with where chatter is found."),
+    ] = None
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
@@ -71,6 +81,8 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     if stopped := int((cube.status != 0).sum()):
         body.append(f"{stopped} points stopped early (`status` in the cube): without chatter here.")
     body.append(_table(data, where, [(p, p, main) for p in PREDICATES], _intervals, along))
+    if settings.stated:
+        body += [_HEADING.format(*settings.stated), _agreement(cube, where, along, settings.stated)]
     # Fractions only: an absolute speed is not on their scale.
     fractions = sorted((value, name) for name, value in visible.items() if isinstance(value, float))
     compared = [name for _, name in fractions]
@@ -103,6 +115,24 @@ def _table(
         row = place_cells(place)
         for head, predicate, name in columns:
             row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}), along)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _agreement(
+    cube: xr.Dataset, where: Sequence[Mapping[str, float]], along: str, stated: tuple[float, float]
+) -> pd.DataFrame:
+    """Say at how many values chatter is found within a range and outside it."""
+    import pandas as pd
+
+    rows = []
+    for place in where:
+        found = chatter_in_range(cube.sel(place), along, *stated)
+        row = place_cells(place)
+        for head, key in (("in the range", "in_range"), ("outside", "outside")):
+            row[f"values with chatter {head}"] = f"{found['chatter_' + key]} of {found[key]}"
+        ends = f"{found['lowest']:g}, {found['highest']:g}"
+        row["outermost ones"] = "none" if math.isnan(found["lowest"]) else ends
         rows.append(row)
     return pd.DataFrame(rows)
 

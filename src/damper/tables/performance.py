@@ -98,7 +98,7 @@ def _best(
     rows = [
         {
             **place_cells({name: row[name] for name in others}),
-            with_units(f"best {readable(over)}", cube[over]): f"{row[f'best_{over}']:g}"
+            with_units(f"best {readable(over)}", cube[over]): f"{row[f'best_{over}']:.4g}"
             + ("" if row["interior"] else " (end of the axis)")
             + (f" ({row['equally_good']} more as good)" if row["equally_good"] else ""),
             with_units("largest amplitude", length): f"{row['worst_amplitude']:.3g} of "

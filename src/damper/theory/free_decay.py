@@ -7,8 +7,9 @@ amplitude A = xi d of the primary fall at the rate zeta_eq A,
     zeta_eq = zeta + (4 mu rho / pi^2) (theta / xi)^2
     theta = (1 + sqrt(1 - (1 + rho^2)(1 - xi^2))) / (1 + rho^2)
 
-It is largest at xi = rho, where theta = 1, and ends just below, at the fold. The error is of the
-order of the mass ratio. Derivation: docs/theory.md.
+It is largest at xi = rho, where theta = 1, and ends just below, at the fold. A force at resonance
+is held in balance there by the least amplitude that a damper allows. The error is of the order of
+the mass ratio. Derivation: docs/theory.md.
 """
 
 import math
@@ -20,6 +21,8 @@ from numpy.typing import ArrayLike
 from damper.parameters import Parameters
 from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope
+
+_ROUNDING = 1e-12
 
 
 class Damping(NamedTuple):
@@ -78,6 +81,67 @@ def largest_damping(parameters: Parameters) -> Damping:
     if rho == 0.0:
         raise ValueError("restitution = 1.0: impacts lose nothing, so no amplitude damps most")
     return Damping(rho * p.clearance, p.damping_ratio + _strength(p) / rho**2)
+
+
+class Resonance(NamedTuple):
+    """What a damper can do at resonance: the least amplitude, and the clearance for it."""
+
+    amplitude: float
+    clearance: float
+
+
+def least_at_resonance(parameters: Parameters) -> Resonance:
+    """Least amplitude under the force sin(t), over all clearances, and that clearance.
+
+    A = 1 / (2 zeta_eq) with the largest damping ratio, at d = A / rho; in units of length.
+
+    Raises
+    ------
+    ValueError
+        For all but a rigid damper with a constant restitution below 1 under a harmonic force with
+        frequency_ratio = 1.
+
+    Examples
+    --------
+    >>> found = least_at_resonance(Parameters(0.01, 0.02, 1.0, clearance=1.0, restitution=0.5))
+    >>> round(found.amplitude, 4), round(found.clearance, 4)
+    (12.7836, 60.242)
+    """
+    p = parameters
+    need_basic(p, "force_amplitude")
+    if p.frequency_ratio != 1.0:
+        raise ValueError(f"frequency_ratio = {p.frequency_ratio!r}: the law is for resonance, 1")
+    rho = slope(p.restitution)
+    if rho == 0.0:
+        raise ValueError("restitution = 1.0: impacts lose nothing, so no clearance is best")
+    amplitude = 0.5 * p.force_amplitude / (p.damping_ratio + _strength(p) / rho**2)
+    return Resonance(amplitude, amplitude / rho)
+
+
+def largest_at_resonance(parameters: Parameters) -> float:
+    """Largest amplitude that is in balance under the force sin(t), at a clearance up to the best.
+
+    Beside the least one there may be a large one, with little damping and a restitution above 0.3.
+    In units of length, to four digits. Errors are those of `least_at_resonance`, and ValueError for
+    a clearance of 0 or above the best one.
+
+    Examples
+    --------
+    >>> best = least_at_resonance(Parameters(0.1, 0.02, 1.0, 1.0, restitution=0.6)).clearance
+    >>> p = Parameters(0.1, 0.02, 1.0, 0.999 * best, restitution=0.6)
+    >>> round(largest_at_resonance(p), 1)
+    11.0
+    """
+    p, best = parameters, least_at_resonance(parameters).clearance
+    if not 0.0 < p.clearance <= best * (1.0 + _ROUNDING):
+        raise ValueError(f"clearance = {p.clearance!r}: must be > 0 and <= {best!r}, the best one")
+    # Without impacts it would be that of the dashpot alone, and without either there is no bound.
+    most = p.force_amplitude / (p.damping_ratio + 1e-9) / p.clearance + 1.0
+    theta = 1.0 + np.geomspace(1e-9, 10.0 * most, 100_000)
+    xi = amplitude(theta, p.restitution)
+    loss = 2.0 * (p.damping_ratio * xi + _strength(p) * theta**2 / xi) * p.clearance
+    lacks = np.flatnonzero(loss < p.force_amplitude)
+    return p.clearance * float(xi[lacks[-1]] if lacks.size else slope(p.restitution))
 
 
 def amplitude_range(parameters: Parameters) -> tuple[float, float]:

@@ -5,9 +5,10 @@ are Taylor series, of which the equations of motion give one coefficient after t
 for every damping and every model. Events are roots of these polynomials, found by steps that
 provably pass none. The gap to the wall that was touched last is a quantity of its own, so a bounce
 of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from its
-impacts: after n of them, time, place and common velocity differ from their limits by a power series
-in r^n, of which Richardson's scheme removes one term after the other. Panels end at the samples of
-a record, where its force is not smooth.
+impacts: time, place and common velocity differ from their limits by a power series in the rebound
+speed, of which Neville's scheme removes one term after the other. Panels end at the samples of a
+record, where its force is not smooth. With dry friction a free mass slides one way until its
+relative velocity vanishes.
 
 Of several free masses all contacts of an instant are solved at once, by trying who pushes. An
 extrapolated end holds where nothing happens to another mass before it. Masses that chatter on one
@@ -40,7 +41,7 @@ REACH, TAIL_DIGITS, ORDERS = 1e-6, 5, 12
 #: Steps of a search for a root after which it need not be a simple one.
 QUICK = 60
 
-FLIGHT, CONTACT, STICKING = "flight", "contact", "sticking"
+FLIGHT, CONTACT, STICKING, RESTING = "flight", "contact", "sticking", "resting"
 
 
 class Event(NamedTuple):
@@ -48,7 +49,8 @@ class Event(NamedTuple):
 
     ``kind`` is ``"impact"``, ``"stick"`` or ``"release"``. A compliant contact begins with an
     ``"impact"`` and ends with a ``"separation"``; where its force is positive again before the gap
-    has reopened, that is a ``"contact"``.
+    has reopened, that is a ``"contact"``. With dry friction there are also, with side 0, a
+    ``"rest"`` off the walls, the ``"slip"`` that ends it, and a ``"reversal"``.
     """
 
     time: mpf
@@ -150,6 +152,8 @@ class Body(NamedTuple):
     """Whether a compliant wall may pull: then its force acts until the gap reopens."""
     stiffness: mpf
     damping: mpf
+    friction: mpf
+    """Acceleration by dry friction while it slides."""
     gravity: mpf
     """Acceleration to the left wall."""
 
@@ -198,7 +202,15 @@ class Place(NamedTuple):
     gap: mpf
     rate: mpf
     zeros: int = 0
-    """Derivatives of the gap, itself among them, that are zero by the event that began this."""
+    """Derivatives of the gap that are zero by the event that began this: its rate, the second one;
+    the gap itself among them where it is zero."""
+    way: int = 0
+    """With dry friction, sign of the free mass's velocity less the primary's."""
+
+    @property
+    def joined(self) -> bool:
+        """Whether both masses move as one."""
+        return self.mode in (STICKING, RESTING)
 
 
 def system_of(
@@ -220,6 +232,7 @@ def system_of(
     modulation_order: Any = 1,
     modulation_phase: Any = 0,
     gravity: Any = 0,
+    friction: Any = 0,
     force_amplitude: Any = 1,
     forcing: given.Forcing = given.HARMONIC,
     masses: Sequence[Mapping[str, Any]] = (),
@@ -244,6 +257,7 @@ def system_of(
         *(k, c, tension),
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
+        mpf(friction),
         mpf(gravity),
     )
     force, inertial = _force(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
@@ -312,20 +326,23 @@ def run(
     events.
     """
     with mp.workdps(digits + GUARD_DIGITS):
-        system = system_of(**values)
+        system, friction = system_of(**values), values.get("friction", 0)
         x, v = mpf(state[0]), mpf(state[1])
         several = isinstance(state[2], Sequence)
         places = []
         starts = zip(*(s if several else [s] for s in state[2:]), strict=True)
         for mass, (y, u) in zip(system.masses, starts, strict=True):
             side = 1 if y >= x else -1
-            gap = mass.clearance - side * (mpf(y) - x)
-            places.append(Place(FLIGHT, side, gap, side * (v - mpf(u))))
+            gap, rate = mass.clearance - side * (mpf(y) - x), side * (v - mpf(u))
+            way = -side * int(mp.sign(rate)) if friction else 0
+            places.append(Place(FLIGHT, side, gap, rate, way=way))
             if gap < 0:
                 raise ValueError("the free mass starts outside its box")
         motion = _Motion(system, mpf(start_time), x, v, places, mpf(until), digits)
         if system.masses[0].clearance == 0 and system.masses[0].rigid:
             motion.join(0)
+        elif friction and places[0].rate == 0:
+            motion.settle(0)
         while happened := motion.advance():
             motion.change(happened)
         final = [motion.x, motion.v]
@@ -347,8 +364,8 @@ class _Motion:
     until: mpf
     digits: int
     events: list[Event] = field(default_factory=list)
-    rows: dict[int, tuple[int, list[tuple[mpf, ...]]]] = field(default_factory=dict)
-    """Of a mass the wall of its last impacts, and their extrapolations by order."""
+    rows: dict[int, tuple[int, list[mpf], list[tuple[mpf, ...]]]] = field(default_factory=dict)
+    """Of a mass the wall of its last impacts, their rebounds, and extrapolations by order."""
 
     def advance(self) -> list[tuple[int, str, int]]:
         """Go to the next instant at which something happens: to which mass, what, at which wall."""
@@ -364,11 +381,14 @@ class _Motion:
                         # About twice the time of the bounce.
                         step = min(step, -2 * place.rate / gap[2])
             x, gaps = self._series(term_count(fastest * step, step / pole))
-            span, roots = step, []
+            span = step
+            roots: list[tuple[mpf, tuple[int, str, int]]] = []
             for number, gap in enumerate(gaps):
                 for kind, side, q in self._watched(number, gap):
                     tau = first_root(q, min(step, span + self._instant))
                     if tau is not None:
+                        if len(self.places) == 1:
+                            roots = []  # the later one of a mass decides nothing
                         span = min(span, tau)
                         roots.append((tau, (number, kind, side)))
             self._move(x, gaps, span)
@@ -387,8 +407,8 @@ class _Motion:
         """Do what the events of an instant do, and list them."""
         hits = {}
         for number, kind, side in happened:
-            place = self.places[number]
-            if kind == "impact" and self.system.masses[number].rigid:
+            place, mass = self.places[number], self.system.masses[number]
+            if kind == "impact" and mass.rigid:
                 if place.gap or place.rate:
                     hits[number] = side
                     continue
@@ -398,17 +418,20 @@ class _Motion:
             self._hit(hits)
 
     def _change_one(self, number: int, kind: str, side: int) -> None:
-        mass, (_, own, gap, rate, _) = self.system.masses[number], self.places[number]
+        mass, (_, own, gap, rate, *_) = self.system.masses[number], self.places[number]
         speed = mpf(0)
+        if kind == "stop":
+            self.settle(number, "reversal")
+            return
         if kind == "stick":
             place = self.join(number)
         elif kind == "impact":
             speed = max(-rate if side == own else rate, mpf(0))
             place = Place(CONTACT, side, mpf(0), -speed)
-        elif kind == "release":  # where the gap's second derivative vanishes
-            place = Place(FLIGHT, side, mpf(0), mpf(0), zeros=3)
-        elif kind == "jump":
-            kind, place = "release", Place(FLIGHT, side, mpf(0), mpf(0))
+        elif kind in ("release", "jump"):  # a release is where the gap's second derivative vanishes
+            way = self._breaks(number)
+            place = Place(FLIGHT, own, gap, mpf(0), zeros=3 * (kind == "release"), way=way)
+            kind = "release" if gap == 0 else "slip"
         elif kind == "contact":
             place = Place(CONTACT, side, gap, rate)
         else:
@@ -417,12 +440,12 @@ class _Motion:
         self.places[number] = place
         self._forget(number)
         if kind != "opening":
-            self._list(number, kind, speed)
+            self._list(number, kind, 0 if kind == "slip" else side, speed)
 
     def _hit(self, hits: dict[int, int]) -> None:
         """Let masses hit walls together; who sticks to one takes part, or is kicked off."""
         masses, contacts = self.system.masses, {}
-        for number, (mode, side, _, rate, _) in enumerate(self.places):
+        for number, (mode, side, _, rate, *_) in enumerate(self.places):
             if number in hits:
                 contacts[number] = hits[number], max(-rate * hits[number] * side, mpf(0))
             elif mode == STICKING:
@@ -452,13 +475,16 @@ class _Motion:
             leaves = side * gained - speed
             if number in pushing and number in hits:
                 rate = asks[number] - speed
-                self.places[number] = Place(FLIGHT, side, mpf(0), rate)
+                way = -side if masses[number].friction else 0
+                self.places[number] = Place(FLIGHT, side, mpf(0), rate, way=way)
             elif number not in pushing and leaves != 0:
                 self.places[number] = Place(FLIGHT, side, mpf(0), leaves)
             if number not in hits and self.places[number].mode == FLIGHT:
-                self._list(number, "release", mpf(0))
+                self._list(number, "release", side, mpf(0))
             elif number in pushing and number in hits:
-                self._list(number, "impact", speed)
+                self._list(number, "impact", side, speed)
+                if masses[number].friction and self.places[number].rate == 0:
+                    self.settle(number)
         self._forget(*hits)
 
     def _push(self, gained: mpf, among: Collection[int]) -> None:
@@ -469,10 +495,44 @@ class _Motion:
                 rate = place.rate + place.side * gained
                 self.places[number] = place._replace(rate=rate, zeros=0)
 
-    def _list(self, number: int, kind: str, speed: mpf) -> None:
+    def settle(self, number: int, otherwise: str = "") -> None:
+        """Let a mass without a relative velocity rest, or slide on, which is an event `otherwise`.
+
+        On a wall friction has to hold it on one side only.
+        """
+        side, gap, most = *self.places[number][1:3], self.system.masses[number].friction
+        held = self._held(number)
+        if gap == 0 and -most < held:
+            self.join(number)
+            self._list(number, "stick", side, mpf(0))
+        elif gap and abs(held) < most:
+            self.places[number] = Place(RESTING, side, gap, mpf(0))
+            self.rows.pop(number, None)
+            self._list(number, "rest", 0, mpf(0))
+        else:
+            self.places[number] = Place(FLIGHT, side, gap, mpf(0), way=self._breaks(number))
+            if otherwise:
+                self._list(number, otherwise, 0, mpf(0))
+
+    def _held(self, number: int) -> mpf:
+        """Contact force over the free mass that it takes to let it move with the primary."""
         place = self.places[number]
-        at = self.t, kind, place.side, speed
-        self.events.append(Event(*at, self.x, self.v, place.gap, place.rate, number))
+        self.places[number] = Place(RESTING, place.side, place.gap, mpf(0))
+        [held] = self._series(3)[1][number]
+        self.places[number] = place
+        return held
+
+    def _breaks(self, number: int) -> int:
+        """Which way a mass begins to slide that friction does not hold."""
+        if not self.system.masses[number].friction:
+            return 0
+        side, gap = self.places[number][1:3]
+        return -side if gap == 0 else side * int(mp.sign(self._held(number)))
+
+    def _list(self, number: int, kind: str, side: int, speed: mpf) -> None:
+        place = self.places[number]
+        at = self.t, kind, side, speed, self.x, self.v, place.gap, place.rate
+        self.events.append(Event(*at, number))
 
     def _forget(self, *numbers: int) -> None:
         """Keep no extrapolations but that of the one mass that something has happened to."""
@@ -496,29 +556,37 @@ class _Motion:
 
         Right at `until` or a sample it is not, as long as there is anything left of it.
         """
-        mass, (_, side, _, w, _) = self.system.masses[number], self.places[number]
+        mass, (_, side, _, w, *_) = self.system.masses[number], self.places[number]
         r, mu = mass.restitution(side, mpf(0)), mass.ratio(self.t)[0]
         if not mass.rigid or r == 1 or mass.restitution(side, 2 * w) != r:
             return False
+        # Towards the wall, on the way out and on the way back.
+        out = -2 * gap[2]
+        back = out - 2 * (1 + mu) * mass.friction
+        if back <= 0:
+            return False
         others = [n for n, p in enumerate(self.places) if n != number and p.mode != STICKING]
-        back = -mu / (self._inertia() + mu) * side * w
-        if len(self.places) > 1 and -w / (gap[2] * (1 - r)) < mpf(10) ** -(self.digits + 2):
+        shift = -mu / (self._inertia() + mu) * side * w
+        if len(self.places) > 1 and 2 * w / (out * (1 - r)) < mpf(10) ** -(self.digits + 2):
             # Who has come to rest on a wall before stays so.
             at_rest = [n for n, p in enumerate(self.places) if p.gap == p.rate == 0]
-            self._push(back, [number, *at_rest])
+            self._push(shift, [number, *at_rest])
             self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
             return True
         if any(p.mode == STICKING and p.side == side for p in self.places):
             return False
-        wall, before = self.rows.get(number, (0, []))
-        row: list[tuple[mpf, ...]] = [(self.t, self.x, self.v + back)]
-        for _, one, gap_of_it, rate, _ in (self.places[n] for n in others):
-            row[0] += (gap_of_it, rate + one * back)
-        for order, old in enumerate(before[: ORDERS * (wall == side)], 1):
-            q = r**order
-            row.append(tuple((b - q * a) / (1 - q) for a, b in zip(old, row[-1], strict=True)))
-        self.rows[number] = side, row
-        left, rate = -w / (gap[2] * (1 - r)), max(fastest, abs(3 * gap[3] / gap[2]))
+        wall, speeds, before = self.rows.get(number, (0, [], []))
+        kept = ORDERS * (wall == side)
+        row: list[tuple[mpf, ...]] = [(self.t, self.x, self.v + shift)]
+        for place in (self.places[n] for n in others):
+            row[0] += (place.gap, place.rate + place.side * shift)
+        speeds = speeds[:kept]
+        for u, old in zip(speeds, before[:kept], strict=True):
+            row.append(tuple((u * b - w * a) / (u - w) for a, b in zip(old, row[-1], strict=True)))
+        self.rows[number] = side, [w, *speeds], row
+        q = r * mp.sqrt(back / out)
+        left = w * (1 / out + 1 / mp.sqrt(out * back)) / (1 - q)
+        rate = max(fastest, abs(3 * gap[3] / gap[2]))
         if w > RESOLVED or left * rate > REACH:
             return False
         for rough, fine in pairwise(row):
@@ -549,7 +617,7 @@ class _Motion:
         inertia, damping, stiffness = mpf(1), self.system.damping, mpf(1)
         swing, turn, contacts, fastest = mpf(0), mpf(0), mpf(0), self.system.force.rate
         for mass, place in zip(self.system.masses, self.places, strict=True):
-            if place.mode == STICKING:
+            if place.joined:
                 inertia += mass.mean
                 damping += mass.damping
                 stiffness += mass.stiffness
@@ -568,15 +636,15 @@ class _Motion:
     def _series(self, count: int) -> tuple[list[mpf], list[list[mpf]]]:
         """`count` Taylor coefficients of the primary's displacement, and those of each gap.
 
-        Of a mass that sticks those of the contact force, over the mass.
+        Of a mass that sticks or rests those of the contact force, over the mass.
         """
         x, zeta, force = [self.x, self.v], self.system.damping, self.system.force
-        gaps = [[] if p.mode == STICKING else [p.gap, p.rate] for p in self.places]
+        gaps = [[] if p.joined else [p.gap, p.rate] for p in self.places]
         masses = list(zip(self.system.masses, self.places, gaps, strict=True))
         inertia = [mpf(1)]
         second: list[mpf] = []
         for mass, place, _ in masses:
-            if place.mode == STICKING:
+            if place.joined:
                 ratio = mass.ratio(self.t, count)
                 inertia = [a + b for a, b in zip_longest(inertia, ratio, fillvalue=0)]
         forces = force.coefficients(self.t, count - 2)
@@ -586,16 +654,18 @@ class _Motion:
                 push, carried = mp.fdot(inertia[: n + 1], forces[n::-1]), one
             for mass, place, _ in masses:
                 ratio = mass.ratio(self.t, count) if mass.gravity else []
-                if place.mode == STICKING and n < len(ratio):
+                if place.joined and n < len(ratio):
                     push -= mass.gravity * ratio[n]
             push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
             pulls = []
             for mass, place, gap in masses:
-                beside = () if place.mode == STICKING else gap
+                beside = () if place.joined else gap
                 supported = mass.stiffness or mass.damping
                 pulls.append(mass.pull(place.side, x, beside, n) if supported else 0)
-                if place.mode == STICKING:
+                if place.joined:
                     push += pulls[-1]
+                elif place.way and n == 0:
+                    push += place.way * mass.mean * mass.friction
                 elif place.mode == CONTACT:
                     [contact] = mass.push([gap[n], (n + 1) * gap[n + 1]])
                     push += place.side * contact
@@ -607,28 +677,34 @@ class _Motion:
             for (mass, place, gap), pull in zip(masses, pulls, strict=True):
                 own = carried + pull / mass.mean if pull else carried
                 if n == 0:
-                    own -= mass.gravity
+                    own -= mass.gravity + place.way * mass.friction
                 opens = place.side * (second[n] - own)
-                gap.append(-opens if place.mode == STICKING else opens / ((n + 1) * (n + 2)))
+                gap.append(-opens if place.joined else opens / ((n + 1) * (n + 2)))
         for place, gap in zip(self.places, gaps, strict=True):
-            gap[: place.zeros] = [mpf(0)] * place.zeros
+            gap[1 : place.zeros] = [mpf(0)] * max(place.zeros - 1, 0)
         return x, gaps
 
     def _watched(self, number: int, gap: list[mpf]) -> Iterator[tuple[str, int, Sequence[mpf]]]:
         """What may happen to a mass, at which wall, and the polynomial whose root says when."""
         mass, place = self.system.masses[number], self.places[number]
         side, minus = place.side, [-c for c in gap]
-        if place.mode == STICKING:
-            if mass.clearance and gap[0] < -mp.sqrt(mp.eps):  # no roundoff: the force has jumped
-                yield "jump", side, [gap[0]]
-            elif mass.clearance and any(gap):
-                yield "release", side, gap
+        if place.joined:
+            ways = [gap] if place.mode == STICKING else [gap, minus]
+            for holds in ways if mass.clearance else []:
+                holds = [holds[0] + mass.friction, *holds[1:]]
+                if holds[0] < -mp.sqrt(mp.eps):  # no roundoff: the force has jumped
+                    yield "jump", side, [holds[0]]
+                elif any(holds):
+                    yield "release", side, holds
         elif place.mode == CONTACT:
             yield "separation", side, minus if mass.tension else mass.push(gap)
         elif place.gap < 0:
             yield "opening", side, minus
             yield "contact", side, [-c for c in mass.push(gap)]
         else:
+            if place.way:
+                sliding = [-place.way * side * n * c for n, c in enumerate(gap)][1:]
+                yield "stop", side, sliding
             yield "impact", side, gap
             yield "impact", -side, [2 * mass.clearance - gap[0], *minus[1:]]
 
@@ -644,8 +720,9 @@ class _Motion:
             self.t += span
         self.x, self.v = horner(x, span)
         for number, place in enumerate(self.places):
-            if place.mode != STICKING:
-                self.places[number] = Place(place.mode, place.side, *horner(gaps[number], span))
+            if not place.joined:
+                moved = Place(place.mode, place.side, *horner(gaps[number], span), way=place.way)
+                self.places[number] = moved
 
 
 def largest_rate(inertia: mpf, damping: mpf, stiffness: mpf) -> mpf:

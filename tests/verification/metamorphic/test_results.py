@@ -87,10 +87,12 @@ def test_figure_of_the_differences(again):
         figure = laid_out(metamorphic_figure.draw({"cube": again}, settings))
     left, right = figure.axes
     lines = {line.get_label(): line for line in left.lines}
-    assert len(lines["compared outright"].get_xdata()) == COUNT - 2
-    np.testing.assert_array_equal(lines["step by step"].get_xdata(), again.growth.values[[BAD]])
+    assert len(lines["compared directly"].get_xdata()) == COUNT - 2
     np.testing.assert_array_equal(
-        lines["step by step"].get_ydata(), again.units_difference.values[[BAD]]
+        lines["judged step by step (right)"].get_xdata(), again.growth.values[[BAD]]
+    )
+    np.testing.assert_array_equal(
+        lines["judged step by step (right)"].get_ydata(), again.units_difference.values[[BAD]]
     )
     assert right.lines[0].get_xdata().max() == 3000.0
     assert list(right.lines[1].get_xdata()) == [verdicts.SOUND, verdicts.SOUND]

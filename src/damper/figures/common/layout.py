@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
 from damper.parameters.quantities import unknown_name
@@ -114,13 +115,15 @@ def head(
 ) -> None:
     """Write the heading: caption or title, then every value that is the same throughout."""
     coords = place.coords
+    force = json.loads(place.attrs.get("forcing", "{}"))
+    # The clock of what is given by its times says nothing.
+    clock = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
     values = [
         place_text(place, name, coords[name].item())
         for name in (*style.SYMBOLS, "direction", "draw")
-        if name in coords and coords[name].ndim == 0
+        if name in coords and coords[name].ndim == 0 and name not in clock
     ]
-    if "forcing" in place.attrs:
-        values.append(force_text(json.loads(place.attrs["forcing"])))
+    values += force_text(force).split(", ") if force else []
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
     words = _words(caption or place.attrs.get("title", ""))
@@ -147,11 +150,27 @@ def wrap(parts: Iterable[str], letters: float) -> str:
     return "\n".join(" ".join(line) for line in lines)
 
 
-def legend(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Put a legend below all panels, where it hides nothing, in as many columns as fit."""
+def reductions(cube: xr.Dataset, settings: Any) -> list[str]:
+    """Say for a heading how a figure's runs were reduced."""
+    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    if settings.choose:
+        axes = " and ".join(style.SYMBOLS[name] for name in settings.choose)
+        remarks.append(f"at each point the best {axes} of the grid")
+    return remarks
+
+
+def legend(figure: Figure, handles: Sequence[Artist]) -> int:
+    """Put a legend below all panels, where it hides nothing, in as many columns as fit.
+
+    Returns how many lines it has.
+    """
     if not handles:
-        return
-    widest = max(_length(str(handle.get_label())) for handle in handles)
+        return 0
+    room = (figure.get_figwidth() - 0.6) * _LEGEND
+    for handle in handles:
+        handle.set_label(wrap(_words(str(handle.get_label())), room))
+    lines = [line for handle in handles for line in str(handle.get_label()).split("\n")]
+    widest = max(map(_length, lines))
     columns = max(int((figure.get_figwidth() + 0.14) / (widest / _LEGEND + 0.47)), 1)
     rows = math.ceil(len(handles) / columns)
     figure.legend(
@@ -160,6 +179,7 @@ def legend(figure: Figure, handles: Sequence[Artist]) -> None:
         ncols=math.ceil(len(handles) / rows),
         frameon=False,
     )
+    return rows + len(lines) - len(handles)
 
 
 def geometric(values: np.ndarray) -> bool:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Height of a line of a legend in inches.
+_LINE = 0.145
+
 
 def parts(place: xr.Dataset, axis: str | None) -> list[tuple[str, xr.Dataset]]:
     """Return the part of a cube at each value of an axis, with its title; all of it without one."""
@@ -104,9 +107,15 @@ def finish(
     caption: str | None,
     handles: Iterable[Artist] = (),
     remarks: Iterable[str] = (),
+    room: int | None = None,
 ) -> Figure:
-    """Write heading and legend of a figure; what has one name is listed once."""
+    """Write heading and legend of a figure; what has one name is listed once.
+
+    Where its height has `room` for so many lines of the legend, it grows with more of them.
+    """
     figure.align_ylabels()
     head(figure, place, caption, remarks=remarks)
-    legend(figure, list({str(handle.get_label()): handle for handle in handles}.values()))
+    lines = legend(figure, list({str(handle.get_label()): handle for handle in handles}.values()))
+    if room is not None and lines > room:
+        figure.set_figheight(figure.get_figheight() + _LINE * (lines - room))
     return figure

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import ALL
-from damper.parameters.units import ACCELERATION, ENERGY, FORCE, LENGTH, SPEED, TIME
+from damper.parameters.units import (
+    ACCELERATION,
+    AMPLITUDES,
+    ENERGY,
+    FORCE,
+    IMPULSE,
+    LENGTH,
+    SI_UNITS,
+    SPEED,
+    SPRING_FORCE,
+    TIME,
+    name_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,6 +45,17 @@ COLUMN, PAGE = 3.5, 7.2
 MISSING = "#B0B0B0"
 #: The class of a map in which nothing happens.
 PALE = "#F2F2F2"
+
+#: Dark and light of each hue that motions have.
+_HUES = (
+    ("#5B4636", "#C3AB97"),
+    ("#00664A", "#5CC9A7"),
+    ("#8F3B6C", "#E3A6C8"),
+    ("#A84300", "#F4A873"),
+    (BLUE, "#8CC8F0"),
+    ("#7A7200", YELLOW),
+    (ORANGE, "#F7D98B"),
+)
 
 #: How stretches in which the masses stick are shaded.
 STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
@@ -70,7 +94,18 @@ _UNITS = {
     TIME: r"$\sqrt{M/K}$",
     ENERGY: "$F_0^2/K$",
     FORCE: "$F_0$",
+    SPRING_FORCE: "$F_0$",
     ACCELERATION: "$F_0/M$",
+    IMPULSE: r"$F_0\sqrt{M/K}$",
+}
+# Those of other forces than F0.
+_UNITS |= {
+    name: f"${name}$".replace("sqrt(K/M)", r"\sqrt{K/M}")
+    .replace("sqrt(K M)", r"\sqrt{K M}")
+    .replace(" ", r"\,")
+    for amplitude in AMPLITUDES
+    for unit in SI_UNITS
+    if (name := name_of(unit, amplitude)) not in _UNITS
 }
 _BRANCHES = {
     ("direction", "up"): "continued upwards",
@@ -123,8 +158,23 @@ def save(figure: Figure, path: Path) -> None:
     if path.suffix == ".svg":
         FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None})
     else:
-        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        _save_picture(canvas.buffer_rgba(), path, figure.dpi)
     figure.set_layout_engine("none")
+
+
+def _save_picture(pixels: Any, path: Path, dpi: float) -> None:
+    """Save as PNG with a palette of 256 colours, a third as large, where that looks the same."""
+    import numpy as np
+    from PIL import Image
+
+    picture = Image.fromarray(np.asarray(pixels)).convert("RGB")
+    small = picture.quantize(256, dither=Image.Dither.NONE)
+    off = np.asarray(small.convert("RGB"), np.int16) - np.asarray(picture, np.int16)
+    # Rims of letters and lines aside.
+    same = (abs(off).max(axis=2) > 8).mean() < 1e-3
+    (small if same else picture).save(path, "PNG", optimize=True, dpi=(dpi, dpi))
 
 
 def _write_numbers_plainly(figure: Figure) -> None:
@@ -139,6 +189,28 @@ def _write_numbers_plainly(figure: Figure) -> None:
         for axis in (ax.xaxis, ax.yaxis):
             if type(axis.get_major_formatter()) is ScalarFormatter:
                 axis.set_major_formatter(Plain())
+
+
+def motion_colours(names: Sequence[str]) -> dict[str, str]:
+    """Colour of each motion that `damper.analysis.attractors` names, the same in all figures.
+
+    Its hue is that of its period and impacts, dark and light for a mirror pair. Where two kinds of
+    one figure would share a hue, the later takes the next that is free.
+    """
+    taken: dict[tuple[int, ...], int] = {}
+    colours = {}
+    for name in names:
+        numbers = [int(number) for number in re.findall(r"\d+", name)]
+        if not numbers:
+            colours[name] = PALE if name == "other motions" else "#555555"
+            continue
+        period, impacts = numbers[0], numbers[1:] * (2 if "each wall" in name else 1)
+        # Modulo seven a motion, its period doubled and doubled again have three hues.
+        order = [(period + sum(impacts) + k) % len(_HUES) for k in range(len(_HUES))]
+        free = [hue for hue in order if hue not in taken.values()] or order
+        hue = taken.setdefault((period, "symmetric" in name, *sorted(impacts)), free[0])
+        colours[name] = _HUES[hue]["to the left" in name or impacts != sorted(impacts)]
+    return colours
 
 
 def units_text(units: str) -> str:

@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damper.analysis.closed_forms import admissible_orbits, dense, section_point
-from damper.analysis.runs import runs
+from damper.analysis.closed_forms import admissible_orbits, damper_at, dense, section_point
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import GREEN
+from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
+from damper.theory.free_decay import least_at_resonance
 from damper.theory.two_impacts import Orbit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
@@ -29,8 +30,14 @@ _CURVES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
     False: {"color": GREEN, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
-#: Width of the bars along the lower edge, in points.
-_EXISTS, _STABLE = 1.2, 3.2
+_LEAST: dict[str, Any] = {
+    "color": BLACK,
+    "ls": "",
+    "marker": "D",
+    "mfc": "white",
+    "ms": 4.0,
+    "zorder": 4.0,
+}
 
 
 def overlay(panels: Panels) -> list[Artist]:
@@ -64,9 +71,24 @@ def overlay(panels: Panels) -> list[Artist]:
                 for branch in np.where(shown, points[..., column], np.nan).T:
                     ax.plot(values, branch, **style)
         _reach(ax, points[stable, column])
-        for where, width in ((exists, _EXISTS), (stable, _STABLE)):
-            _bars(ax, values, np.asarray(where.any(axis=1)), width)
-    return _handles(bool(stable.any()), bool((exists & ~stable).any()))
+    handles = _handles(bool(stable.any()), bool((exists & ~stable).any()))
+    if along == "clearance" and "peak_displacement" in axes:
+        handles += _mark_least(axes["peak_displacement"], panel, grid)
+    return handles
+
+
+def _mark_least(ax: Axes, panel: xr.Dataset, grid: np.ndarray) -> list[Artist]:
+    """Mark the least amplitude at resonance, where the clearance for it is in the grid."""
+    damper, _ = damper_at(panel, clearance=float(grid[0]))
+    if damper.frequency_ratio != 1.0 or damper.restitution == 1.0:
+        return []
+    least = least_at_resonance(damper)
+    if not grid.min() <= least.clearance <= grid.max():
+        return []
+    ax.plot(least.clearance, least.amplitude, **_LEAST)
+    # The mark has a size of its own.
+    _reach(ax, np.array([0.9 * least.amplitude]))
+    return [legend_line("least amplitude by the law of a light free mass", **_LEAST)]
 
 
 def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
@@ -92,28 +114,10 @@ def _reach(ax: Axes, values: np.ndarray) -> None:
     )
 
 
-def _bars(ax: Axes, values: np.ndarray, where: np.ndarray, width: float) -> None:
-    """Mark ranges along the lower edge."""
-    middle = 0.5 * (values[1:] + values[:-1])
-    edges = np.concatenate([values[:1], middle, values[-1:]])
-    for first, last in runs(where):
-        ax.plot(
-            [edges[first], edges[last + 1]],
-            [0.0, 0.0],
-            transform=ax.get_xaxis_transform(),
-            color=GREEN,
-            lw=width,
-            solid_capstyle="butt",
-            clip_on=False,
-            zorder=4.0,
-        )
-
-
 def _handles(stable: bool, unstable: bool) -> list[Artist]:
-
     texts = {
-        True: "two impacts per period, closed form: stable (thick bar below)",
-        False: "two impacts per period, closed form: unstable (thin bar)",
+        True: "two impacts per period, closed form, stable",
+        False: "two impacts per period, closed form, unstable",
     }
     shown = [kind for kind, seen in ((True, stable), (False, unstable)) if seen]
     return [legend_line(texts[kind], **_CURVES[kind]) for kind in shown]

@@ -14,7 +14,7 @@ from damper.engine import model as declared
 from damper.engine.bodies import Ballistic, WeightedSum, start_point
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import horizon, may_jump, phase_at
-from damper.engine.impact import impact, restitution_at
+from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step
 from damper.engine.oscillator import Motion, Oscillator, advance, motion_from
 from damper.engine.search import (
@@ -412,7 +412,8 @@ def _over_impact(model, s, end, gave_up):
     periods, time = clock_after(model.cycle, s.periods, s.time, end.duration)
     speed = abs(end.gap_rate)
     first_speed = first_speed_of(s, side, speed)
-    v, rate = impact(model.mass_ratio, restitution_at(model.law, speed), side, end.v, speed)
+    restitution = restitution_at(law_at(model.law, side), speed)
+    v, rate = impact(model.mass_ratio, restitution, side, end.v, speed)
     new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = _begin(model, new)
     if rate == 0.0:
@@ -449,7 +450,7 @@ def bounce_of(model: Sliding, s: Segment, slide: Slide) -> Bounce:
     back = out - 2.0 * (1.0 + model.mass_ratio) * model.friction
     shrinks = 0.0
     if back > 0.0:
-        shrinks = restitution_at(model.law, 0.0) * math.sqrt(back / out)
+        shrinks = restitution_at(law_at(model.law, s.side), 0.0) * math.sqrt(back / out)
     return Bounce(out, back, shrinks)
 
 
@@ -475,8 +476,9 @@ def time_to_completion(model: Sliding, s: Segment, slide: Slide) -> tuple[float,
         return 0.0, math.inf
     # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
     drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
-    law = abs(restitution_at(model.law, w) - restitution_at(model.law, 0.0))
-    error = left * (drift + law / (1.0 - q))
+    law = law_at(model.law, s.side)
+    falls = abs(restitution_at(law, w) - restitution_at(law, 0.0))
+    error = left * (drift + falls / (1.0 - q))
     if left > horizon(model.free.forcing, slide.start.phase):
         return 0.0, math.inf
     return left, error

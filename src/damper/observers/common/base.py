@@ -11,18 +11,25 @@ from damper.engine.compiled import compiled
 from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
-from damper.observers.common.settings import Setting
-from damper.parameters.dampers import need_one_mass
+from damper.observers.common.settings import Setting, unknown_model
+from damper.parameters.dampers import need_no_friction, need_one_mass
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
 
 class Window(NamedTuple):
-    """Record of a run: from `periods` whole periods plus `time` on, `length` periods long."""
+    """Record of a run: from `periods` cycles plus `time` on, `length` cycles long."""
 
     periods: float
     time: float
     length: float
+
+    def end(self, cycle: float) -> tuple[float, float]:
+        """Whole cycles and the rest of the moment at which it ends."""
+        periods = self.periods + self.length
+        whole = math.floor(periods)
+        time = self.time + (periods - whole) * cycle
+        return (whole, time) if time < cycle else (whole + 1.0, time - cycle)
 
 
 class Observer:
@@ -42,6 +49,8 @@ class Observer:
     """Whether it reads the log of several free masses."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
+    knows_friction: ClassVar[bool] = True
+    """Whether it observes dampers with dry friction, too."""
 
     @property
     def variables(self) -> Sequence[Variable]:
@@ -61,6 +70,8 @@ class Observer:
         for name, setting in self.settings.items():
             value = given.get(name, setting.default)
             setattr(self, name, setting.checked(f"{self.name}.{name}", value))
+        asked = {name: s.models for name, s in self.settings.items() if s.models}
+        self._knows = {name: models for name, models in asked.items() if getattr(self, name)}
 
     @property
     def name(self) -> str:
@@ -97,8 +108,14 @@ class Observer:
         """Start on a run, by its number; observers add what they need for it."""
         if not self.knows_several:
             need_one_mass(trajectory.model, f"the observer {self.name}")
+        if not self.knows_friction:
+            need_no_friction(trajectory.model, f"the observer {self.name}")
         self._run = run
         self._model = trajectory.model
+        for name, models in self._knows.items():
+            model = type(trajectory.model).__module__.rpartition(".")[2]
+            if model not in models:
+                raise ValueError(f"{self.name}.{name}: {unknown_model(model, models)}")
         # Compiled passes know one kind of window.
         self._window = Window(*map(float, window))
 
@@ -117,6 +134,18 @@ class Observer:
         """Write the run's values of some variables."""
         for name, value in values.items():
             self.arrays[name][self._run] = value
+
+
+#: Clearance that no free mass ever crosses.
+_FAR = 1e100
+#: Models whose free mass leaves the primary alone where it meets no wall.
+LEAVE_ALONE = ("rigid", "grounded", "time_varying", "compliant")
+
+
+def primary_alone(trajectory: Trajectory) -> Trajectory:
+    """Start the run of a damper's primary alone: the walls are out of reach."""
+    model = trajectory.model._replace(clearance=_FAR)
+    return Trajectory(model, trajectory.initial, trajectory.max_events)
 
 
 def describe(threshold: tuple[float, float]) -> str:

@@ -4,11 +4,16 @@ An observer declares them in its class; checks in Python, keys of study files, s
 reference follow from that.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
+
+
+def unknown_model(model: str, known: Sequence[str]) -> str:
+    """Say that something knows other models than this one."""
+    return f"knows the models {', '.join(known)}, this damper is {model}"
 
 
 class Visibility(Setting):

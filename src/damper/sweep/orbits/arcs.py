@@ -66,6 +66,23 @@ class Arc:
         side = self.rows[index, SIDE]
         return np.array([x, v, x + side * (self.parameters.clearance - gap), v - side * rate])
 
+    def peak(self) -> tuple[float, float]:
+        """Time of the primary's largest displacement, either way, and that displacement."""
+        best, begin = (0.0, float(self.start[0])), 0.0
+        steps = 32.0 * max(rate_of(self.trajectory.model.free.forcing), 1.0) / (2.0 * np.pi)
+        for row in self.rows[self.rows[:, DURATION] > 0.0]:
+            duration = float(row[DURATION])
+            times = np.linspace(0.0, duration, 8 + int(steps * duration))
+            speed = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[1], row)
+            v = [speed(tau) for tau in times]
+            turns = [k for k in range(len(v) - 1) if v[k] * v[k + 1] < 0.0]
+            at = [zero(speed, times[k], times[k + 1], v[k], v[k + 1]) for k in turns]
+            for tau in (*at, duration):
+                x = self.trajectory.motion_in(row, tau)[0]
+                best = max(best, (begin + tau, x), key=lambda each: abs(each[1]))
+            begin += duration
+        return best
+
     def smallest_gaps(self) -> list[float]:
         """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
         p, found = self.parameters, []

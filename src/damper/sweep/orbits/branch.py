@@ -148,9 +148,10 @@ class Branch:
         kind = type(orbits[0].parameters)
         quantity = named_quantity(orbits[0].parameters, self.parameter)
         units = orbits[0].parameters.forcing.si_unit if quantity.units == "N" else quantity.units
-        about = {"long_name": quantity.long_name, **attributes_of(units)}
+        of = orbits[0].parameters.forcing.amplitude
+        about = {"long_name": quantity.long_name, **attributes_of(units, of)}
         named = SI_UNITS if kind is SIParameters else {}
-        length, speed = (attributes_of(named.get(unit, unit)) for unit in (LENGTH, SPEED))
+        length, speed = (attributes_of(named.get(unit, unit), of) for unit in (LENGTH, SPEED))
         multipliers = np.full((len(orbits), 4), np.nan, complex)
         for row, orbit in zip(multipliers, orbits, strict=True):
             row[: len(orbit.multipliers)] = orbit.multipliers

@@ -3,23 +3,24 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
-from damper.models.sensitivity import neighbours
+from damper.models.sensitivity import Stencil, neighbours
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
-from damper.parameters.state import need_state
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.orbits.arcs import Arc, moving, run_arc, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of
+from damper.sweep.points import one_run
 
 #: Largest change of the state over the period, over the size of the state.
 TOLERANCE = 1e-11
@@ -29,6 +30,8 @@ _STEPS, _HALVINGS = 60, 12
 _LONGEST = 1000
 #: Condition of the linear equations from which on a derivative by a parameter is roundoff.
 _SINGULAR = 1e12
+#: Speed at a peak, over its displacement, that is rounding.
+_AT_REST = 1e-8
 
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
@@ -43,11 +46,12 @@ FOLLOWED = followed(Parameters)
 
 
 def periodic_orbit(
-    parameters: Parameters | SIParameters,
+    parameters: Parameters | SIParameters | None = None,
     period: int = 1,
-    guess: State | None = None,
+    state: State | None = None,
     *,
     settle: int = 200,
+    **values: Any,
 ) -> "PeriodicOrbit":
     """Find a motion that repeats after some forcing periods, stable or not, by Newton's method.
 
@@ -57,15 +61,17 @@ def periodic_orbit(
 
     Parameters
     ----------
-    parameters : Parameters or SIParameters
+    parameters : Parameters or SIParameters, optional
         With SIParameters, the orbit and what is found from it are in m, s and m/s.
     period : int, default 1
         Forcing periods after which it repeats, at most 1000. A shorter motion repeats then, too.
-    guess : State, optional
+    state : State, optional
         Where to look. Its time may be any: the search begins at the next start of a period. When
         not given, a run from rest, after it has settled.
     settle : int, default 200
         Forcing periods of that run.
+    **values
+        As `damper.events` takes them.
 
     Returns
     -------
@@ -88,13 +94,14 @@ def periodic_orbit(
     """
     period = whole("period", period, 1, most=_LONGEST)
     settle = whole("settle", settle, 0, most=MOST_PERIODS)
+    parameters, state = one_run(parameters, state, values)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
-    best = nearest_orbit(scaled, period, _settled(scaled, guess, settle, units))
+    best = nearest_orbit(scaled, period, _settled(scaled, state, settle, units))
     if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):
         raise ValueError(
             f"no motion of period {period} found: the search stopped at {best.state.times(units)}, "
-            f"which the period changes by {best.change:.3g}; try another guess or period"
+            f"which the period changes by {best.change:.3g}; try another state or period"
         )
     return best.of(parameters)
 
@@ -202,9 +209,56 @@ class PeriodicOrbit:
         >>> damper.periodic_orbit(p).sensitivity("clearance").round(3).tolist()
         [0.314, 0.206, 0.443, -0.269]
         """
+        change, _, grows = self._change_by(parameter)
+        return change * sizes_of(self.parameters.units) + self.scaled.start * np.tile(grows, 2)
+
+    @cached_property
+    def peak(self) -> float:
+        """Largest displacement of the primary, either way."""
+        return abs(self._peak[1]) * self.parameters.units.length
+
+    def peak_sensitivity(self, parameter: str) -> float:
+        """How the primary's largest displacement changes with a parameter, along this motion.
+
+        As `sensitivity`. At an extremum of the displacement its time does not matter, so that this
+        is the derivative at a fixed phase of the forcing.
+
+        Raises
+        ------
+        ValueError
+            As `sensitivity`, and where an impact ends the largest displacement.
+
+        Examples
+        --------
+        >>> import damper
+        >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.1, frequency_ratio=1.0,
+        ...                       clearance=5.0, restitution=0.5)
+        >>> round(damper.periodic_orbit(p).peak_sensitivity("clearance"), 4)
+        -0.3682
+        """
+        change, stencil, (grows, _) = self._change_by(parameter)
+        (time, value), scaled = self._peak, self.scaled
+        arc = run_arc(scaled.parameters.dimensionless, scaled.start, 0.0, time / self._cycle)
+        if abs(arc.end[1]) > _AT_REST * abs(value):
+            raise ValueError(f"no derivative of the peak: an impact ends it at {self!r}")
+        grown = np.sign(value) * arc.change_by(stencil, change)[0]
+        return float(grown * self.parameters.units.length + abs(value) * grows)
+
+    @property
+    def _cycle(self) -> float:
+        return self.parameters.dimensionless.cycle
+
+    @cached_property
+    def _peak(self) -> tuple[float, float]:
+        """Time and displacement, in dimensionless units."""
+        p = self.parameters.dimensionless
+        return run_arc(p, self.scaled.start, 0.0, float(self.period)).peak()
+
+    def _change_by(self, parameter: str) -> tuple[np.ndarray, Stencil, tuple[float, float]]:
+        """Dimensionless derivative of the start, of the models, and growth of length and speed."""
         named_quantity(self.parameters, parameter)
         rates = rates_of(self.parameters, parameter)
-        grows = np.array([rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)] * 2)
+        grows = rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)
         scaled = self.scaled
         p = scaled.parameters.dimensionless
         stencil = neighbours(p, rates)
@@ -216,7 +270,7 @@ class PeriodicOrbit:
         with_wall = np.array([0.0, 0.0, arc.start_side * stencil.clearance, 0.0])
         change = arc.change_by(stencil, with_wall) - with_wall
         change = arc.directions @ np.linalg.solve(matrix, change[: len(matrix)]) + with_wall
-        return change * sizes_of(self.parameters.units) + scaled.start * grows
+        return change, stencil, grows
 
     @cached_property
     def events(self) -> np.ndarray:
@@ -320,16 +374,15 @@ def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     return None
 
 
-def _settled(parameters: Parameters, guess: State | None, settle: int, units: Units) -> np.ndarray:
-    """State at the start of a forcing period: the first one after the guess, or of a long run."""
-    need_state(guess, "guess")
-    start = guess.over(units) if guess else None
+def _settled(parameters: Parameters, state: State | None, settle: int, units: Units) -> np.ndarray:
+    """State at the start of a forcing period: the first one after the state, or of a long run."""
+    start = state.over(units) if state else None
     if start:
         check_state(parameters, start, units)
     trajectory = start_run(parameters, start)
-    at = float(settle) if guess is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
+    at = float(settle) if state is None else trajectory.start[0] + (trajectory.start[1] > 0.0)
     trajectory.skip(at)
     if trajectory.status != FINISHED:
-        run = f"settle = {settle}" if guess is None else f"guess = {guess!r}"
+        run = f"settle = {settle}" if state is None else f"state = {state!r}"
         raise ValueError(f"{run}: the run stopped early, max_events are used up")
     return vector(trajectory.state_at(at))

@@ -38,7 +38,7 @@ _RELATION = {
 }
 #: What `damper.verification.metamorphic.relations.run_metamorphic` finds of each run.
 METAMORPHIC_VARIABLES = (
-    Variable("growth", "growth of a small noise over the run", "1", comment="at least 1"),
+    Variable("growth", "amplification of a small perturbation", "1", comment="at least 1"),
     Variable(
         "comparable_events",
         "events up to which a comparison is meaningful",

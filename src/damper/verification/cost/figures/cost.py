@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -68,7 +67,8 @@ def draw(results: Mapping[str, Any], settings: CostFigure) -> Figure:
     time.set_ylim(len(cases) - 0.4, -0.6)
     sizes = [case.get("arrays", 0) / 1e6 for case in cases.values()]
     bars = memory.barh(range(len(cases)), sizes, height=0.6, color=BLUE)
-    memory.bar_label(bars, [f"{size:.2g}" for size in sizes], padding=2.0, fontsize=7.0)
+    texts = [f"{size:.2g}" if size else "" for size in sizes]
+    memory.bar_label(bars, texts, padding=2.0, fontsize=7.0)
     memory.margins(x=0.12)
     memory.set_xlabel("arrays of the observers / MB")
     memory.tick_params(left=False, labelleft=False)
@@ -78,8 +78,9 @@ def draw(results: Mapping[str, Any], settings: CostFigure) -> Figure:
     legend(figure, handles)
     letters = figure.get_figwidth() * 15.0  # of versions, whose digits are wide
     usual = "Time and memory of benchmark cases against the bare engine"
-    about = f"{machine_text(timings['machine'])}; {timings['repeats']} interleaved repeats; "
-    # A name and its version stay on one line.
-    parts = re.split(r"(?<=[,;]) ", about + "grey: two timings of the same")
+    # The table has the versions, too.
+    machine = {name: timings["machine"][name] for name in ("processor", "cores")}
+    about = f"{machine_text(machine)}; {timings['repeats']} interleaved repeats;"
+    parts = [about, "grey: spread of two timings of the same case"]
     heading(figure, (settings.caption or usual).split(), parts, letters=letters)
     return figure

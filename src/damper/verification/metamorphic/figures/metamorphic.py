@@ -41,7 +41,7 @@ def draw(results: Mapping[str, Any], settings: MetamorphicFigure) -> Figure:
     _errors(right, cube)
     words = [
         settings.caption or cube.attrs.get("title", ""),
-        f"{count} runs, each made again in six ways; {len(failures(cube)) or 'none'} failed",
+        f"{count} runs, each repeated in six ways; {len(failures(cube)) or 'none'} failed",
     ]
     heading(figure, *(line.split() for line in words), letters=110.0)
     return figure
@@ -58,15 +58,19 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
     growth, found = growth[known], np.nanmax(found[:, known], axis=0)
     outright = [(cube[f"{name}_verdict"].fillna(PASSED) == PASSED).values for name in EXACT]
     agree = np.all(outright, axis=0)[known]
-    looks = ((agree, "o", BLUE, "compared outright"), (~agree, "^", VERMILION, "step by step"))
+    looks = (
+        (agree, "o", BLUE, "compared directly"),
+        (~agree, "^", VERMILION, "judged step by step (right)"),
+    )
     for chosen, mark, colour, label in looks:
         height = np.maximum(found[chosen], _NO_DIFFERENCE)
         (line,) = ax.plot(growth[chosen], height, mark, color=colour, label=label)
         line.set(markersize=2.2, markeredgewidth=0.0, alpha=0.6, rasterized=True)
     reach = np.array([1.0, max(10.0 * float(growth.max()), 1e3)])
-    ax.plot(reach, EPS * reach, color="black", lw=0.9, label="roundoff $\\times$ growth")
+    ax.plot(reach, EPS * reach, color="black", lw=0.9, label="roundoff $\\times$ amplification")
     limit = ALLOWANCE * EPS * reach
-    ax.plot(reach, limit, color="black", lw=0.9, ls="--", label=f"limit: {ALLOWANCE:g} times that")
+    limit_text = f"limit of round marks: {ALLOWANCE:g} times that"
+    ax.plot(reach, limit, color="black", lw=0.9, ls="--", label=limit_text)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(reach[0] / 2.0, reach[1])
@@ -76,7 +80,7 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
     names = ["0", *(f"$10^{{{exponent}}}$" for exponent in exponents)]
     ax.set_yticks([_NO_DIFFERENCE, *(10.0**exponent for exponent in exponents)], names)
     ax.minorticks_off()
-    ax.set_xlabel("growth of a small noise over the run")
+    ax.set_xlabel("amplification of a small perturbation")
     ax.set_ylabel("largest difference of comparable events")
     ax.legend(frameon=False, fontsize=7.0, loc="upper left", markerscale=1.8)
 
@@ -99,4 +103,4 @@ def _errors(ax: Axes, cube: xr.Dataset) -> None:
     ax.set_ylim(0.5 / values.size, 1.2)
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
     ax.set_xlabel(r"backward error, in units of roundoff ($2^{-52}$)")
-    ax.set_ylabel("part of the runs with at least that")
+    ax.set_ylabel("share of runs with at least that error")

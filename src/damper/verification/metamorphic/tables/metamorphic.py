@@ -58,16 +58,16 @@ def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
         "Metamorphic tests",
         data.rename_axis("relation").reset_index(),
         [
-            f"{count} runs were made again in six ways that must not matter. {same - refused} "
+            f"{count} runs were repeated in six ways that must not change them. {same - refused} "
             f"agree outright in all of them, {count - same - len(failed)} do not, but are sound "
             f"step by step, and {len(failed)} fail. {refused} were refused with an error.",
             "Where roundoff alone moves an event, two runs may differ by it: allowed are "
-            f"{ALLOWANCE:g} units of roundoff (2.2e-16) times the growth of a small noise over the "
-            "run, and, where the accuracy is another one, its error times that growth. A run whose "
-            "noise grows beyond all comparison, or that ends in other events, is judged step by "
-            "step. It must keep the laws of the other table (impact, continuity, energy), and if "
-            "it is one of the rigid damper, its backward error must be small: the change of the "
-            "equations, in units of roundoff, that would make each segment exact. Up to "
+            f"{ALLOWANCE:g} units of roundoff (2.2e-16) times the amplification of a small "
+            "perturbation and, where the accuracy is another one, its error times that. A run "
+            "whose perturbation outgrows all comparison, or that ends in other events, is judged "
+            "step by step. It must keep the laws of the other table (impact, continuity, energy), "
+            "and if it is one of the rigid damper, its backward error must be small: the change of "
+            "the equations, in units of roundoff, that would make each segment exact. Up to "
             f"{SOUND:g} of them ({SOUND * EPS:.0e}) the method is sound, and the difference is the "
             "run's own.",
             "## Relations",

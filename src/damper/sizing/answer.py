@@ -1,0 +1,447 @@
+"""`damper.design`: the damper of a machine, and what it will do."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
+from damper.sizing.search import Search
+from damper.sizing.study import Damper, Judge, rounded
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: More than without the damper, by more than transients leave.
+_MORE = 1.01
+#: Units as an engineer writes them: of a number in SI units below a size.
+_SMALL = {"m": (1.0, 1e3, "mm"), "kg": (0.1, 1e3, "g")}
+#: Steps along the gap when a periodic motion is followed, and motions at most.
+_FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120}
+_GAPS = (0.4, 2.5)
+
+
+def _number(words: str, unit: str = "1") -> Any:
+    return field(default=math.nan, metadata={"words": words, "unit": unit})
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Design:
+    """The damper of a machine: sizes, what it will do, how wrong things may be. Made by `design`.
+
+    Numbers are in SI units, which `units` names; NaN is not known. `worst`, `without`, `as_built`
+    and `law` are of what counts: largest or rms displacement in the band, or time of decay.
+    """
+
+    machine: Machine
+    quick: bool
+    """Whether it is by the closed laws alone."""
+    free_mass: float = _number("free mass", "kg")
+    mass_ratio: float = _number("over the machine's mass")
+    gap: float = _number("gap, the whole travel", "m")
+    restitution: float = _number("coefficient of restitution")
+    without: float = _number("without damper", "*")
+    worst: float = _number("worst case", "*")
+    worst_frequency: float = _number("worst at", "Hz")
+    as_built: float = _number("without tolerances", "*")
+    law: float = _number("by the closed law", "*")
+    band_ratio: float = _number("largest over that without damper, in the band")
+    outside_ratio: float = _number("the same outside of the band")
+    outside_frequency: float = _number("largest outside at", "Hz")
+    impact_rate: float = _number("impacts, at most", "1/s")
+    approach_speed: float = _number("approach speed, at most", "m/s")
+    lowest_gap: float = _number("its periodic motion changes below the gap", "m")
+    highest_gap: float = _number("its periodic motion changes above the gap", "m")
+    warnings: tuple[str, ...] = ()
+    """What has to be known first."""
+    assumed: tuple[str, ...] = ()
+    response: pd.DataFrame | None = None
+    """In m over the frequency in Hz: without damper, as built, and in the worst case; of free
+    motion peaks over the time in s."""
+    tolerances: pd.DataFrame | None = None
+    """What counts with each quantity off its value, the others as built."""
+    motions: pd.DataFrame | None = None
+    """Where random starts lead to at the worst frequency."""
+    studies: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    """What every number is made from: name -> study, as a file has it."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each number."""
+        own = self.machine.measured[1]
+        found = {one.name: one.metadata.get("unit") for one in fields(self)}
+        return {name: own if unit == "*" else unit for name, unit in found.items() if unit}
+
+    @property
+    def lines(self) -> list[tuple[str, str, str]]:
+        """Name, words and value with its unit of each number that is known."""
+        units, made = self.units, []
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if one.name in units and not math.isnan(value):
+                made.append((one.name, one.metadata["words"], text_of(value, units[one.name])))
+        return made
+
+    def __repr__(self) -> str:
+        method = "closed laws alone" if self.quick else "exact runs"
+        words = self.machine.measured[2]
+        head = [f"{self.machine.title}: a damper against the {words} ({method})"]
+        body = [f"  {text:<46}{value}" for _, text, value in self.lines]
+        more = [f"! {text}" for text in self.warnings]
+        tables = [
+            frame.to_string(index=False)
+            for frame in (self.tolerances, self.motions)
+            if frame is not None
+        ]
+        return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Write the page (HTML, Markdown), figures, CSV files and studies into a folder."""
+        from damper.sizing.page import write
+
+        write(self, Path(folder))
+
+
+def text_of(value: float, unit: str) -> str:
+    """A number with a unit that suits it.
+
+    Examples
+    --------
+    >>> text_of(0.00092, "m"), text_of(12.0, "kg"), text_of(0.1, "1")
+    ('0.92 mm', '12 kg', '0.1')
+    """
+    below, size, small = _SMALL.get(unit, (0.0, 1.0, unit))
+    if abs(value) < below:
+        value, unit = size * value, small
+    digits = ".3g" if abs(value) < 1e3 else ".0f"
+    return f"{value:{digits}}" + ("" if unit == "1" else f" {unit}")
+
+
+def design(
+    machine: Machine | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    *,
+    quick: bool = False,
+    **given: Any,
+) -> Design:
+    """Size the damper of a machine for the worst case.
+
+    Parameters
+    ----------
+    machine : path or mapping, optional
+        YAML file, or settings, of the machine; `damper.sizing.machine.Machine` lists them. Else
+        they are given by name.
+    quick : bool, default False
+        Use the closed laws alone, without runs.
+    **given
+        Settings of the machine, in SI units and Hz; over those of `machine`.
+
+    Returns
+    -------
+    Design
+        Its text is a card; `save` writes a page and the studies behind its numbers.
+
+    Raises
+    ------
+    ValueError
+        With all that is wrong, and what would be feasible.
+
+    Examples
+    --------
+    >>> import damper
+    >>> found = damper.design(mass=100, stiffness=4e6, damping_ratio=0.02, force_amplitude=200,
+    ...                       band=[25, 40], largest_mass=10, largest_gap=5e-3, restitution=0.3,
+    ...                       quick=True)
+    >>> round(found.gap, 6), found.units["gap"], round(found.law, 6)
+    (0.001055, 'm', 0.000181)
+    """
+    judge = Judge(_read(machine, given))
+    return _checked(_by_law(judge) if quick else _answer(judge, Search(judge).best()))
+
+
+def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
+    if isinstance(machine, str | os.PathLike):
+        machine = read_machine(Path(machine))
+    if isinstance(machine, Machine):
+        if not given:
+            return machine
+        machine = machine.model_dump(exclude_unset=True)
+    return machine_of(dict(machine or {}) | dict(given))
+
+
+def _without(m: Machine, frequencies: list[float]) -> np.ndarray:
+    """What counts without the damper, at each frequency; of free motion one time."""
+    if m.is_free:
+        lost = -math.log(m.decay_to) / m.rate
+        return np.array([lost / m.damping_ratio if m.damping_ratio else math.inf])
+    size = math.sqrt(0.5) if m.counts == "rms_displacement" else 1.0
+    return size * np.array([m.undamped(f) for f in frequencies])
+
+
+def _by_law(judge: Judge) -> Design:
+    m = judge.machine
+    asked = judge.law_gap(m.largest_mass)
+    damper = Damper(m.largest_mass, rounded(min(asked, m.largest_gap), 4))
+    law = judge.law(damper)
+    if not law:
+        raise ValueError(
+            "the closed laws hold at the natural frequency, "
+            f"{m.rate / (2.0 * math.pi):.4g} Hz, and with a gap of {text_of(asked, 'm')} or less, "
+            "for a decay exactly that: must be within band and largest_gap; or leave out quick"
+        )
+    return _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
+
+
+def _design(judge: Judge, damper: Damper, quick: bool, **numbers: Any) -> Design:
+    m = judge.machine
+    return Design(
+        machine=m,
+        quick=quick,
+        free_mass=damper.mass,
+        mass_ratio=damper.mass / m.mass,
+        gap=damper.gap,
+        restitution=m.restitution,
+        without=float(_without(m, judge.band).max()),
+        assumed=tuple(_assumptions(judge, quick)),
+        **numbers,
+    )
+
+
+def _by_size(judge: Judge, damper: Damper) -> tuple[str, ...]:
+    """Warnings that need no runs."""
+    m, asked, law, found = judge.machine, judge.law_gap(damper.mass), judge.law(damper), []
+    if damper.gap >= 0.999 * m.largest_gap:
+        found.append(
+            f"The gap is as large as there is room for; the law asks for {text_of(asked, 'm')}."
+        )
+    if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
+        found.append(
+            f"By the closed law a motion of {text_of(law['largest'], 'm')} is possible as well: a "
+            "machine that comes from there may stay in it."
+        )
+    return tuple(found)
+
+
+def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
+    m = judge.machine
+    yield "One rigid free mass without friction in a box along the motion, between equal walls."
+    yield "One mode of the machine; impacts take no time and have one coefficient of restitution."
+    if quick:
+        yield "The closed laws are those of a light mass: their error is of the order of its ratio."
+        yield "Other frequencies, tolerances and starts are not looked at; without quick they are."
+        return
+    run = judge.run
+    if m.is_free:
+        yield "It is let go at rest; the free mass is stirred, in the middle or halfway to a wall."
+        return
+    yield (
+        f"Starts: at rest, and from {text_of(judge.far, 'm')}, with the free mass stirred; and the "
+        f"motion followed through the band both ways. {run['transient']} cycles pass before "
+        f"{run['periods']} count."
+    )
+    yield f"The band has {len(judge.band)} frequencies; between them nothing is computed."
+
+
+def _answer(judge: Judge, damper: Damper) -> Design:
+    studies = {"worst_case": judge.worst_case(damper)}
+    cube = cube_of(studies["worst_case"])
+    numbers: dict[str, Any] = {"law": judge.law(damper).get("value", math.nan)}
+    if judge.machine.is_free:
+        studies["envelope"] = judge.envelope(damper)
+        numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge.machine)
+    else:
+        studies["sweep"] = judge.sweep(damper)
+        numbers |= _band_numbers(cube, cube_of(studies["sweep"]), judge)
+        studies["motions"] = judge.motions(damper, numbers["worst_frequency"])
+        numbers["motions"] = _motions(cube_of(studies["motions"]))
+        numbers |= _margins(judge, damper, numbers["worst_frequency"])
+    warnings = _warnings(judge, numbers) + _by_size(judge, damper)
+    return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
+
+
+def cube_of(study: Mapping[str, Any]) -> xr.Dataset:
+    """Run a study as its file would be run, and return its cube."""
+    from damper.study.parts import SimulatedStudy
+    from damper.study.rules import check_study
+    from damper.sweep.cube import gather
+    from damper.sweep.slices import simulate_slice
+
+    made = SimulatedStudy.model_validate(dict(study))
+    check_study(made)
+    (job,) = made.parts({}).values()
+    part = simulate_slice(**job.settings | {"forcing": made.force, "workers": None})
+    (job,) = made.gathered({}).values()
+    return gather([part], **job.settings)
+
+
+def _worst(array: xr.DataArray, keep: str = "") -> xr.DataArray:
+    """The greatest value; infinite where a run stopped."""
+    return array.fillna(np.inf).max([dim for dim in array.dims if dim != keep])
+
+
+def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[str, Any]:
+    import pandas as pd
+
+    times = cube.fall_time.isel(part=0)
+    peaks = envelope[["peak_time", "peak_amplitude"]].to_dataframe().dropna().reset_index()
+    time, built = peaks.peak_time - peaks.peak_time.iloc[0], peaks.peak_amplitude
+    alone = built.iloc[0] * np.exp(-m.damping_ratio * m.rate * time)
+    return {
+        "response": pd.DataFrame({"time": time, "without": alone, "as_built": built}),
+        "worst": float(_worst(times)),
+        "as_built": float(_worst(_as_built(times))),
+        "tolerances": _tolerances(times, m),
+    }
+
+
+def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
+    """The runs without tolerances, or with those of one quantity."""
+    for name in ("free_mass", "gap", "restitution"):
+        if name in array.dims and name != but:
+            array = array.isel({name: 1})
+    return array
+
+
+def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
+    import pandas as pd
+
+    rows = []
+    for name, unit in (("free_mass", "kg"), ("gap", "m"), ("restitution", "1")):
+        if name in array.dims:
+            found = _worst(_as_built(array, name), name)
+            off = text_of(float(found[name][2] - found[name][1]), unit)
+            values = (text_of(value, m.measured[1]) for value in found.values.tolist())
+            rows.append([f"{name.replace('_', ' ')}, {off}", *values])
+    return pd.DataFrame(rows, columns=["off by", "less", "as built", "more"]) if rows else None
+
+
+def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str, Any]:
+    import pandas as pd
+
+    m = judge.machine
+    variable, axis = m.measured[0], "forcing_frequency"
+    array = cube[variable]
+    rates = array[axis].values
+    hertz = np.array(sorted([*judge.band, *judge.beyond]))
+    inside = np.isin(hertz, judge.band)
+    followed = np.zeros(len(hertz))
+    followed[inside] = _worst(sweep[variable], axis).values
+    worst = np.maximum(_worst(array, axis).values, followed)
+    built = np.maximum(_worst(_as_built(array), axis).values, followed)
+    without = _without(m, hertz.tolist())
+    ratio = worst / without
+    at, out = np.argmax(np.where(inside, worst, 0.0)), np.argmax(np.where(inside, 0.0, ratio))
+    rate = cube.impacts_per_period * cube[axis] / (2.0 * math.pi)
+    in_band = cube[axis].isin(rates[inside])
+    table = {"frequency": hertz, "without": without, "as_built": built, "worst": worst}
+    return {
+        "worst": float(worst[at]),
+        "worst_frequency": float(hertz[at]),
+        "as_built": float(built[inside].max()),
+        "band_ratio": float(ratio[inside].max()),
+        "outside_ratio": float(ratio[out]),
+        "outside_frequency": float(hertz[out]),
+        "impact_rate": float(rate.where(in_band).max()),
+        "approach_speed": float(cube.max_approach_speed.where(in_band).max()),
+        "response": pd.DataFrame(table),
+        "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), m),
+    }
+
+
+def _motions(cube: xr.Dataset) -> pd.DataFrame:
+    """Where random starts lead to, how often, and how far the machine moves there."""
+    import pandas as pd
+
+    from damper.analysis.basins import basin_fractions
+    from damper.analysis.motions import attractors
+
+    classes, names = attractors(cube)
+    fractions = basin_fractions(cube).set_index("motion")
+    rows = []
+    for number, name in enumerate(names):
+        some = cube.where(classes == number)
+        row = fractions.loc[name]
+        rows.append(
+            {
+                "motion": name,
+                "of starts": f"{row.fraction:.0%} ({row.lower:.0%} to {row.upper:.0%})",
+                "largest displacement": text_of(float(some.peak_displacement.max()), "m"),
+                "impacts per cycle": f"{float(some.impacts_per_period.mean()):.3g}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _margins(judge: Judge, damper: Damper, frequency: float) -> dict[str, float]:
+    """Gaps at which the motion at a frequency changes its kind, where one cycle repeats."""
+    import damper as package
+
+    kind = judge.machine.force[0]
+    given = judge.machine.primary | judge.nominal(damper)
+    p = package.SIParameters(**given, forcing_frequency=2.0 * math.pi * frequency, forcing=kind)
+    try:
+        orbit = package.periodic_orbit(p, settle=judge.run["transient"])
+    except ValueError:
+        return {}
+    if not orbit.stable or not orbit.impacts:
+        return {}
+    low, high = (part * damper.gap for part in _GAPS)
+    branch = package.continue_orbit(orbit, "gap", low, high, **_FOLLOW)
+    values = [point.value for point in branch.special_points if point.kind != "grazing"]
+    below = [value for value in values if value < damper.gap]
+    above = [value for value in values if value > damper.gap]
+    found = {"lowest_gap": max(below)} if below else {}
+    return found | ({"highest_gap": min(above)} if above else {})
+
+
+def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
+    m = judge.machine
+    found = []
+    if numbers.get("outside_ratio", 0.0) > _MORE:
+        found.append(
+            f"Outside of the band it amplifies: up to {numbers['outside_ratio']:.2f} times the "
+            f"{m.measured[2]} without it, at {numbers['outside_frequency']:.4g} Hz."
+        )
+    if numbers.get("band_ratio", 0.0) > _MORE:
+        found.append(
+            f"In the band, too, it amplifies somewhere: up to {numbers['band_ratio']:.2f} times "
+            f"the {m.measured[2]} there without it."
+        )
+    if numbers["worst"] >= float(_without(m, judge.band).max()):
+        found.append("It does not help: the worst case is no better than without it.")
+    return tuple(found)
+
+
+def _checked(found: Design) -> Design:
+    """Return it; ValueError where it is not within the limit, with what would be feasible."""
+    m, value = found.machine, found.law if found.quick else found.worst
+    most = math.inf if m.limit is None else m.limit
+    if value <= most and not math.isinf(value):
+        return found
+    unit, words = m.measured[1:]
+    best = f"the best one, {text_of(found.free_mass, 'kg')} with a gap of {text_of(found.gap, 'm')}"
+    asked = f"limit = {most:g} {unit}" if most < math.inf else "no end of the decay"
+    feasible = f"limit >= {text_of(value, unit)}" if value < math.inf else "a larger decay_to"
+    needed = _mass_for(m, most)
+    more = f"; by the closed law a mass of some {text_of(needed, 'kg')}" if needed else ""
+    raise ValueError(
+        f"{asked}: no damper of up to {text_of(m.largest_mass, 'kg')} and "
+        f"{text_of(m.largest_gap, 'm')} holds it: {best}, has the {words} {text_of(value, unit)}; "
+        f"must be {feasible}{more}"
+    )
+
+
+def _mass_for(m: Machine, limit: float) -> float:
+    """Free mass in kg whose resonance law gives the limit; 0 where there is none."""
+    if m.is_free or not limit < math.inf:
+        return 0.0
+    size = math.sqrt(2.0) if m.counts == "rms_displacement" else 1.0
+    lost = m.static / (size * limit) - 2.0 * m.damping_ratio
+    ratio = lost * math.pi / 4.0 * (1.0 - m.restitution) / (1.0 + m.restitution)
+    return ratio * m.mass if m.largest_mass / m.mass < ratio <= MASS_RATIOS[1] else 0.0

@@ -1,0 +1,189 @@
+"""The page of a design: one HTML file, the same as Markdown, figures, CSV, and the studies."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from damper.figures import schematic
+from damper.figures.common.layout import few_decades
+from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, style
+from damper.sizing.answer import Design, text_of
+from damper.sizing.machine import Machine
+from damper.study.yaml_file import dump_yaml
+from damper.tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
+table { border-collapse: collapse } img { max-width: 100% } li { margin-left: 1.2em }
+td, th { padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }
+blockquote { background: #fdeee6; border-left: 4px solid #D55E00; font-weight: bold;
+padding: 0.5em 0.8em; margin: 0.4em 0 }"""
+_WITHOUT: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.5, "label": "without damper"}
+_BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as built, worst start"}
+_WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
+#: Highest ratio to the motion without damper, and displacement over the worst case, that is shown.
+_HIGHEST = 3.0
+
+
+def write(design: Design, folder: Path) -> None:
+    """Write page, figures, CSV files, the machine and the studies of a design into a folder."""
+    (folder / "studies").mkdir(parents=True, exist_ok=True)
+    machine = design.machine.model_dump(mode="json", exclude_unset=True)
+    texts = {"machine.yaml": dump_yaml(machine)}
+    texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in design.studies.items()}
+    figures = {"sketch": sketch(design)}
+    if design.response is not None:
+        texts["response.csv"] = design.response.to_csv(index=False)
+        figures["response"] = response(design)
+    with style():
+        for name, figure in figures.items():
+            save(figure, folder / f"{name}.svg")
+            save(figure, folder / f"{name}.png")
+    numbers = [(n, getattr(design, n), design.units[n], words) for n, words, _ in design.lines]
+    data = pd.DataFrame(numbers, columns=["name", "value", "unit", "meaning"])
+    table = Table(f"{design.machine.title}: its impact damper", data, list(_body(design)))
+    table.save(folder / "numbers.csv", folder / "design.md")
+    texts["design.html"] = _page(table, folder)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _body(design: Design) -> Iterator[str | pd.DataFrame]:
+    """The page below its title, as Markdown and tables."""
+    m = design.machine
+    yield from (f"> **{text}**" for text in design.warnings)
+    yield f"![The machine, {_drives(m)}, and its damper](sketch.png)"
+    yield f"## What it does to the {m.measured[2]}"
+    yield pd.DataFrame([line[1:] for line in design.lines], columns=["", "value"])
+    if design.response is not None:
+        words = "Decay of the free motion" if m.is_free else "Response in the band and beyond"
+        yield f"![{words}, with the damper and without](response.png)"
+    if design.tolerances is not None:
+        yield "## How wrong things may be"
+        yield "One quantity off its value at a time, the others as built; from the starts alone."
+        yield design.tolerances
+    if design.motions is not None:
+        yield "## Where other starts lead"
+        yield (
+            f"From random starts at {design.worst_frequency:.4g} Hz, where the worst case is; in "
+            "brackets the 95 % limits of their part."
+        )
+        yield design.motions
+    yield "## What was assumed"
+    yield "\n".join(f"- {text}" for text in design.assumed)
+    files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed laws"
+    yield (
+        f"Every number is made by {files}; limits of the gap by following the periodic motion. The "
+        "machine is in machine.yaml, numbers.csv has all digits."
+    )
+
+
+def _page(table: Table, folder: Path) -> str:
+    """The same as one HTML file with its figures in it."""
+    parts = []
+    for part in table.body:
+        if not isinstance(part, str):
+            parts.append(part.to_html(index=False, border=0))
+        elif found := re.fullmatch(r"!\[(.*)\]\((.*)\.png\)", part):
+            drawn = (folder / f"{found[2]}.svg").read_text("utf-8")
+            words = f"<figcaption>{escape(found[1])}</figcaption>"
+            parts.append(f"<figure>{drawn[drawn.index('<svg') :]}{words}</figure>")
+        else:
+            before, tag = next(pair for pair in _TAGS if part.startswith(pair[0]))
+            lines = part.split("\n") if before == "- " else [part.strip("*")]
+            parts += [f"<{tag}>{escape(line.removeprefix(before))}</{tag}>" for line in lines]
+    title = escape(table.title)
+    head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+    body = "\n".join([f"<h1>{title}</h1>", *parts])
+    return f"{head}<style>{_CSS}</style></head>\n<body>\n{body}\n</body></html>\n"
+
+
+#: What begins a part of the body -> its element.
+_TAGS = (("## ", "h2"), ("> **", "blockquote"), ("- ", "li"), ("", "p"))
+
+
+def _drives(m: Machine) -> str:
+    """What makes the machine vibrate, in words."""
+    kind, amplitude = m.force
+    if kind == "none":
+        return f"let go at {text_of(m.initial_displacement, 'm')}"
+    low, high = m.band or (0.0, 0.0)
+    band = f" at {low:g} to {high:g} Hz"
+    if kind == "base":
+        return f"on a base that moves by {text_of(amplitude, 'm')}{band}"
+    what = "an unbalance" if kind == "unbalance" else "a force"
+    return f"under {what} of {amplitude:g} {'kg m' if kind == 'unbalance' else 'N'}{band}"
+
+
+def sketch(design: Design) -> Figure:
+    """Draw the machine and its damper with their dimensions."""
+    from matplotlib.figure import Figure
+
+    m, given = design.machine, design.machine.primary
+    kind, amplitude = m.force
+    drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if kind == "unbalance" else ""
+    with style():
+        figure = Figure(layout="constrained")
+        ax = figure.subplots()
+        ax.set_aspect("equal")
+        ax.set_axis_off()
+        schematic.box(
+            ax,
+            text_of(m.mass, "kg"),
+            "",
+            f"{1e-3 * given['stiffness']:.4g} kN/m",
+            f"{given['damping']:.4g} N s/m",
+            drives,
+            "$x$",
+            "$y$",
+        )
+        ax.text(3.75, 2.8, text_of(design.free_mass, "kg"), va="center", fontsize=9.0)
+        for first, last in ((3.6, 5.2), (6.2, 7.8)):
+            schematic.dimension(ax, first, last, 1.6, text_of(0.5 * design.gap, "m"))
+        figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)
+    return figure
+
+
+def response(design: Design) -> Figure:
+    """Draw the response with and without the damper, or the decay of free motion."""
+    from matplotlib.figure import Figure
+
+    table, m = design.response, design.machine
+    assert table is not None
+    with style():
+        if m.is_free:
+            figure = Figure(figsize=(PAGE, 2.6), layout="constrained")
+            ax = figure.subplots()
+            for name, look in (("without", _WITHOUT), ("as_built", _BUILT)):
+                ax.plot(table.time, 1e3 * table[name], **look)
+            ax.axhline(1e3 * m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
+            ax.set(xlabel="time / s", ylabel="peaks of the displacement / mm", yscale="log")
+            few_decades(ax)
+            ax.legend(frameon=False)
+            return figure
+        assert m.band is not None
+        figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        for ax in (upper, lower):
+            ax.axvspan(*m.band, color="#EAF1F6", lw=0.0)
+        for name, look in (("without", _WITHOUT), ("worst", _WORST), ("as_built", _BUILT)):
+            upper.plot(table.frequency, 1e3 * table[name], **look)
+            lower.plot(table.frequency, table[name] / table.without, **look)
+        if m.limit is not None:
+            upper.axhline(1e3 * m.limit, color=BLACK, lw=0.5, ls=":")
+        upper.plot([design.worst_frequency], [1e3 * design.worst], "o", color=VERMILION, ms=4)
+        upper.set_ylim(0.0, 1e3 * _HIGHEST * design.worst)
+        lower.set_ylim(0.0, min(_HIGHEST, 1.1 * float((table.worst / table.without).max())))
+        upper.set_ylabel(f"{m.measured[2]} / mm")
+        lower.set(xlabel="frequency / Hz", ylabel="over that without")
+        lower.set_xlim(table.frequency.min(), table.frequency.max())
+        upper.legend(frameon=False, title=f"shaded: the band, {m.band[0]:g} to {m.band[1]:g} Hz")
+    return figure

@@ -1,0 +1,57 @@
+"""A ball on an oscillating table: motions with one impact in n periods, as mu -> 0.
+
+A light free mass under gravity hits the wall below it alone; with Gamma the largest acceleration of
+that wall over gravity, the motion exists from Gamma = n pi (1 - r)/(1 + r) on, and its period
+doubles at Gamma^2 = [n pi (1 - r)/(1 + r)]^2 + [2 (1 + r^2)/(1 + r)^2]^2. Derivation:
+docs/theory.md.
+"""
+
+import math
+from typing import NamedTuple
+
+from damper.parameters import Parameters
+from damper.theory import need_basic
+from damper.theory.steady import steady_amplitude
+
+
+class BouncingBall(NamedTuple):
+    """The motion with one impact in n periods."""
+
+    acceleration: float
+    """Gamma, of the table that is given."""
+    onset: float
+    """The least one with which the motion exists."""
+    doubling: float
+    """That at which its period doubles: in between it is stable."""
+    approach_speed: float
+    """Of its impacts, whatever Gamma is."""
+
+    @property
+    def stable(self) -> bool:
+        """Whether it exists and is stable on the table that is given."""
+        return self.onset < self.acceleration < self.doubling
+
+
+def bounce(parameters: Parameters, periods: int) -> BouncingBall:
+    """The motion with one impact in so many periods.
+
+    ValueError without gravity, and where another quantity than these acts.
+
+    Examples
+    --------
+    >>> bounce(Parameters(1e-6, 0.5, 1.0, 100.0, 0.5, gravity=0.8), 1)[:2]
+    (1.25, 1.0471975511965976)
+    """
+    p = parameters
+    need_basic(p, "force_amplitude", "gravity")
+    if not p.gravity:
+        raise ValueError("gravity = 0.0: no ball comes back to the table; must not be 0")
+    r, gamma, omega = p.restitution, abs(p.gravity), p.frequency_ratio
+    amplitude = p.force_amplitude * steady_amplitude(p.damping_ratio, omega)
+    onset = periods * math.pi * (1.0 - r) / (1.0 + r)
+    return BouncingBall(
+        amplitude * omega**2 / gamma,
+        onset,
+        math.hypot(onset, 2.0 * (1.0 + r * r) / (1.0 + r) ** 2),
+        periods * gamma * p.cycle / (1.0 + r),
+    )

@@ -1,0 +1,116 @@
+"""Means with limits against other observers, closed forms, and scipy's Student distribution."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+import damper
+from damper.observers.common.limits import mean_within, student_t
+
+SCENE: dict[str, Any] = {
+    "mass_ratio": 0.3, "damping_ratio": 0.05, "frequency_ratio": 1.0, "clearance": 1.5,
+    "restitution": 0.6, "transient": 2, "periods": 5, "initial_position": 0.3,
+}  # fmt: skip
+
+
+def observed(observers: Any, **changes: Any) -> xr.Dataset:
+    return damper.simulate(**{**SCENE, **changes}, observers=observers)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"restitution": 0.0},
+        {"gravity": 0.3},
+        {"support_stiffness_ratio": 0.1, "support_damping_ratio": 0.02},
+        {"friction": 0.2},
+    ],
+    ids=["rigid", "sticking", "gravity", "grounded", "friction"],
+)
+def test_means_are_those_of_response_and_of_samples(changes: dict[str, float]) -> None:
+    ask = {
+        "statistics": {"batches": 7},
+        "response": {"friction_loss": True},
+        "trajectory": {"samples_per_period": 2000},
+    }
+    cube = observed(ask, **changes)
+    lost = cube.dashpot_loss + cube.impact_loss + cube.friction_loss
+    for found, expected in (
+        (cube.mean_potential_energy, 0.5 * cube.rms_displacement**2),
+        (cube.mean_input, cube.energy_input),
+        (cube.mean_loss, lost),
+        (cube.mean_impact_loss, cube.impact_loss),
+    ):
+        assert float(found) == pytest.approx(float(expected), rel=1e-12)
+    sampled = cube.isel(instant=np.isnan(cube.trajectory_event.values))
+    u, v = sampled.trajectory_free_velocity, sampled.trajectory_velocity
+    place = (sampled.trajectory_free_displacement - sampled.trajectory_displacement) / 1.5
+    assert float(cube.mean_free_mass_energy) == pytest.approx(0.15 * float((u**2).mean()), rel=1e-3)
+    assert float(cube.mean_kinetic_energy) == pytest.approx(0.5 * float((v**2).mean()), rel=1e-3)
+    assert float(cube.mean_square_place) == pytest.approx(float((place**2).mean()), rel=1e-3)
+
+
+def test_a_free_mass_that_bounces_between_walls_at_rest() -> None:
+    free = {"mass_ratio": 1e-6, "restitution": 1.0, "forcing": "none", "force_amplitude": 0.0}
+    start = {"initial_position": 0.0, "initial_relative_velocity": 3.0}
+    cube = observed({"statistics": {"batches": 5}}, **free, **start)
+    # From wall to wall it takes 2 d / 3 = 1.
+    assert float(cube.impact_rate * 5) == pytest.approx(5 * math.tau, abs=1)
+    assert float(cube.mean_free_mass_energy) == pytest.approx(0.5e-6 * 9, rel=1e-3)
+    assert float(cube.mean_approach_energy) == pytest.approx(0.5e-6 * 9, rel=1e-3)
+    assert float(cube.mean_square_place) == pytest.approx(1 / 3, abs=1e-2)
+    assert cube.mean_approach_energy_error < 1e-8
+
+
+def test_impacts_count_from_a_speed_on() -> None:
+    """Those of a closed tail, too; without a least speed they are infinitely many."""
+    ask = {"impacts": {"threshold": {"speed": 1e-4}}, "statistics": {"above": 1e-4}}
+    chatters = {"restitution": 0.3, "clearance": 0.05}
+    seen = observed(ask, **chatters)
+    assert float(seen.impact_rate) == pytest.approx(float(seen.impacts_per_period), rel=1e-12)
+    loss = (1 - 0.09) * seen.impact_rate * seen.mean_approach_energy
+    assert float(loss) == pytest.approx(float(seen.mean_impact_loss), rel=1e-6)
+    every = observed({"statistics": {}}, **chatters)
+    assert every.impact_rate == math.inf
+    assert np.isnan([every.impact_rate_error, every.mean_approach_energy]).all()
+
+
+def test_si_units() -> None:
+    si = {"primary_mass": 2.0, "damping": 2.0, "stiffness": 200.0, "free_mass": 0.6,
+          "forcing_frequency": 10.0, "gap": 0.15, "force_amplitude": 10.0}  # fmt: skip
+    names = "restitution", "transient", "periods", "initial_position"
+    run = {name: SCENE[name] for name in names}
+    found = damper.simulate(**si, **run, observers={"statistics": {"above": 0.05}})
+    other = observed({"statistics": {"above": 0.1}})
+    for name in ("mean_loss", "mean_loss_error", "mean_approach_energy", "mean_free_mass_energy"):
+        np.testing.assert_allclose(found[name], 0.5 * other[name], rtol=1e-6)
+    np.testing.assert_allclose(found.impact_rate, other.impact_rate)
+
+
+@pytest.mark.parametrize("changes", [{"contact_stiffness_ratio": 1e3}, {"modulation_depth": 0.1}])
+def test_what_it_does_not_know_is_refused(changes: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="statistics knows rigid walls and a constant free mass"):
+        observed(["statistics"], **changes)
+
+
+def test_limits_are_those_of_student() -> None:
+    for freedom in (1, 2, 3, 8, 19, 500):
+        for part in (0.5, 0.9, 0.999):
+            expected = stats.t.ppf(0.5 + 0.5 * part, freedom)
+            assert student_t(part, freedom) == pytest.approx(expected, rel=1e-11)
+    values = np.array([1.0, 4.0, 2.0, 8.0])
+    low, high = stats.t.interval(0.9, 3, values.mean(), stats.sem(values))
+    mean, error = mean_within(3.0 * values, np.full(4, 3.0), 0.9)
+    assert (mean - error, mean + error) == pytest.approx((low, high))
+    generator = np.random.default_rng(1)
+    inside = 0
+    for _ in range(2000):  # a quotient of two sums that go together
+        under = generator.exponential(size=40) + 1.0
+        mean, error = mean_within(2.0 * under + generator.normal(size=40), under, 0.95)
+        inside += abs(mean - 2.0) < error
+    assert inside / 2000 == pytest.approx(0.95, abs=0.02)

@@ -1,0 +1,105 @@
+"""An answer: its numbers are those of its studies, its page shows them, what is bad comes first."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import damper
+from damper.sizing.answer import Design
+from damper.sizing.search import Search
+from damper.sizing.study import Damper, Judge
+from damper.study.config import load_study
+from damper.sweep.cube import gather
+from damper.sweep.slices import run_part
+
+MACHINE = {
+    "title": "A press",
+    "mass": 100.0,
+    "natural_frequency": 20.0,
+    "damping_ratio": 0.05,
+    "base_amplitude": 1e-3,
+    "band": [19.0, 21.0],
+    "largest_mass": 8.0,
+    "largest_gap": 0.1,
+    "restitution": 0.3,
+    "gap_tolerance": 5e-4,
+}
+
+
+@pytest.fixture(scope="module")
+def found() -> Design:
+    return damper.design(MACHINE)
+
+
+@pytest.fixture(scope="module")
+def folder(found: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("design")
+    found.save(made)
+    return made
+
+
+def damper_of(found: Design) -> Damper:
+    return Damper(found.free_mass, found.gap)
+
+
+def cube_of(path: Path):
+    """Make a study's cube as the workflow does, from its file."""
+    study = load_study(path)
+    (job,) = study.parts({}).values()
+    part = run_part(**job.settings)
+    (job,) = study.gathered({}).values()
+    return gather([part], **job.settings)
+
+
+def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> None:
+    cubes = {name: cube_of(folder / f"studies/{name}.yaml") for name in found.studies}
+    hertz = cubes["worst_case"].forcing_frequency / (2.0 * math.pi)
+    inside = (hertz > 18.9) & (hertz < 21.1)
+    peaks = [cubes[name].peak_displacement.where(inside).max() for name in ("worst_case", "sweep")]
+    assert found.worst == max(map(float, peaks))
+    judge = Judge(found.machine)
+    assert math.isclose(found.worst, Search(judge).worst(damper_of(found)), rel_tol=1e-12)
+    rate = (cubes["worst_case"].impacts_per_period * hertz).where(inside).max()
+    assert math.isclose(found.impact_rate, float(rate), rel_tol=1e-15)
+    speed = cubes["worst_case"].max_approach_speed.where(inside).max()
+    assert found.approach_speed == float(speed)
+    assert found.motions is not None
+    assert cubes["motions"].sizes == {"draw": 60}
+    table = pd.read_csv(folder / "numbers.csv").set_index("name")
+    assert table.value["worst"] == found.worst
+    assert table.unit["impact_rate"] == "1/s"
+
+
+def test_without_damper_it_is_the_response_of_the_machine_alone(found: Design) -> None:
+    """To a base: sqrt(1 + (2 zeta w)^2) / |1 - w^2 + 2 i zeta w|."""
+    assert found.response is not None
+    ratio = found.response.frequency / 20.0
+    own = 1.0 + 0.1j * ratio
+    assert np.allclose(found.response.without, 1e-3 * abs(own / (own - ratio**2)), rtol=1e-12)
+
+
+def test_what_amplifies_outside_of_its_band_says_so_first(found: Design, folder: Path) -> None:
+    assert found.outside_ratio > 1.05
+    first = "Outside of the band it amplifies"
+    assert repr(found).splitlines()[1].startswith(f"! {first}")
+    assert (folder / "design.md").read_text().splitlines()[2].startswith(f"> **{first}")
+    page = (folder / "design.html").read_text()
+    assert page.index(first) < page.index("<svg")
+
+
+def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
+    free = {"initial_displacement": 0.05, "decay_to": 0.3, "restitution_tolerance": 0.1}
+    given = {k: v for k, v in MACHINE.items() if k not in ("base_amplitude", "band")}
+    found = damper.design(**given | free)
+    assert found.worst < 0.6 * found.without
+    assert found.units["worst"] == "s"
+    found.save(tmp_path)
+    cube = cube_of(tmp_path / "studies/worst_case.yaml")
+    assert found.worst == float(cube.fall_time.max())
+    envelope = cube_of(tmp_path / "studies/envelope.yaml")
+    assert found.response is not None
+    peaks = envelope.peak_amplitude.values
+    assert np.array_equal(found.response.as_built, peaks[~np.isnan(peaks)])

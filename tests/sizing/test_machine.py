@@ -1,0 +1,84 @@
+"""What an engineer gives: one clear message for what is wrong, and what would be feasible."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from new_process import in_new_process
+
+import damper
+from damper.shell import main
+from damper.study.yaml_file import ConfigError, dump_yaml
+
+FRAME = {
+    "mass": 100.0,
+    "stiffness": 4e6,
+    "damping_ratio": 0.02,
+    "force_amplitude": 200.0,
+    "band": [28.0, 36.0],
+    "largest_mass": 10.0,
+    "largest_gap": 5e-3,
+    "restitution": 0.3,
+}
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"band": [30.0, 30.0]}, ["band", "low must be less than high"]),
+        ({"band": [0.0, 30.0]}, ["band", "0 Hz", "both > 0"]),
+        ({"largest_gp": 1.0}, ["unknown key 'largest_gp'", "did you mean 'largest_gap'"]),
+        ({"largest_mass": 200.0}, ["machine of 100 kg", "0.0001 to 100 kg"]),
+        ({"largest_mass": 1e-5}, ["0.0001 to 100 kg"]),
+        ({"gap_tolerance": 6e-3}, ["largest_gap", "more than gap_tolerance = 0.006 m"]),
+        ({"restitution_tolerance": 0.4}, ["restitution from -0.1 to 0.7", "up to 0.3"]),
+        ({"natural_frequency": 30.0}, ["exactly one of natural_frequency, stiffness"]),
+        ({"unbalance": 1.0}, ["force_amplitude and unbalance are given"]),
+        ({"counts": "decay_time"}, ["decay_time does not go with driven motion"]),
+        ({"band": [40.0, 50.0]}, ["closed laws hold at the natural frequency, 31.83 Hz"]),
+        ({"limit": 1e-4}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
+    ],
+)
+def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: list) -> None:
+    with pytest.raises(ValueError, match=r".") as error:
+        damper.design(**FRAME | given, quick=True)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Path) -> None:
+    path = tmp_path / "machine.yaml"
+    path.write_text(dump_yaml(FRAME))
+    assert repr(damper.design(path, quick=True)) == repr(damper.design(FRAME, quick=True))
+    card = called("design", str(path), "--quick", "--restitution", "0.5")
+    assert "coefficient of restitution                    0.5\n" in card
+    assert "mm" in card
+    path.write_text("mas: 100\n" + dump_yaml(FRAME))
+    with pytest.raises(ConfigError, match=r"machine.yaml:1  mas\n .*\n .*\n .*'mass'\?"):
+        damper.design(path)
+    assert "unknown key 'mas'" in called("design", str(path), code=1)
+
+
+def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
+    code = """
+import contextlib, io, json, sys
+import damper
+from damper.shell import main
+with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+    main(["check", "config/studies/machine_frame.yaml"])
+print(json.dumps([name for name in sys.modules if name.startswith("damper.sizing")]))
+"""
+    assert in_new_process(code) == []
+
+
+def test_the_example_in_the_documents_is_a_machine(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs/sizing.md").read_text("utf-8")
+    path = tmp_path / "frame.yaml"
+    path.write_text(text.split("```yaml\n")[1].split("```")[0])
+    assert "by the closed law" in repr(damper.design(path, quick=True))
+
+
+def called(*arguments: str, code: int = 0) -> str:
+    result = CliRunner().invoke(main, arguments, prog_name="damper")
+    assert result.exit_code == code, result.output
+    return result.output

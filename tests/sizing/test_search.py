@@ -1,0 +1,76 @@
+"""The optimiser against the closed laws in their limits and against whole grids."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from damper.sizing.machine import machine_of
+from damper.sizing.search import Search
+from damper.sizing.study import Damper, Judge
+
+#: The natural frequency of a machine of rate 1, in Hz.
+F = 0.5 / math.pi
+LIGHT = {"mass": 1000.0, "stiffness": 1000.0, "largest_mass": 1.0, "largest_gap": 1e9}
+
+
+def test_the_decay_law_is_found_in_its_limit() -> None:
+    """At a mass ratio of 1e-3: the time to 1 %, by a gap within that of the law's fold."""
+    given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
+    judge = Judge(machine_of({**LIGHT, **given, "restitution": 0.2}))
+    search = Search(judge)
+    found = search.best()
+    asked = Damper(1.0, judge.law_gap(1.0))
+    assert found.mass == 1.0
+    assert math.isclose(search.bounds[found], judge.law(asked)["value"], rel_tol=0.01)
+    assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("restitution", "whole"),
+    [(0.0, False), (0.2, False), pytest.param(0.0, True, marks=pytest.mark.exhaustive)],
+)
+def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool) -> None:
+    """At a mass ratio of 1e-3, from all dampers or from gaps about the law's in steps of 1 %.
+
+    In a wider band the free mass falls out of step at its ends, and the best gap is smaller.
+    """
+    given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
+    judge = Judge(machine_of({**LIGHT, **given, "restitution": restitution}))
+    search, gap = Search(judge), judge.law_gap(1.0)
+    about = [Damper(1.0, gap * (1.0 + 0.01 * k)) for k in range(-3, 4)]
+    found = search.best() if whole else search.best_of(about)
+    assert found.mass == 1.0
+    assert math.isclose(found.gap, gap, rel_tol=0.0101)
+    law = judge.law(Damper(1.0, gap))["value"]
+    assert math.isclose(search.bounds[found], law, rel_tol=0.01)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
+    """Each damper of a grid with all of its runs, against one that is found by bounds."""
+    search = Search(Judge(random_machine(seed)))
+    found = search.best()
+    most, gap = search.judge.machine.largest_mass, search.judge.law_gap(found.mass)
+    others = [Damper(most * part, gap * by) for part in (1.0, 0.8) for by in np.linspace(0.2, 2, 8)]
+    assert search.bounds[found] <= 1.01 * min(map(Search(search.judge).worst, others))
+    assert math.isclose(Search(search.judge).worst(found), search.bounds[found], rel_tol=1e-12)
+
+
+def random_machine(seed: int):
+    draw = random.Random(seed)
+    ratio = draw.uniform(0.05, 0.15)
+    return machine_of(
+        {
+            "mass": 1.0,
+            "stiffness": 1.0,
+            "damping_ratio": draw.uniform(0.03, 0.06),
+            "force_amplitude": 1.0,
+            "band": [draw.uniform(0.94, 0.98) * F, draw.uniform(1.02, 1.06) * F],
+            "largest_mass": ratio,
+            "largest_gap": 1e3,
+            "restitution": draw.uniform(0.1, 0.6),
+            "gap_tolerance": draw.choice([0.0, 0.2]),
+        }
+    )
