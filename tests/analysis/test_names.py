@@ -39,7 +39,11 @@ STARTS = damper.simulate(**POINT | {"initial_displacement": [0.0, 1.0], "observe
 CONTACT = damper.simulate(
     **POINT | {"contact_stiffness_ratio": [1e3, 1e4], "observers": ["response", "motion"]}
 )
-CUBES = {"basin_fractions": STARTS, "distance_to_rigid": CONTACT}
+NOISE = damper.simulate(
+    **GIVEN | {"frequency_ratio": 1.0, "clearance": 3.0, "observers": ["statistics"]},
+    forcing=damper.Noise(seed=1, step=0.1, duration=40.0, band=(0.0, 6.0)),
+)
+CUBES = {"basin_fractions": STARTS, "distance_to_rigid": CONTACT, "means_under_noise": NOISE}
 #: What functions take that has no default, and what keeps them from bisecting for long.
 NEEDED = {
     **{"along": "restitution", "low": 0.1, "high": 0.9, "variables": ["rms_ratio"]},

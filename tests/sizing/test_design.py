@@ -9,6 +9,8 @@ import pytest
 
 import damper
 from damper.sizing.answer import Design
+from damper.sizing.answer import cube_of as cube_of_study
+from damper.sizing.machine import machine_of
 from damper.sizing.search import Search
 from damper.sizing.study import Damper, Judge
 from damper.study.config import load_study
@@ -88,6 +90,19 @@ def test_what_amplifies_outside_of_its_band_says_so_first(found: Design, folder:
     assert (folder / "design.md").read_text().splitlines()[2].startswith(f"> **{first}")
     page = (folder / "design.html").read_text()
     assert page.index(first) < page.index("<svg")
+
+
+def test_accelerations_may_count() -> None:
+    """Without the damper omega^2 A; the largest one between impacts of all runs in the band."""
+    given = MACHINE | {"counts": "peak_acceleration", "gap_tolerance": 0.0}
+    judge = Judge(machine_of(given))
+    heavy = Damper(8.0, judge.law_gap(8.0))
+    studies = judge.sweep(heavy), judge.worst_case(heavy)
+    made = [cube_of_study(study).peak_acceleration for study in studies]
+    hertz = made[1].forcing_frequency / (2.0 * math.pi)
+    most = max(made[0].max(), made[1].where((hertz > 18.9) & (hertz < 21.1)).max())
+    assert math.isclose(Search(judge).worst(heavy), most, rel_tol=1e-12)
+    assert math.isclose(judge.machine.counted(1e-3, 20.0), 1e-3 * (40.0 * math.pi) ** 2)
 
 
 def test_a_machine_that_is_let_go(tmp_path: Path) -> None:

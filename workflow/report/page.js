@@ -378,6 +378,8 @@ damper.draw = (place) => {
     if (moves) remember();
     const unknown = data.parameters.filter((one) => !one.known && values[one.name] !== one.default).map((one) => one.label);
     if (!data.forces.includes(data.forcing)) unknown.push(`the force “${data.forcing}”`);
+    const { transient, periods } = data.run;
+    if (![transient, periods].every(Number.isInteger)) unknown.push("runs whose length is a time, not cycles");
     shown = null;
     if (unknown.length) return stop(`This page does not compute ${unknown.join(", ")}; damper.run in Python does. At ${where()}.`);
     const work = damper.running(data, values, direction());

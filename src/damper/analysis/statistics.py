@@ -45,6 +45,8 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
     need_variables(cube, "statistics", *MEANS)
+    if "draw" not in cube.dims:
+        need_variables(cube, "statistics", *(f"{name}_error" for name in MEANS))
     confidence = observers_of(cube)["statistics"].get("confidence", 0.95)
     rows = []
     for where in places(cube.mean_input, "draw"):

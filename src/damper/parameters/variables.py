@@ -41,6 +41,8 @@ WORST = {
     "amplitude_ratio": "greatest",
     "rms_ratio": "greatest",
     "chatter": "greatest",
+    "peak_force": "greatest",
+    "peak_acceleration": "greatest",
     # Wear.
     "impacts_per_period": "greatest",
     "mean_approach_speed": "greatest",

@@ -151,7 +151,7 @@ def _printed_size(picture: Path) -> tuple[int, int] | None:
     if not picture.is_file():
         return None
     with picture.open("rb") as file:
-        head = file.read(1024)
+        head = file.read(4096)
     width, height = struct.unpack(">II", head[16:24])
     per_metre = struct.unpack(">I", head[(at := head.index(b"pHYs") + 4) : at + 4])[0]
     return round(width * 96 / 0.0254 / per_metre), round(height * 96 / 0.0254 / per_metre)
@@ -177,8 +177,10 @@ def versions() -> dict[str, str]:
 def _table(path: str, kind: str, results: Path) -> ShownTable:
     if "/timed/" in path:  # times differ from run to run, and the page does not
         return ShownTable(path, kind)
-    text = table_in((results / f"{path}.md").read_text(encoding="utf-8"))
-    head, _, *rows = [line[2:-2].split(" | ") for line in text.splitlines()]
+    text = (results / f"{path}.md").read_text(encoding="utf-8")
+    if "\n|" not in text:  # it says in words that there is nothing to list
+        return ShownTable(path, kind)
+    head, _, *rows = [line[2:-2].split(" | ") for line in table_in(text).splitlines()]
     shown = [[_YES_NO.get(cell, cell) for cell in row] for row in rows[:SHOWN_ROWS]]
     return ShownTable(path, kind, head, shown, max(0, len(rows) - SHOWN_ROWS))
 

@@ -180,8 +180,7 @@ def _without(m: Machine, frequencies: list[float]) -> np.ndarray:
     if m.is_free:
         lost = -math.log(m.decay_to) / m.rate
         return np.array([lost / m.damping_ratio if m.damping_ratio else math.inf])
-    size = math.sqrt(0.5) if m.counts == "rms_displacement" else 1.0
-    return size * np.array([m.undamped(f) for f in frequencies])
+    return np.array([m.counted(m.undamped(f), f) for f in frequencies])
 
 
 def _by_law(judge: Judge) -> Design:
@@ -222,8 +221,8 @@ def _by_size(judge: Judge, damper: Damper) -> tuple[str, ...]:
         )
     if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
         found.append(
-            f"By the closed law a motion of {text_of(law['largest'], 'm')} is possible as well: a "
-            "machine that comes from there may stay in it."
+            f"By the closed law {text_of(law['largest'], m.measured[1])} are possible as well: a "
+            "machine that comes from such a motion may stay in it."
         )
     return tuple(found)
 
@@ -441,7 +440,6 @@ def _mass_for(m: Machine, limit: float) -> float:
     """Free mass in kg whose resonance law gives the limit; 0 where there is none."""
     if m.is_free or not limit < math.inf:
         return 0.0
-    size = math.sqrt(2.0) if m.counts == "rms_displacement" else 1.0
-    lost = m.static / (size * limit) - 2.0 * m.damping_ratio
+    lost = m.counted(m.static, m.rate / math.tau) / limit - 2.0 * m.damping_ratio
     ratio = lost * math.pi / 4.0 * (1.0 - m.restitution) / (1.0 + m.restitution)
     return ratio * m.mass if m.largest_mass / m.mass < ratio <= MASS_RATIOS[1] else 0.0

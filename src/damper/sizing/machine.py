@@ -22,6 +22,7 @@ FORCES = {"force_amplitude": "harmonic", "base_amplitude": "base", "unbalance": 
 COUNTS = {
     "peak_displacement": ("peak_displacement", "m", "largest displacement"),
     "rms_displacement": ("rms_displacement", "m", "rms displacement"),
+    "peak_acceleration": ("peak_acceleration", "m/s2", "largest acceleration between impacts"),
     "decay_time": ("fall_time", "s", "time of decay"),
 }
 AUTO = "auto"
@@ -46,8 +47,8 @@ SETTINGS = {
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
     "counts": Setting(
         AUTO,
-        "What is to be small: peak_displacement, rms_displacement or decay_time; auto is the last "
-        "one in free motion, else the first.",
+        "What is to be small: peak_displacement, rms_displacement, peak_acceleration or "
+        "decay_time; auto is the last one in free motion, else the first.",
         choices=(AUTO, *COUNTS),
     ),
     "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", gt=0, lt=1),
@@ -85,7 +86,9 @@ class Machine(Settings):  # type: ignore[misc]
             message = f"the band begins at {self.band[0]:g} Hz"
             mistakes.add(("band",), message, "lowest and highest frequency, both > 0")
         if self.counts != AUTO and (self.counts == "decay_time") != free:
-            what = "decay_time" if free else "peak_displacement or rms_displacement"
+            what = (
+                "decay_time" if free else ", ".join(name for name in COUNTS if "time" not in name)
+            )
             motion = "free motion" if free else "driven motion"
             mistakes.add(("counts",), f"{self.counts} does not go with {motion}", what)
         least, most = (ratio * self.mass for ratio in MASS_RATIOS)
@@ -152,7 +155,14 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def size(self) -> float:
         """What counts, in SI units, over that of a run in its own."""
-        return 1.0 / self.rate if self.is_free else self.length
+        if self.is_free:
+            return 1.0 / self.rate
+        return self.length * (self.rate**2 if self.counts == "peak_acceleration" else 1.0)
+
+    def counted(self, amplitude: float, frequency: float) -> float:
+        """What counts of a harmonic motion with an amplitude in m, at a frequency in Hz."""
+        by = {"rms_displacement": math.sqrt(0.5), "peak_acceleration": (math.tau * frequency) ** 2}
+        return amplitude * by.get(self.counts, 1.0)
 
     def undamped(self, frequency: float) -> float:
         """Amplitude in m without the damper at a frequency in Hz; infinite where it grows."""

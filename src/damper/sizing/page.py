@@ -174,15 +174,16 @@ def response(design: Design) -> Figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         for ax in (upper, lower):
             ax.axvspan(*m.band, color="#EAF1F6", lw=0.0)
+        size, unit = (1e3, "mm") if m.measured[1] == "m" else (1.0, m.measured[1])
         for name, look in (("without", _WITHOUT), ("worst", _WORST), ("as_built", _BUILT)):
-            upper.plot(table.frequency, 1e3 * table[name], **look)
+            upper.plot(table.frequency, size * table[name], **look)
             lower.plot(table.frequency, table[name] / table.without, **look)
         if m.limit is not None:
-            upper.axhline(1e3 * m.limit, color=BLACK, lw=0.5, ls=":")
-        upper.plot([design.worst_frequency], [1e3 * design.worst], "o", color=VERMILION, ms=4)
-        upper.set_ylim(0.0, 1e3 * _HIGHEST * design.worst)
+            upper.axhline(size * m.limit, color=BLACK, lw=0.5, ls=":")
+        upper.plot([design.worst_frequency], [size * design.worst], "o", color=VERMILION, ms=4)
+        upper.set_ylim(0.0, size * _HIGHEST * design.worst)
         lower.set_ylim(0.0, min(_HIGHEST, 1.1 * float((table.worst / table.without).max())))
-        upper.set_ylabel(f"{m.measured[2]} / mm")
+        upper.set_ylabel(f"{m.measured[2]} / {unit}")
         lower.set(xlabel="frequency / Hz", ylabel="over that without")
         lower.set_xlim(table.frequency.min(), table.frequency.max())
         upper.legend(frameon=False, title=f"shaded: the band, {m.band[0]:g} to {m.band[1]:g} Hz")

@@ -86,7 +86,7 @@ class Judge:
             return {"value": time} if time < math.inf else {}
         if m.band is None or not m.band[0] <= m.rate / (2.0 * math.pi) <= m.band[1]:
             return {}
-        size = m.static / (math.sqrt(2.0) if m.counts == "rms_displacement" else 1.0)
+        size = m.counted(m.static, m.rate / math.tau)
         clearance = 0.5 * damper.gap / m.static
         least, best = least_at_resonance(self._dimensionless(damper.mass))
         if clearance > 1.01 * best:
@@ -153,9 +153,10 @@ class Judge:
     @property
     def observers(self) -> dict[str, Any]:
         """What is measured of each run, by the search as well."""
-        if self.machine.is_free:
-            return {"decay": {"half_cycles": 3, "parts": [self.machine.decay_to]}}
-        return {"response": {}}
+        m = self.machine
+        if m.is_free:
+            return {"decay": {"half_cycles": 3, "parts": [m.decay_to]}}
+        return {"response": {"extremes": True} if m.counts == "peak_acceleration" else {}}
 
     def axes(self, damper: Damper) -> dict[str, list[float]]:
         """Values of the axes of the worst case but for the frequency: tolerances and starts."""
