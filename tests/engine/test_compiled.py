@@ -246,7 +246,7 @@ from damper.sweep.runs import run_points
 compile_at_once()
 point = dict(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25,
              restitution=0.6)
-run_points([point | MODELS[MODEL].example], ["impacts", "bursts"], transient=1, periods=2)
+run_points([point | MODELS[MODEL].example], ["impacts", "response"], transient=1, periods=2)
 
 def things(kind):
     if isinstance(kind, types.BaseNamedTuple):

@@ -12,9 +12,8 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import rate_of
-from damper.engine.model import begin, following
+from damper.engine.model import begin, following, read_segment, write_row
 from damper.engine.search import MAX_STEPS
-from damper.engine.segment import segment_at, write_segment
 
 #: Why the loop returned: FINISHED, or what `damper.parameters.variables.STATUS` explains.
 FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED, LOG_FULL = 0, 1, 2, 3
@@ -66,7 +65,7 @@ def run(
     """
     keep = len(log) > 0
     most = len(log) if keep else UNKEPT
-    segment = segment_at(state)
+    segment = read_segment(model, state)
     start = begin(model, segment)
     events = int(counts[0])
     evaluations = int(counts[1])
@@ -86,7 +85,7 @@ def run(
         evaluations += step.steps
         over = step.duration > remaining
         if keep:
-            write_segment(log[rows], segment, remaining if over else step.duration)
+            write_row(model, log[rows], segment, remaining if over else step.duration)
         rows += 1
         if over:
             break
@@ -102,7 +101,7 @@ def run(
             events += 1
         segment = step.next
         start = step.start
-    write_segment(state, segment, 0.0)
+    write_row(model, state, segment, 0.0)
     counts[0] = events
     counts[1] = evaluations
     counts[2] = searched

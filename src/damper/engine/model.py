@@ -6,10 +6,14 @@ in it), ``tolerance`` and ``free`` (the primary's oscillator in flight). Each of
 implements these functions for its class.
 """
 
+from functools import singledispatch
 from typing import Any, NamedTuple
 
-from damper.engine.dispatch import by_class
-from damper.engine.segment import Segment
+import numpy as np
+
+from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.segment import COLUMNS, Segment, segment_at, write_segment
+from damper.parameters import State
 
 
 class Step(NamedTuple):
@@ -65,3 +69,36 @@ def speeds_in_tail(model: Any, segment: Segment) -> tuple[float, float]:
 @by_class
 def mass_ratio_at(model: Any, periods: float, time: float) -> float:
     """Mass ratio at a moment."""
+
+
+@singledispatch
+def columns_of(model: Any) -> int:
+    """Columns of the log. This and the next one never run compiled."""
+    return COLUMNS
+
+
+@singledispatch
+def masses_in(model: Any, state: State) -> tuple[Any, Any]:
+    """Displacement and velocity of the free mass in a state, or those of each of several."""
+    ([y], [u]) = state.of_each(1)
+    return y, u
+
+
+@by_class_or_default
+def read_segment(model: Any, row: np.ndarray) -> Any:
+    """Read a row of the log: a `Segment`, or what has its fields and more."""
+    return segment_at(row)
+
+
+@by_class_or_default
+def write_row(model: Any, row: np.ndarray, segment: Any, duration: float) -> None:
+    """Write a segment of this duration into a row of the log."""
+    write_segment(row, segment, duration)
+
+
+@by_class_or_default
+def state_in(model: Any, segment: Any, tau: float) -> tuple[float, float, Any, Any]:
+    """Displacement and velocity of the primary and of the free mass, or of each of several."""
+    x, v, gap, rate = motion(model, segment, tau)
+    side = segment.side
+    return x, v, x + side * (model.clearance - gap), v - side * rate

@@ -8,8 +8,16 @@ import numpy as np
 
 from damper.engine.compiled import Compiled, compiled
 from damper.engine.loop import FINISHED, LOG_FULL, run
-from damper.engine.model import initial_segment, motion
-from damper.engine.segment import COLUMNS, PERIODS, SIDE, TIME, segment_at, write_segment
+from damper.engine.model import (
+    columns_of,
+    initial_segment,
+    masses_in,
+    motion,
+    read_segment,
+    state_in,
+    write_row,
+)
+from damper.engine.segment import COLUMNS, PERIODS, TIME
 from damper.parameters import NO_UNITS, State
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.run import DEFAULTS
@@ -44,6 +52,8 @@ class Trajectory:
     ----------
     status : int
         0 finished so far, 1 max_events used up, 2 a search ran out of steps.
+    columns : int
+        Of the log.
     events, evaluations : int
         Events so far, and evaluations of the flow that finding them took.
     """
@@ -55,7 +65,8 @@ class Trajectory:
         self.model = model
         self.cycle = model.cycle
         self.start = self.whole_periods(state.time)
-        self._state = np.empty(COLUMNS)
+        self.columns = columns_of(model)
+        self._state = np.empty(self.columns)
         self._counts = np.zeros(3, dtype=np.int64)
         self.max_events = int(max_events)
         self.initial = state
@@ -64,7 +75,8 @@ class Trajectory:
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
-        _write_initial(model, self._state, *self.start, state.x, state.v, state.y, state.u)
+        y, u = masses_in(model, state)
+        _write_initial(model, self._state, *self.start, state.x, state.v, y, u)
 
     @property
     def events(self) -> int:
@@ -110,14 +122,16 @@ class Trajectory:
         """
         row = self._state
         elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])
-        x, v, gap, rate = self.motion_in(row, max(float(elapsed), 0.0))
-        side = float(row[SIDE])
-        clearance = self.model.clearance
-        return State(x, v, x + side * (clearance - gap), v - side * rate, time)
+        x, v, y, u = self.state_in(row, max(elapsed, 0.0))
+        return State(x, v, y, u, time)
 
     def motion_in(self, row: np.ndarray, tau: float) -> tuple[float, float, float, float]:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
         return _motion(self.model, row, float(tau))
+
+    def state_in(self, row: np.ndarray, tau: float) -> tuple[float, float, Any, Any]:
+        """State of the primary and of each free mass a time `tau` after the start of a row."""
+        return _state(self.model, row, float(tau))
 
     def segments(
         self, periods: float, time: float = 0.0, buffer: np.ndarray | None = None
@@ -128,16 +142,17 @@ class Trajectory:
         ----------
         periods, time : float
             Where to stop: whole cycles plus a time in [0, cycle).
-        buffer : ndarray (rows, COLUMNS), optional
+        buffer : ndarray (rows, columns), optional
             Where to write; each piece is a view of it, valid until the next one.
 
         Yields
         ------
-        ndarray (n, COLUMNS)
+        ndarray (n, columns)
             Segments in order, the fields of `damper.engine.segment.Segment` a row. The first may
             begin before the time reached so far; the last is cut where the run stops.
         """
-        buffer = np.empty((LOG_ROWS, COLUMNS)) if buffer is None else buffer
+        if buffer is None:
+            buffer = np.empty((LOG_ROWS, self.columns))
         while True:
             full, rows = self._run(periods, time, buffer)
             yield buffer[:rows]
@@ -153,7 +168,7 @@ class Trajectory:
         call = run.ready(*given, log, self._counts) if isinstance(run, Compiled) else run
         if call is None:
             # Plain Python: go in short pieces, for the rest of a long run is compiled.
-            log = (log if len(log) else np.empty((_PIECE, COLUMNS)))[:_PIECE]
+            log = (log if len(log) else np.empty((_PIECE, self.columns)))[:_PIECE]
         code, rows = (call or run)(*given, log, self._counts)
         if code == LOG_FULL:
             return True, rows
@@ -163,9 +178,14 @@ class Trajectory:
 
 @compiled
 def _write_initial(model, state, periods, time, x, v, y, u):
-    write_segment(state, initial_segment(model, periods, time, x, v, y, u), 0.0)
+    write_row(model, state, initial_segment(model, periods, time, x, v, y, u), 0.0)
 
 
 @compiled
 def _motion(model, row, tau):
-    return motion(model, segment_at(row), tau)
+    return motion(model, read_segment(model, row), tau)
+
+
+@compiled
+def _state(model, row, tau):
+    return state_in(model, read_segment(model, row), tau)

@@ -60,14 +60,17 @@ def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -
 
     Compliant walls let it in deeper.
     """
-    distance = abs(state.y - state.x)
-    allowed = parameters.clearance + slack(parameters.clearance, state.x, state.y)
-    if distance > allowed and parameters.model != "compliant":
-        limit = "clearance" if units is NO_UNITS else "gap / 2"
-        raise ValueError(
-            f"state: |y - x| = {distance * units.length!r} is outside the box: "
-            f"must be at most {limit} = {parameters.clearance * units.length!r}"
-        )
+    places, _ = state.of_each(len(parameters.each))
+    for k, (one, y) in enumerate(zip(parameters.each, places, strict=True)):
+        distance = abs(y - state.x)
+        allowed = one.clearance + slack(one.clearance, state.x, y)
+        if distance > allowed and parameters.model != "compliant":
+            limit = "clearance" if units is NO_UNITS else "gap / 2"
+            name = "y" if len(places) == 1 else f"y[{k}]"
+            raise ValueError(
+                f"state: |{name} - x| = {distance * units.length!r} is outside the box: "
+                f"must be at most {limit} = {one.clearance * units.length!r}"
+            )
 
 
 def law_of(parameters: Parameters) -> Any:

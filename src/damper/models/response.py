@@ -110,7 +110,7 @@ def _lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     return 0.5 * reduced * (segment.speed - segment.gap_rate) * (segment.speed + segment.gap_rate)
 
 
-@compiled
+@by_class_or_default
 def stored_energy(model: Any, segment: Segment, tau: float) -> float:
     """Energy stored in masses and springs a time `tau` after a segment's start."""
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time + tau)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import mass_ratio_at
+from damper.engine.model import mass_ratio_at, read_segment
 from damper.engine.segment import IMPACT, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.response import impact_loss, prepare_tables
@@ -31,6 +31,7 @@ class Impacts(Observer):
     A complete burst has infinitely many impacts, so only visible ones can be counted.
     """
 
+    knows_several = True
     threshold = VISIBILITY
     speeds = Setting(
         0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0
@@ -108,7 +109,7 @@ class Impacts(Observer):
 def _count(model, log, window, fraction, speed, totals, listed):
     total = totals[0]
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         if s.cause != IMPACT or since(s, model.cycle, window.periods, window.time) < 0.0:
             continue
         limit = max(fraction * s.first_speed, speed)

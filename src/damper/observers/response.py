@@ -13,6 +13,7 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.loop import FINISHED
+from damper.engine.model import read_segment
 from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.extremes import primary_extremes
@@ -100,6 +101,7 @@ class Response(Observer):
     Everything stays missing where the run stopped early.
     """
 
+    knows_several = True
     modulation_work = Setting(
         False,
         "Write what a time-varying free mass gains by its variation as well; zero in every other "
@@ -264,7 +266,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
     first = last = -1
     first_tau = last_tau = 0.0
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
@@ -291,7 +293,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
         index = last if at_end else first
         if index >= 0:
             tau = last_tau if at_end else first_tau
-            energy = stored_energy(model, segment_at(log[index]), tau)
+            energy = stored_energy(model, read_segment(model, log[index]), tau)
             if at_end:
                 total.stored_last = energy
             else:

@@ -3,8 +3,7 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import motion
-from damper.engine.segment import segment_at
+from damper.engine.model import motion, read_segment
 from damper.observers.common.base import Window, since
 from damper.observers.common.sections import Section, write_sample
 from damper.observers.common.settings import Setting
@@ -13,6 +12,7 @@ from damper.observers.common.settings import Setting
 class StroboscopicSection(Section):
     """The state once per cycle."""
 
+    knows_several = True
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     where = "once per cycle"
 
@@ -29,7 +29,7 @@ class StroboscopicSection(Section):
 @compiled
 def _sample(model, log, at, samples, taken):
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         while taken < len(samples):
             tau = -since(s, model.cycle, at.periods + taken, at.time)
             if tau > s.duration:

@@ -7,11 +7,12 @@ move with it, ``|y - x| <= clearance``. The ranges are those for which results a
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
+from damper.parameters.masses import OF_A_MASS_SI, read_masses
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -39,7 +40,8 @@ class Parameters(Declared):
 
     Those under Parameters make the damper with rigid walls and Newton's restitution. The others
     add to it; they choose at most one other model: a support that ties the free mass to the frame,
-    compliant contact, a time-varying free mass, or dry friction between free mass and box.
+    compliant contact, a time-varying free mass, dry friction between free mass and box, or several
+    free masses.
 
     Parameters
     ----------
@@ -51,6 +53,10 @@ class Parameters(Declared):
     forcing : Forcing or str, default Harmonic()
         What drives the damper: `damper.Harmonic`, `NoForce`, `Harmonics`, `Base`, `Unbalance`,
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
+    masses : sequence of mapping, optional
+        Several free masses, a mapping for each: what it has of its own of `mass_ratio`,
+        `clearance`, `restitution`, `restitution_left` and `gravity`, in place of what is given for
+        all. ``masses=[{}] * 4`` are four of the same.
 
     Raises
     ------
@@ -250,9 +256,32 @@ class Parameters(Declared):
         model="sliding",
         from_si=_friction_acceleration,
     )
+    unit_count: float = quantity(
+        "$n$",
+        "number of units of the free mass",
+        definition="its equal parts, which fly in boxes of their own",
+        minimum=1.0,
+        maximum=100.0,
+        whole=True,
+        default=1.0,
+        model="several",
+    )
+    clearance_spread: float = quantity(
+        r"$\delta$",
+        "spread of the clearances of the units",
+        definition="they go in even steps from 1 - spread to 1 + spread times the clearance; "
+        "a single one has the clearance itself",
+        minimum=0.0,
+        maximum=1.0,
+        below=True,
+        default=0.0,
+        model="several",
+        chooses=False,
+    )
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
+    masses: Any = None
 
     def __post_init__(self) -> None:
         options = self.check_each()
@@ -265,15 +294,48 @@ class Parameters(Declared):
                     f"{self.forcing!r} with frequency_ratio = {self.frequency_ratio!r}: has the "
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
-        if options:
+        if options or self.masses is not None:
             check_together(self.__dict__)
+            self._check_each()
         else:
             # Known without a look at each option: a run asks for both.
             self.__dict__.update(model="rigid", law="constant")
 
+    def _check_each(self) -> None:
+        """Check what each of several masses comes to."""
+        if self.masses is not None:
+            self.__dict__["masses"] = read_masses(self.masses)
+        if self.model == "several":
+            for k, one in enumerate(self.each):
+                if not one.clearance:
+                    raise ValueError(f"clearance = 0.0 of mass {k}: each of several must have some")
+
+    @cached_property
+    def each(self) -> tuple["Parameters", ...]:
+        """A damper with one free mass for each that there is."""
+        own: Any = self.masses
+        if own is None:
+            if self.unit_count == 1.0:
+                return (self,)
+            own, last = [], self.unit_count - 1.0
+            for k in range(int(self.unit_count)):
+                wider = 1.0 + self.clearance_spread * (2.0 * k / last - 1.0)
+                ratio = self.mass_ratio / self.unit_count
+                own.append({"mass_ratio": ratio, "clearance": wider * self.clearance})
+        bare: dict[str, Any] = {"masses": None, "unit_count": 1.0, "clearance_spread": 0.0}
+        made = []
+        for k, changes in enumerate(own):
+            try:
+                made.append(replace(self, **bare, **dict(changes)))
+            except ValueError as error:
+                raise ValueError(f"mass {k}: {error}") from None
+        return tuple(made)
+
     @cached_property
     def model(self) -> str:
         """Which of `damper.models` these parameters ask for."""
+        if self.masses is not None:
+            return "several"
         asked = next(iter(_asked(self.__dict__)), "rigid")
         # A multiple of no damping is no support.
         nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
@@ -289,11 +351,16 @@ class Parameters(Declared):
         """The values that are `given`, but for those of a model or law that is not asked for."""
         own = {"", self.model, self.law}
         forcing = {} if self.forcing == HARMONIC else {"forcing": self.forcing}
-        return forcing | {
-            q.name: value
-            for q in self.quantities
-            if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
-        }
+        masses = {} if self.masses is None else {"masses": self.masses}
+        return (
+            forcing
+            | masses
+            | {
+                q.name: value
+                for q in self.quantities
+                if (value := getattr(self, q.name)) != q.default and {q.model, q.law} <= own
+            }
+        )
 
     @property
     def restitutions(self) -> tuple[float, float]:
@@ -343,6 +410,8 @@ class SIParameters(Declared, shares=Parameters):
         As for `Parameters`, with times in s and frequencies in rad/s. Of what drives the damper
         `force_amplitude` is the amplitude B, and so the unit of length: F0/K of a force, B of the
         motion of a base, B/M of an unbalance, B M/K of the acceleration of a base.
+    masses : sequence of mapping, optional
+        As for `Parameters`, with `free_mass` and `gap` in place of mass ratio and clearance.
 
     Raises
     ------
@@ -444,13 +513,18 @@ class SIParameters(Declared, shares=Parameters):
         minimum=0.0,
         default=0.0,
     )
+    unit_count: float = shared(default=1.0)
+    clearance_spread: float = shared(default=0.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
+    masses: Any = None
 
     def __post_init__(self) -> None:
         self.check_each()
         self.__dict__["forcing"] = read_forcing(self.forcing)
+        if self.masses is not None:
+            self.__dict__["masses"] = read_masses(self.masses, OF_A_MASS_SI)
         check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
         if self.friction_coefficient and not self.transverse_acceleration:
             raise ValueError(
@@ -476,6 +550,7 @@ class SIParameters(Declared, shares=Parameters):
             "stiffness": stiffness,
             "force_amplitude": force_amplitude,
             "forcing": parameters.forcing,
+            "masses": None,
         }
         given, primary = primary, _referred(primary) | _BESIDE
         units = _units(primary)
@@ -487,6 +562,15 @@ class SIParameters(Declared, shares=Parameters):
                 given |= {name: _BESIDE[name] for name in others if name in _BESIDE}
                 # Each ratio is in proportion to its own counterpart.
                 given[own] = value / _scaled(q, primary | {own: 1.0}, units)
+        if parameters.masses is not None:
+            given["masses"] = [
+                {
+                    own: dict(mass)[q.name] / _scaled(q, primary | {own: 1.0}, units)
+                    for q, (own, *_) in _SCALED
+                    if q.name in dict(mass)
+                }
+                for mass in parameters.masses
+            ]
         return cls(**given)
 
     @cached_property
@@ -509,7 +593,15 @@ class SIParameters(Declared, shares=Parameters):
                 )
             scaled[q.name] = ratio
         check_together(_DEFAULTS | scaled, SI_NAME)
-        return Parameters(**scaled, forcing=self.forcing.over(units.time))
+        masses = self.masses and [
+            {
+                q.name: _scaled(q, by | dict(own), units)
+                for q, names in _SCALED
+                if names[0] in dict(own)
+            }
+            for own in self.masses
+        ]
+        return Parameters(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
     @cached_property
     def units(self) -> Units:
@@ -582,6 +674,27 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
+def need_one_mass(damper: Any, what: str) -> None:
+    """Raise ValueError where there are several free masses, of which `what` knows one.
+
+    `damper` are parameters, or a model of the engine.
+    """
+    count = getattr(damper, "unit_count", 1.0)
+    if getattr(damper, "masses", None) is not None or count != 1.0:
+        raise ValueError(
+            f"unit_count or masses: {what} knows one free mass, not several; leave both out"
+        )
+
+
+def need_smooth_mass(damper: Any, what: str) -> None:
+    """Raise ValueError where dry friction acts or several masses fly, which `what` does not know.
+
+    `damper` are parameters, or a model of the engine.
+    """
+    need_one_mass(damper, what)
+    need_no_friction(damper, what)
+
+
 def need_no_friction(damper: Any, what: str) -> None:
     """Raise ValueError where dry friction acts, which `what` does not know.
 
@@ -609,6 +722,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
     if len({q.law for q in laws}) > 1:
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
+    _check_several(values, asked, named)
     weight = values["mass_ratio"] * abs(values["gravity"])
     if not weight <= LARGEST_WEIGHT:
         raise ValueError(
@@ -623,6 +737,23 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         )
     if "grounded" in asked:
         _check_support(values, named)
+
+
+def _check_several(
+    values: Mapping[str, Any], asked: Mapping[str, list[str]], named: Callable[[str], str]
+) -> None:
+    if values.get("masses") is not None:
+        for name in [name for names in asked.values() for name in names]:
+            raise ValueError(
+                f"masses and {named(name)}: masses that are listed have rigid walls, no support "
+                "and no friction, and are whole; leave out one of the two"
+            )
+    if values.get("masses") is not None or "several" in asked:
+        for q in _laws(values):
+            raise ValueError(
+                f"{named(q.name)} and {'unit_count' if 'several' in asked else 'masses'}: several "
+                "masses have a constant restitution; leave out one of the two"
+            )
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:

@@ -19,4 +19,5 @@ MODELS = {
     "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6),
     "time_varying": Model({"modulation_depth": 0.1}, 5e-7),
     "sliding": Model({"friction": 0.01}, 1.5e-6),
+    "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6),
 }

@@ -1,7 +1,9 @@
 """The state that a run starts from, and the quantities by which a study gives it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Any
 
 from damper.parameters.quantity import Quantity, real
 from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
@@ -15,8 +17,9 @@ class State:
     ----------
     x, v : float
         Displacement (units of F0/K) and velocity of the primary.
-    y, u : float
-        Displacement and velocity of the free mass, in the same frame (not relative).
+    y, u : float, or sequence of float
+        Displacement and velocity of the free mass, in the same frame (not relative). Of several
+        masses a value for each, or one for all.
     time : float, default 0
         Time at which the state holds, in units of sqrt(M/K).
 
@@ -32,16 +35,37 @@ class State:
 
     x: float
     v: float
-    y: float
-    u: float
+    y: Any
+    u: Any
     time: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = real(field.name, getattr(self, field.name))
-            if not math.isfinite(value):
-                raise ValueError(f"{field.name} = {value!r}: must be a finite number")
-            object.__setattr__(self, field.name, value)
+            value = getattr(self, field.name)
+            if (
+                field.name in ("y", "u")
+                and hasattr(value, "__len__")
+                and not isinstance(value, str)
+            ):
+                names = (f"{field.name}[{k}]" for k in range(len(value)))
+                checked: Any = tuple(map(_finite, names, value))
+            else:
+                checked = _finite(field.name, value)
+            object.__setattr__(self, field.name, checked)
+
+    def of_each(self, count: int) -> tuple[list[float], list[float]]:
+        """Displacements and velocities of so many free masses."""
+        found = []
+        for name, value in (("y", self.y), ("u", self.u)):
+            values = list(value) if isinstance(value, tuple) else [value] * count
+            if len(values) != count:
+                masses = "mass" if count == 1 else "masses"
+                raise ValueError(
+                    f"state: {name} has {len(values)} values for {count} free {masses}: must be "
+                    "one number, or one for each"
+                )
+            found.append(values)
+        return found[0], found[1]
 
     def over(self, units: Units) -> "State":
         """Return the state in dimensionless units, given in SI units."""
@@ -52,8 +76,8 @@ class State:
         return State(
             self.x / units.length,
             self.v / units.speed,
-            self.y / units.length,
-            self.u / units.speed,
+            _each(self.y, lambda value: value / units.length),
+            _each(self.u, lambda value: value / units.speed),
             self.time / units.time,
         )
 
@@ -67,12 +91,24 @@ class State:
         scaled = State(
             self.x * units.length,
             self.v * units.speed,
-            self.y * units.length,
-            self.u * units.speed,
+            _each(self.y, lambda value: value * units.length),
+            _each(self.u, lambda value: value * units.speed),
             self.time * units.time,
         )
         scaled.__dict__.update(_units=units, _over_units=self)
         return scaled
+
+
+def _finite(name: str, value: Any) -> float:
+    value = real(name, value)
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {value!r}: must be a finite number")
+    return value
+
+
+def _each(value: Any, scaled: Callable[[float], float]) -> Any:
+    """One number scaled, or each of several."""
+    return tuple(map(scaled, value)) if isinstance(value, tuple) else scaled(value)
 
 
 def need_state(given: State | None, name: str = "state") -> None:

@@ -48,6 +48,7 @@ def check_study(study: Study) -> None:
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
         _check_friction(study, mistakes)
+        _check_units(study, mistakes)
         _check_settings(study, mistakes)
         _check_theories(study, mistakes)
         _check_kept(study, mistakes)
@@ -238,6 +239,22 @@ def _check_friction(study: Study, mistakes: Mistakes) -> None:
     ]
     for place in [*places, *(("orbits", name) for name in study.orbits)]:
         mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
+
+
+def _check_units(study: Study, mistakes: Mistakes) -> None:
+    """Refuse what knows one free mass alone, before anything is run."""
+    if all(point.unit_count == 1.0 for point in study.corners):
+        return
+    from damper.observers import observer_class
+
+    places: list[tuple[str, ...]] = [("orbits", name) for name in study.orbits]
+    for name, settings in study.observers.items():
+        if not observer_class(name).knows_several:
+            places.append(("observers", name))
+        elif getattr(settings, "free_mass", False):
+            places.append(("observers", name, "free_mass"))
+    for place in places:
+        mistakes.add(place, f"{place[1]} knows one free mass", "unit_count: 1")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:

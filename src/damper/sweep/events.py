@@ -9,6 +9,7 @@ import numpy as np
 from damper.engine.loop import FINISHED
 from damper.engine.segment import (
     CAUSE,
+    COLUMNS,
     DURATION,
     IMPACT,
     PERIODS,
@@ -41,6 +42,8 @@ EVENT = np.dtype(
         ("time_in_period", "f8"),
     ]
 )
+#: Of a damper with several free masses: number of the one that it happens to, from 0.
+EVENT_OF_SEVERAL = np.dtype([*EVENT.descr, ("body", "i1")])
 #: Names of the kinds, in the order of their numbers.
 KINDS = ("impact", "stick", "release", "stopped", "rest", "slip", "reversal")
 #: Most events that are shown whole; of more, the first and last few.
@@ -62,22 +65,24 @@ class EventTable(np.ndarray):
         if isinstance(key, str) and key not in (self.dtype.names or ()):
             raise ValueError(str(unknown_name("field", key, self.dtype.names or ())))
         part = super().__getitem__(key)
-        other = isinstance(part, EventTable) and part.dtype != EVENT
+        other = isinstance(part, EventTable) and part.dtype not in (EVENT, EVENT_OF_SEVERAL)
         return part.view(np.ndarray) if other else part
 
     def __repr__(self) -> str:
-        if self.ndim != 1 or self.dtype != EVENT:
+        if self.ndim != 1 or self.dtype not in (EVENT, EVENT_OF_SEVERAL):
             return repr(self.view(np.ndarray))
-        count, rows = len(self), self.view(np.ndarray)
+        count, rows, several = len(self), self.view(np.ndarray), self.dtype != EVENT
         shown = range(count) if count <= _SHOWN else [*range(_FEW), *range(count - _FEW, count)]
         lines = [
             f"{rows['time'][k]:12.6g} {KINDS[rows['kind'][k]]:>8} {rows['side'][k]:+5d} "
             f"{rows['approach_speed'][k]:15.6g} {rows['x'][k]:12.6g} {rows['v'][k]:12.6g}"
+            + (f" {rows['body'][k]:5d}" if several else "")
             for k in shown
         ]
         if count > _SHOWN:
             lines.insert(_FEW, f"{'...':>12}")
         head = f"{'time':>12} {'kind':>8} {'side':>5} {'approach_speed':>15} {'x':>12} {'v':>12}"
+        head += f" {'body':>5}" if several else ""
         return "\n".join([f"<{count} event{'' if count == 1 else 's'}>", head, *lines])
 
 
@@ -121,7 +126,9 @@ def events(
         time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
         any number of periods, while `time` is the rounded sum period * P + time_in_period. A
         completed burst is its individually resolved impacts and then one stick row at the
-        accumulation time.
+        accumulation time. With several masses there is also `body`, the number of the one that it
+        happens to, from 0 (-1 where none is): what happens to several at one instant is as many
+        rows of one `time`, and a mass that another one's impact kicks off its wall is a release.
 
     Raises
     ------
@@ -163,9 +170,10 @@ def events(
             f"until = {until!r}: ends after {periods:.3g} cycles; at most {MOST_PERIODS}"
         )
     pieces = []
+    one = parameters.model != "several"
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
         rows = log[log[:, CAUSE] >= IMPACT]
-        piece = np.empty(len(rows), dtype=EVENT)
+        piece = np.empty(len(rows), dtype=EVENT if one else EVENT_OF_SEVERAL)
         piece["time"] = rows[:, PERIODS] * trajectory.cycle + rows[:, TIME]
         piece["kind"] = rows[:, CAUSE]
         piece["side"] = np.where(rows[:, CAUSE] < REST, rows[:, SIDE], 0.0)
@@ -174,6 +182,8 @@ def events(
         piece["v"] = rows[:, V]
         piece["period"] = rows[:, PERIODS]
         piece["time_in_period"] = rows[:, TIME]
+        if not one:
+            piece["body"] = rows[:, COLUMNS]
         pieces.append(piece)
         if len(log):
             last = log[-1].copy()
@@ -182,8 +192,8 @@ def events(
         whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
         periods = last[PERIODS] + whole
         time = periods * trajectory.cycle + rest
-        row = (time, STOPPED, 0, 0.0, x, v, periods, rest)
-        pieces.append(np.array([row], dtype=EVENT))
+        row = (time, STOPPED, 0, 0.0, x, v, periods, rest, *(() if one else (-1,)))
+        pieces.append(np.array([row], dtype=pieces[0].dtype))
     found: EventTable = np.concatenate(pieces).view(EventTable)
     if units is not NO_UNITS:
         for name, size in _SIZES.items():

@@ -1,7 +1,7 @@
 """A point of a study: one mapping of names to values -> parameters, units and initial state."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -42,24 +42,40 @@ class Point(NamedTuple):
         x = self.initial.get("initial_displacement", x)
         v = self.initial.get("initial_velocity", v)
         place = self.initial.get("initial_position", 0.0)
-        y = x + place * self.parameters.clearance
+        y = self._placed(x, [place] * len(self.parameters.each))
         return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
+
+    def _placed(self, x: float, places: Sequence[float]) -> Any:
+        """Displacement of the free mass, or of each of several, at parts of their clearances."""
+        each = self.parameters.each
+        found = tuple(x + place * p.clearance for place, p in zip(places, each, strict=True))
+        return found if self.parameters.model == "several" else found[0]
 
     def carried_over(self, before: "Point", end: State) -> State:
         """Return the end of a neighbour's run as the start of this one."""
         length = before.units.length / self.units.length
         speed = before.units.speed / self.units.speed
-        walls = before.parameters.clearance
-        apart = end.y - end.x
-        place = apart / walls if walls > 0.0 else 0.0
-        if walls > 0.0 and walls - abs(apart) <= slack(walls, end.x, end.y):
-            # In contact by the engine's own rule, and to stay so however far apart the walls are.
-            place = math.copysign(1.0, apart)
+        here, there = len(self.parameters.each), before.parameters.each
+        if here != len(there):
+            raise ValueError(
+                f"unit_count: {here} free masses cannot start from the end of {len(there)}; follow "
+                "another axis"
+            )
+        places = []
+        ends, speeds = end.of_each(here)
+        for one, y in zip(there, ends, strict=True):
+            walls, apart = one.clearance, y - end.x
+            place = apart / walls if walls > 0.0 else 0.0
+            if walls > 0.0 and walls - abs(apart) <= slack(walls, end.x, y):
+                # In contact by the engine's own rule, to stay so however far apart the walls are.
+                place = math.copysign(1.0, apart)
+            places.append(place)
         x, v = length * end.x, speed * end.v
-        y = x + place * self.parameters.clearance
+        us = [v + speed * (u - end.v) for u in speeds]
         # The local time again is a part of the cycle, whatever its length now is.
         part = end.time / before.parameters.cycle
-        return State(x, v, y, v + speed * (end.u - end.v), part * self.parameters.cycle)
+        u = tuple(us) if isinstance(end.u, tuple) else us[0]
+        return State(x, v, self._placed(x, places), u, part * self.parameters.cycle)
 
 
 def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
@@ -69,7 +85,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     ----------
     values : mapping of str to float
         All parameters of one system of units, and initial quantities that are not zero; `forcing`
-        is a force, or its name.
+        is a force, or its name, and `masses` as for `damper.Parameters`.
     primary : {"rest", "steady"}
         Where the primary starts.
 
@@ -109,7 +125,7 @@ def _language(
     kind = SIParameters if si else Parameters
     known = {q.name: q for q in kind.quantities}
     for name in parameters:
-        if name not in known and name != "forcing":
+        if name not in known and name not in ("forcing", "masses"):
             raise unknown_name("parameter", name, known)
     missing = [name for name, q in known.items() if name not in parameters and q.default is None]
     if missing:

@@ -200,7 +200,7 @@ class _Sweep:
 
     def _work(self, waiting: Iterator[list[int]], observers: list[Observer]) -> None:
         """Run one chain after another until none is left."""
-        buffer = np.empty((LOG_ROWS, COLUMNS))
+        buffer = np.empty(LOG_ROWS * COLUMNS)
         try:
             while not self._stopped:
                 with self._lock:
@@ -240,7 +240,10 @@ class _Sweep:
         for observer in observers:
             observer.begin(number, trajectory, window)
         end = window.periods + window.length, window.time
-        for log in self._watched(trajectory.segments(*end, buffer if observers else NO_LOG)):
+        # Rows of several masses are wider; there are fewer of them.
+        rows = len(buffer) // trajectory.columns
+        kept = buffer[: rows * trajectory.columns].reshape(rows, trajectory.columns)
+        for log in self._watched(trajectory.segments(*end, kept if observers else NO_LOG)):
             for observer in observers:
                 observer.observe(log)
         for observer in observers:

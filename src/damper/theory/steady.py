@@ -23,6 +23,9 @@ FREE_MASS = (
     "modulation_order",
     "modulation_phase",
     "friction",
+    "unit_count",
+    "clearance_spread",
+    "masses",
 )
 
 

@@ -9,13 +9,18 @@ impacts: time, place and common velocity differ from their limits by a power ser
 speed, of which Neville's scheme removes one term after the other. Panels end at the samples of a
 record, where its force is not smooth. With dry friction a free mass slides one way until its
 relative velocity vanishes.
+
+Of several free masses all contacts of an instant are solved at once, by trying who pushes. An
+extrapolated end holds where nothing happens to another mass before it. Masses that chatter on one
+wall kick each other off it, and their speeds follow no power series: each rests when what is left
+of its sequence is below the digits that are asked for.
 """
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise, zip_longest
+from itertools import combinations, pairwise, zip_longest
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
@@ -59,10 +64,12 @@ class Event(NamedTuple):
     gap: mpf
     """To this wall: y = x + side (clearance - gap)."""
     rate: mpf
+    body: int = 0
+    """Number of the free mass."""
 
 
 class ExactRun(NamedTuple):
-    """Events in order of time, and ``(x, v, y, u)`` at the end."""
+    """Events in order of time, and ``(x, v, y, u)`` at the end, with y and u of each free mass."""
 
     events: list[Event]
     final: tuple[mpf, ...]
@@ -147,6 +154,8 @@ class Body(NamedTuple):
     damping: mpf
     friction: mpf
     """Acceleration by dry friction while it slides."""
+    gravity: mpf
+    """Acceleration to the left wall."""
 
     @property
     def rigid(self) -> bool:
@@ -183,8 +192,6 @@ class System(NamedTuple):
     inertial: bool
     """Whether that is the inertia in a frame that moves: it accelerates every mass alike."""
     masses: tuple[Body, ...]
-    gravity: mpf = mpf(0)
-    """Acceleration of every free mass to its left wall."""
 
 
 class Place(NamedTuple):
@@ -228,8 +235,13 @@ def system_of(
     friction: Any = 0,
     force_amplitude: Any = 1,
     forcing: given.Forcing = given.HARMONIC,
+    masses: Sequence[Mapping[str, Any]] = (),
 ) -> System:
     """Return the system that `damper.Parameters` of these values mean, exact as they are."""
+    if masses:
+        values = {k: v for k, v in locals().items() if k != "masses"}
+        each = [system_of(**(values | dict(own))) for own in masses]
+        return each[0]._replace(masses=tuple(one.masses[0] for one in each))
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
     k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
     walls = {1: r, -1: r if restitution_left == math.inf else mpf(restitution_left)}
@@ -246,9 +258,10 @@ def system_of(
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
         mpf(friction),
+        mpf(gravity),
     )
     force, inertial = _force(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
-    return System(zeta, force, inertial, (mass,), mpf(gravity))
+    return System(zeta, force, inertial, (mass,))
 
 
 def _force(
@@ -306,27 +319,32 @@ def run(
 ) -> ExactRun:
     """Return every event up to a time, and the state then; ValueError for a start beyond a wall.
 
-    `values` are parameters as `system_of` takes them, the state is ``(x, v, y, u)``. The last
+    `values` are parameters as `system_of` takes them, the state is ``(x, v, y, u)``, with sequences
+    y and u where there are several free masses. The last
     impacts of a complete chatter sequence are left out. A start at rest on a wall that presses
     gives a ``"stick"`` at once, but no impact; with no clearance between rigid walls there are no
     events.
     """
     with mp.workdps(digits + GUARD_DIGITS):
         system, friction = system_of(**values), values.get("friction", 0)
-        x, v, y, u = map(mpf, state)
-        side, d = 1 if y >= x else -1, system.masses[0].clearance
-        rate = side * (v - u)
-        way = -side * int(mp.sign(rate)) if friction else 0
-        place = Place(FLIGHT, side, d - side * (y - x), rate, way=way)
-        if place.gap < 0:
-            raise ValueError("the free mass starts outside its box")
-        motion = _Motion(system, mpf(start_time), x, v, [place], mpf(until), digits)
-        if d == 0 and system.masses[0].rigid:
+        x, v = mpf(state[0]), mpf(state[1])
+        several = isinstance(state[2], Sequence)
+        places = []
+        starts = zip(*(s if several else [s] for s in state[2:]), strict=True)
+        for mass, (y, u) in zip(system.masses, starts, strict=True):
+            side = 1 if y >= x else -1
+            gap, rate = mass.clearance - side * (mpf(y) - x), side * (v - mpf(u))
+            way = -side * int(mp.sign(rate)) if friction else 0
+            places.append(Place(FLIGHT, side, gap, rate, way=way))
+            if gap < 0:
+                raise ValueError("the free mass starts outside its box")
+        motion = _Motion(system, mpf(start_time), x, v, places, mpf(until), digits)
+        if system.masses[0].clearance == 0 and system.masses[0].rigid:
             motion.join(0)
-        elif friction and rate == 0:
+        elif friction and places[0].rate == 0:
             motion.settle(0)
         while happened := motion.advance():
-            motion.change(*happened)
+            motion.change(happened)
         final = [motion.x, motion.v]
         for mass, place in zip(system.masses, motion.places, strict=True):
             final.append(motion.x + place.side * (mass.clearance - place.gap))
@@ -349,8 +367,8 @@ class _Motion:
     rows: dict[int, tuple[int, list[mpf], list[tuple[mpf, ...]]]] = field(default_factory=dict)
     """Of a mass the wall of its last impacts, their rebounds, and extrapolations by order."""
 
-    def advance(self) -> tuple[int, str, int] | None:
-        """Go to the next event: the number of a free mass, what happens to it, at which wall."""
+    def advance(self) -> list[tuple[int, str, int]]:
+        """Go to the next instant at which something happens: to which mass, what, at which wall."""
         fastest, pole = self._rates()
         while self.t < self.until:
             step = min(PANEL / fastest, pole / POLE, self._end() - self.t)
@@ -359,42 +377,57 @@ class _Motion:
                     place = self.places[number]
                     if place.gap == 0 < place.rate and gap[2] < 0:
                         if self._completes(number, gap, fastest):
-                            return number, "stick", place.side
+                            return [(number, "stick", place.side)]
                         # About twice the time of the bounce.
                         step = min(step, -2 * place.rate / gap[2])
             x, gaps = self._series(term_count(fastest * step, step / pole))
-            span, happened = step, None
+            span = step
+            roots: list[tuple[mpf, tuple[int, str, int]]] = []
             for number, gap in enumerate(gaps):
                 for kind, side, q in self._watched(number, gap):
-                    tau = first_root(q, span)
+                    tau = first_root(q, min(step, span + self._instant))
                     if tau is not None:
-                        span, happened = tau, (number, kind, side)
+                        if len(self.places) == 1:
+                            roots = []  # the later one of a mass decides nothing
+                        span = min(span, tau)
+                        roots.append((tau, (number, kind, side)))
             self._move(x, gaps, span)
-            if happened:
+            if happened := [what for tau, what in roots if tau <= span + self._instant]:
                 return happened
-        return None
+        return []
+
+    @property
+    def _instant(self) -> mpf:
+        """Times that are no further apart are one: masses that were released together."""
+        return mpf(10) ** -(self.digits + GUARD_DIGITS // 2) if len(self.places) > 1 else mpf(0)
 
     # --- events
 
-    def change(self, number: int, kind: str, side: int) -> None:
-        """Do what an event does, and list it."""
+    def change(self, happened: list[tuple[int, str, int]]) -> None:
+        """Do what the events of an instant do, and list them."""
+        hits = {}
+        for number, kind, side in happened:
+            place, mass = self.places[number], self.system.masses[number]
+            if kind == "impact" and mass.rigid:
+                if place.gap or place.rate:
+                    hits[number] = side
+                    continue
+                kind = "stick"  # at rest on a wall that presses
+            self._change_one(number, kind, side)
+        if hits:
+            self._hit(hits)
+
+    def _change_one(self, number: int, kind: str, side: int) -> None:
         mass, (_, own, gap, rate, *_) = self.system.masses[number], self.places[number]
         speed = mpf(0)
         if kind == "stop":
             self.settle(number, "reversal")
             return
-        if kind == "impact" and mass.rigid and gap == rate == 0:
-            kind = "stick"  # at rest on a wall that presses
         if kind == "stick":
             place = self.join(number)
         elif kind == "impact":
             speed = max(-rate if side == own else rate, mpf(0))
             place = Place(CONTACT, side, mpf(0), -speed)
-            if mass.rigid:
-                rebound, way = mass.restitution(side, speed) * speed, -side if mass.friction else 0
-                place = Place(FLIGHT, side, mpf(0), rebound, way=way)
-                mu = mass.ratio(self.t)[0]
-                self.v += mu / (1 + mu) * side * (speed + place.rate)
         elif kind in ("release", "jump"):  # a release is where the gap's second derivative vanishes
             way = self._breaks(number)
             place = Place(FLIGHT, own, gap, mpf(0), zeros=3 * (kind == "release"), way=way)
@@ -405,10 +438,62 @@ class _Motion:
             opens = kind == "opening" or mass.tension
             place = Place(FLIGHT, side, mpf(0) if opens else gap, rate)
         self.places[number] = place
+        self._forget(number)
         if kind != "opening":
             self._list(number, kind, 0 if kind == "slip" else side, speed)
-        if kind == "impact" and mass.friction and place.rate == 0:
-            self.settle(number)
+
+    def _hit(self, hits: dict[int, int]) -> None:
+        """Let masses hit walls together; who sticks to one takes part, or is kicked off."""
+        masses, contacts = self.system.masses, {}
+        for number, (mode, side, _, rate, *_) in enumerate(self.places):
+            if number in hits:
+                contacts[number] = hits[number], max(-rate * hits[number] * side, mpf(0))
+            elif mode == STICKING:
+                contacts[number] = side, mpf(0)
+        ratio = {n: masses[n].ratio(self.t)[0] for n in contacts}
+        asks = {n: (1 + masses[n].restitution(s, w)) * w for n, (s, w) in contacts.items()}
+
+        def change(pushing: Sequence[int]) -> mpf:
+            """Momentum is kept, and each that pushes leaves its wall as its restitution has it."""
+            gained = sum(contacts[n][0] * ratio[n] * asks[n] for n in pushing)
+            return gained / (1 + sum(ratio[n] for n in pushing))
+
+        tried = (p for size in range(len(contacts), 0, -1) for p in combinations(contacts, size))
+        pushing = next(
+            p
+            for p in tried
+            if all(
+                asks[n] >= contacts[n][0] * change(p)
+                if n in p
+                else asks[n] <= contacts[n][0] * change(p)
+                for n in contacts
+            )
+        )
+        gained = change(pushing)
+        self._push(gained, among=contacts)
+        for number, (side, speed) in contacts.items():
+            leaves = side * gained - speed
+            if number in pushing and number in hits:
+                rate = asks[number] - speed
+                way = -side if masses[number].friction else 0
+                self.places[number] = Place(FLIGHT, side, mpf(0), rate, way=way)
+            elif number not in pushing and leaves != 0:
+                self.places[number] = Place(FLIGHT, side, mpf(0), leaves)
+            if number not in hits and self.places[number].mode == FLIGHT:
+                self._list(number, "release", side, mpf(0))
+            elif number in pushing and number in hits:
+                self._list(number, "impact", side, speed)
+                if masses[number].friction and self.places[number].rate == 0:
+                    self.settle(number)
+        self._forget(*hits)
+
+    def _push(self, gained: mpf, among: Collection[int]) -> None:
+        """Change the primary's velocity, and with it the rates of all other masses in flight."""
+        self.v += gained
+        for number, place in enumerate(self.places):
+            if number not in among and place.mode != STICKING:
+                rate = place.rate + place.side * gained
+                self.places[number] = place._replace(rate=rate, zeros=0)
 
     def settle(self, number: int, otherwise: str = "") -> None:
         """Let a mass without a relative velocity rest, or slide on, which is an event `otherwise`.
@@ -446,12 +531,22 @@ class _Motion:
 
     def _list(self, number: int, kind: str, side: int, speed: mpf) -> None:
         place = self.places[number]
-        self.events.append(Event(self.t, kind, side, speed, self.x, self.v, place.gap, place.rate))
+        at = self.t, kind, side, speed, self.x, self.v, place.gap, place.rate
+        self.events.append(Event(*at, number))
+
+    def _forget(self, *numbers: int) -> None:
+        """Keep no extrapolations but that of the one mass that something has happened to."""
+        self.rows = {n: row for n, row in self.rows.items() if (n,) == numbers}
+
+    def _inertia(self) -> mpf:
+        """Mass of the primary with all that sticks to it."""
+        parts = zip(self.system.masses, self.places, strict=True)
+        return 1 + sum(mass.ratio(self.t)[0] for mass, place in parts if place.mode == STICKING)
 
     def join(self, number: int) -> Place:
         """Let a mass stick to its wall, with the common velocity."""
         side, mu = self.places[number].side, self.system.masses[number].ratio(self.t)[0]
-        self.v -= mu / (1 + mu) * side * self.places[number].rate
+        self._push(-mu / (self._inertia() + mu) * side * self.places[number].rate, [number])
         self.rows.pop(number, None)
         self.places[number] = Place(STICKING, side, mpf(0), mpf(0))
         return self.places[number]
@@ -470,9 +565,22 @@ class _Motion:
         back = out - 2 * (1 + mu) * mass.friction
         if back <= 0:
             return False
+        others = [n for n, p in enumerate(self.places) if n != number and p.mode != STICKING]
+        shift = -mu / (self._inertia() + mu) * side * w
+        if len(self.places) > 1 and 2 * w / (out * (1 - r)) < mpf(10) ** -(self.digits + 2):
+            # Who has come to rest on a wall before stays so.
+            at_rest = [n for n, p in enumerate(self.places) if p.gap == p.rate == 0]
+            self._push(shift, [number, *at_rest])
+            self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
+            return True
+        if any(p.mode == STICKING and p.side == side for p in self.places):
+            return False
         wall, speeds, before = self.rows.get(number, (0, [], []))
         kept = ORDERS * (wall == side)
-        speeds, row = speeds[:kept], [(self.t, self.x, self.v - mu / (1 + mu) * side * w)]
+        row: list[tuple[mpf, ...]] = [(self.t, self.x, self.v + shift)]
+        for place in (self.places[n] for n in others):
+            row[0] += (place.gap, place.rate + place.side * shift)
+        speeds = speeds[:kept]
         for u, old in zip(speeds, before[:kept], strict=True):
             row.append(tuple((u * b - w * a) / (u - w) for a, b in zip(old, row[-1], strict=True)))
         self.rows[number] = side, [w, *speeds], row
@@ -489,7 +597,12 @@ class _Motion:
             return False
         if fine[0] > self._end() and w > mpf(10) ** -self.digits:
             return False
-        self.t, self.x, self.v = min(fine[0], self._end()), *fine[1:]
+        for n, at in zip(others, fine[3::2], strict=True):
+            if not 0 < at < 2 * self.system.masses[n].clearance:
+                return False  # it arrives before
+        self.t, self.x, self.v = min(fine[0], self._end()), *fine[1:3]
+        for n, one, rate in zip(others, fine[3::2], fine[4::2], strict=True):
+            self.places[n] = Place(FLIGHT, self.places[n].side, one, rate)
         self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
         return True
 
@@ -539,8 +652,10 @@ class _Motion:
             push, carried = one, mpf(0)
             if self.system.inertial:
                 push, carried = mp.fdot(inertia[: n + 1], forces[n::-1]), one
-            if self.system.gravity and n < len(inertia):
-                push -= self.system.gravity * (inertia[n] - (n == 0))
+            for mass, place, _ in masses:
+                ratio = mass.ratio(self.t, count) if mass.gravity else []
+                if place.joined and n < len(ratio):
+                    push -= mass.gravity * ratio[n]
             push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
             pulls = []
             for mass, place, gap in masses:
@@ -562,7 +677,7 @@ class _Motion:
             for (mass, place, gap), pull in zip(masses, pulls, strict=True):
                 own = carried + pull / mass.mean if pull else carried
                 if n == 0:
-                    own -= self.system.gravity + place.way * mass.friction
+                    own -= mass.gravity + place.way * mass.friction
                 opens = place.side * (second[n] - own)
                 gap.append(-opens if place.joined else opens / ((n + 1) * (n + 2)))
         for place, gap in zip(self.places, gaps, strict=True):

@@ -12,7 +12,7 @@ from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting, unknown_model
-from damper.parameters.dampers import need_no_friction
+from damper.parameters.dampers import need_no_friction, need_one_mass
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -45,6 +45,8 @@ class Observer:
         For an unknown setting (with the known ones) or a value out of range.
     """
 
+    knows_several: ClassVar[bool] = False
+    """Whether it reads the log of several free masses."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
     knows_friction: ClassVar[bool] = True
@@ -104,6 +106,8 @@ class Observer:
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
+        if not self.knows_several:
+            need_one_mass(trajectory.model, f"the observer {self.name}")
         if not self.knows_friction:
             need_no_friction(trajectory.model, f"the observer {self.name}")
         self._run = run

@@ -11,7 +11,7 @@ from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
 from damper.models.sensitivity import Stencil, neighbours
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.dampers import need_no_friction
+from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
@@ -36,7 +36,9 @@ _AT_REST = 1e-8
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
     """Quantities along which a motion can be followed."""
-    return tuple(q.name for q in kind.quantities if not q.whole and q.name != "friction")
+    return tuple(
+        q.name for q in kind.quantities if not q.whole and q.model not in ("sliding", "several")
+    )
 
 
 #: Those of a study.
@@ -332,7 +334,7 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_force(parameters, "an orbit")
     p = parameters.dimensionless
-    need_no_friction(p, "an orbit")
+    need_smooth_mass(p, "an orbit")
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")

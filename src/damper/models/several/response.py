@@ -1,0 +1,115 @@
+"""The response of a damper with several free masses: what a segment of it adds.
+
+The primary moves with all that sticks to it; the bounces of a tail are those of one mass, or of
+several that bounce as one, about the centre of all.
+"""
+
+import math
+
+from damper.engine.compiled import compiled
+from damper.engine.forcing import force_rates
+from damper.engine.segment import TAIL
+from damper.models.response import (
+    ResponseIntegrals,
+    ShiftedOscillator,
+    Tail,
+    impact_loss,
+    integrate_segment,
+    oscillation,
+    stored_energy,
+    with_bounces,
+    work_in_flight,
+)
+from damper.models.several import (
+    COMPLETION,
+    GRAVITY,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    Several,
+    begin,
+    bodies_in,
+    is_joined,
+    restitution_of,
+    segment_of,
+    state_in,
+    view_of,
+)
+
+
+@impact_loss.of(Several)
+def _impact_loss(model, segment):
+    return segment.loss
+
+
+@stored_energy.of(Several)
+def _stored_energy(model, segment, tau):
+    x, v, y, u = state_in(model, segment, tau)
+    energy = 0.5 * (v * v + x * x)
+    for k in range(len(y)):
+        ratio, gravity = float(model.masses[k, RATIO]), float(model.masses[k, GRAVITY])
+        energy += ratio * (0.5 * float(u[k]) * float(u[k]) + gravity * float(y[k]))
+    # What the dashpot takes from the centre in the bounce under way; motion leaves it out.
+    ratio, side, _ = _bouncing(model, segment)
+    if ratio > 0.0:
+        gap = _gap_of_tail(model, segment, tau)
+        share = side * ratio / (1.0 + begin(model, segment).joined)
+        energy -= 2.0 * model.free.damping * v * share * gap
+    return energy
+
+
+@compiled
+def _bouncing(model, segment):
+    """Mass ratio of all that bounce in a tail, their wall, and the number of one of them."""
+    ratio, side, number = 0.0, 0.0, 0
+    for k in range(len(segment.bodies)):
+        b = segment.bodies[k]
+        if b[MODE] == TAIL and b[RATE] > 0.0:
+            ratio += float(model.masses[k, RATIO])
+            side, number = float(b[SIDE]), k
+    return ratio, side, number
+
+
+@compiled
+def _gap_of_tail(model, segment, tau):
+    _, _, number = _bouncing(model, segment)
+    _, _, bodies = bodies_in(model, segment, tau)
+    return float(bodies[number, 0])
+
+
+@integrate_segment.of(Several)
+def _integrate_segment(model, tables, segment, low, high, peak):
+    s = segment
+    start = begin(model, s)
+    ratio, side, number = _bouncing(model, s)
+    moving = ShiftedOscillator(start.osc, start.primary, 0.0)
+    found = oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
+    work = model.free.strength * (1.0 + start.joined * model.share) * found.work
+    for k in range(len(s.bodies)):
+        if not is_joined(s.bodies[k, MODE]):
+            own = float(model.masses[k, RATIO]) * (1.0 + start.joined)
+            seg = segment_of(s, start, k)
+            view = view_of(model, start, k, own, seg.side)
+            work += work_in_flight(view.mass, view, seg, low, high)
+    found = ResponseIntegrals(found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak)
+    if ratio == 0.0:
+        return found
+    force, force1, _, _, _ = force_rates(model.free.forcing, start.primary.phase)
+    apart = model.free.strength * (1.0 - model.share)
+    tail = Tail(
+        start.primary,
+        0.0,
+        apart * force,
+        apart * force1,
+        side * ratio / (1.0 + start.joined),
+        restitution_of(model, number, side),
+        float(s.bodies[number, RATE]),
+        float(s.bodies[number, COMPLETION]),
+    )
+    found = with_bounces(found, tail, low, high, peak)
+    # Of the reduced mass that bounces, as the primary carries what sticks.
+    heavier = 1.0 + start.joined - ratio
+    return ResponseIntegrals(
+        found.square, found.speed_square, found.work, heavier * found.loss, 0.0, 0.0, found.peak
+    )

@@ -1,0 +1,407 @@
+"""Several free masses on one primary: against many digits, each rule in a scene of its own."""
+
+import math
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from cases import thinned
+from forced_scenes import ERROR, FORCES
+from project_copy import small_study
+from scenes import GENERIC, QUIET
+from scipy.integrate import solve_ivp
+from several_scenes import growth, largest_error, length_of, pairs_of, several_scene
+
+from damper import Parameters, SIParameters, State, events, simulate
+from damper.engine.compiled import plain
+from damper.engine.model import read_segment
+from damper.engine.segment import CAUSE, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
+from damper.models import start_run
+from damper.models.several import GAP, MODE, RATE, SIDE
+from damper.study.config import ConfigError, load_study
+from damper.sweep.runs import run_points
+
+CALM: dict[str, Any] = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0}
+
+
+def damper_of(*masses: dict[str, float], **given: float) -> Parameters:
+    values = {"mass_ratio": 0.1, "clearance": 1.0, "restitution": 0.5} | CALM | given
+    return Parameters(**values, masses=masses)
+
+
+def told(table: np.ndarray) -> list[tuple[int, int, int]]:
+    return [(row["kind"], row["body"], row["side"]) for row in table]
+
+
+# --- against many digits
+
+CASES = [(force, seed) for force in FORCES for seed in range(3)]
+
+
+@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 1))
+@plain
+def test_events_against_many_digits(force: str, seed: int) -> None:
+    values, state = several_scene(force, seed)
+    until = length_of(values, state)
+    pairs = pairs_of(values, state, until)
+    assert len(pairs) >= 2
+    error = largest_error(pairs)
+    assert error < ERROR or error < 1e-14 * growth(values, state, until)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("force", FORCES)
+@plain
+def test_many_random_scenes(force: str) -> None:
+    """Chatter, tails that another mass interrupts, two that are stuck at once, kicks."""
+    happened: Counter[str] = Counter()
+    for seed in range(17 if force != "harmonic" else 200):
+        values, state = several_scene(force, seed)
+        until = length_of(values, state)
+        error = largest_error(pairs_of(values, state, until))
+        assert error < ERROR or error < 1e-14 * growth(values, state, until), seed
+        happened += _scenes_in(values, state, until)
+    assert all(happened[name] > 10 for name in ("tail", "two stuck", "kick", "together"))
+
+
+def _scenes_in(values: dict[str, Any], state: tuple, until: float) -> Counter[str]:
+    found: Counter[str] = Counter()
+    run = start_run(Parameters(**values), State(*state))
+    before = None
+    for log in run.segments(*run.whole_periods(until)):
+        for row in log:
+            s = read_segment(run.model, row)
+            modes = s.bodies[:, MODE]
+            found["tail"] += bool(np.any(modes == 1.0))
+            found["two stuck"] += np.count_nonzero(modes == 2.0) >= 2
+            found["kick"] += s.cause == 2.0 and s.gap_rate > 0.0
+            found["together"] += s.cause == before == IMPACT and row[DURATION] == 0.0
+            before = s.cause
+    return found
+
+
+# --- rules of simultaneous contacts
+
+
+def test_masses_that_arrive_together_hit_together() -> None:
+    """On one wall: dv = sum s mu (1 + r) w / (1 + sum mu), each rebounds with r w."""
+    p = damper_of({}, {"mass_ratio": 0.3, "restitution": 0.2})
+    table = events(p, State(0.0, 0.0, [0.0, -1.0], [1.0, 2.0]), until=1.5)
+    assert told(table[:2]) == [(0, 0, 1), (0, 1, 1)]
+    assert table["time"][:2] == pytest.approx(1.0, abs=1e-15)
+    assert table["v"][:2] == pytest.approx((0.1 * 1.5 + 0.3 * 1.2 * 2) / 1.4, abs=1e-15)
+
+
+def test_masses_that_hit_opposite_walls_together_balance() -> None:
+    table = events(damper_of({}, {}), State(0.0, 0.0, [0.0, 0.0], [1.0, -1.0]), until=1.5)
+    assert told(table) == [(0, 0, 1), (0, 1, -1)]
+    assert table["v"] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_slow_mass_loses_the_wall_that_a_hard_impact_takes_away() -> None:
+    """It arrives at the same instant, and is not hit: complementarity gives it no impulse."""
+    p = damper_of({"mass_ratio": 1.0}, {})
+    start = State(0.0, 0.0, [0.0, 1.0 - 1e-3], [10.0, 1e-2])
+    table = events(p, start, until=0.2)
+    assert told(table[:1]) == [(0, 0, 1)]
+    assert table["v"][0] == pytest.approx(7.5, abs=1e-12)  # 1 (1 + .5) 10 / 2
+
+
+PRESSED = State(0.5, 0.0, [1.5, 0.5], [0.0, 0.0])
+"""The first mass is at rest on the right wall, which x'' < 0 presses on it."""
+
+
+def test_a_mass_that_is_stuck_on_the_same_wall_is_kicked_off() -> None:
+    p = damper_of({}, {}, gravity=0.0)
+    table = events(p, State(0.5, 0.0, [1.5, 0.5], [0.0, 30.0]), until=0.08)
+    assert told(table[:3]) == [(1, 0, 1), (0, 1, 1), (2, 0, 1)]
+    assert table["time"][1] == table["time"][2]
+    # Alone, without the mass that it kicks: dv = mu (1 + r) w / (1 + mu).
+    hit = table[1]
+    run = start_run(p, State(0.5, 0.0, [1.5, 0.5], [0.0, 30.0]))
+    [log] = run.segments(*run.whole_periods(0.08))
+    gained = log[1][V] - log[1][V_BEFORE]
+    assert gained == pytest.approx(0.1 * 1.5 * float(hit["approach_speed"]) / 1.1, rel=1e-14)
+    kicked = read_segment(run.model, log[2])
+    assert kicked.gap_rate == pytest.approx(gained, rel=1e-14)
+    assert kicked.v == log[1][V]
+
+
+def test_a_mass_that_is_stuck_on_the_opposite_wall_stays_and_adds_its_mass() -> None:
+    p = damper_of({"mass_ratio": 0.5}, {})
+    table = events(p, State(0.5, 0.0, [1.5, 0.5], [0.0, -30.0]), until=0.06)
+    assert told(table) == [(1, 0, 1), (0, 1, -1)]
+    run = start_run(p, State(0.5, 0.0, [1.5, 0.5], [0.0, -30.0]))
+    [log] = run.segments(*run.whole_periods(0.06))
+    gained = log[-1][V] - log[-1][V_BEFORE]
+    speed = float(table["approach_speed"][1])
+    assert gained == pytest.approx(-0.1 * 1.5 * speed / 1.6, rel=1e-14)
+    assert read_segment(run.model, log[-1]).bodies[0, MODE] == 2.0
+
+
+def test_masses_that_are_stuck_on_one_wall_are_released_at_one_instant() -> None:
+    """And as they part together, they land together."""
+    p = damper_of({}, {"mass_ratio": 0.02, "clearance": 1.0})
+    table = events(p, State(0.5, 0.0, [1.5, 1.5], [0.0, 0.0]), until=8.0)
+    assert told(table[:6]) == [(k, b, 1) for k in (1, 2) for b in (0, 1)] + [
+        (0, 0, -1),
+        (0, 1, -1),
+    ]
+    # Joined they are an oscillator of mass 1.12, which has no acceleration a quarter period on.
+    assert table["time"][2:4] == pytest.approx(math.pi / 2 * math.sqrt(1.12), abs=1e-14)
+    assert table["time"][4] == table["time"][5]
+
+
+def test_masses_that_chatter_on_one_wall_come_to_rest_at_one_instant() -> None:
+    """With r = 0 as well: each impact of one kicks the other off, ever more weakly."""
+    start = State(3.0, 0.0, [3.99, 3.95], [0.0, 0.0])
+    for r in (0.0, 0.3):
+        p = damper_of({}, {"clearance": 1.01}, restitution=r)
+        table = events(p, start, until=1.4)
+        last = {b: table[(table["kind"] == 1) & (table["body"] == b)]["time"][-1] for b in (0, 1)}
+        assert last[0] == pytest.approx(last[1], abs=1e-11)
+        kicks = table[(table["kind"] == 2) & (table["time"] < last[0])]
+        assert len(kicks) >= 3
+        ends = start_run(p, start)
+        ends.skip(0.0, 1.4)
+        at = ends.state_at(0.0, 1.4)
+        assert at.u == (at.v, at.v)
+
+
+def test_a_tail_is_cut_where_another_mass_hits() -> None:
+    """The same sequence, with and without a second mass that arrives in its midst."""
+    alone, both = damper_of({}), damper_of({}, {"mass_ratio": 1e-3})
+    first = events(alone, State(3.0, 0.0, 4.0, 0.5), until=1.5)
+    ends = float(first["time"][first["kind"] == 1][0])
+    impacts = first["time"][first["kind"] == 0]
+    assert ends - impacts[-1] < 1e-3
+    # It arrives when nine tenths of what a tail would close are over.
+    arrives = ends - 0.1 * (ends - impacts[-1])
+    speed = 2.0
+    x = first["x"][first["kind"] == 1][0]
+    y = float(x) + 1.0 - speed * arrives
+    table = events(both, State(3.0, 0.0, [4.0, y], [0.5, speed]), until=1.5)
+    hit = table[table["body"] == 1][0]
+    assert hit["time"] == pytest.approx(arrives, abs=1e-4)
+    before = table[(table["body"] == 0) & (table["time"] < hit["time"])]
+    assert (before["kind"] == 0).sum() >= len(impacts) - 1
+
+
+def test_another_impact_can_throw_a_stuck_mass_off_by_the_dashpot() -> None:
+    """x'' of the joined motion jumps by 2 zeta dv: the contact force is negative at once."""
+    values = {"damping_ratio": 5.0, "restitution": 0.0}
+    p = damper_of({"mass_ratio": 0.01, "gravity": 0.4}, {"mass_ratio": 0.2}, **values)
+    start = State(0.0, 0.0, [-1.0, 0.8], [0.0, -1.0])
+    table = events(p, start, until=3.0)
+    hit = table[table["body"] == 1][0]
+    thrown = table[(table["body"] == 0) & (table["kind"] == 2)]
+    assert hit["side"] == -1 or len(thrown)
+    assert len(thrown)
+
+
+# --- conservation and limits
+
+
+@plain
+def test_momentum_is_kept_and_nothing_jumps() -> None:
+    p = Parameters(**{**QUIET, "restitution": 0.6}, unit_count=4, clearance_spread=0.3)
+    run = start_run(p)
+    ratios = run.model.masses[:, 0]
+    hits = 0
+    for log in run.segments(3.0):
+        for row, following in pairwise(log):
+            s, after = (read_segment(run.model, each) for each in (row, following))
+            x, v, _, _ = run.motion_in(row, row[DURATION])
+            assert x == pytest.approx(following[X], abs=1e-13)
+            if following[CAUSE] != IMPACT or row[DURATION] == 0.0:
+                continue
+            assert v == pytest.approx(following[V_BEFORE], abs=1e-13)
+            u = after.v - after.bodies[:, SIDE] * after.bodies[:, RATE]
+            before = run.state_in(row, row[DURATION])
+            momentum = before[1] + ratios @ before[3]
+            assert after.v + ratios @ u == pytest.approx(momentum, abs=1e-14)
+            assert np.all(after.bodies[:, GAP] >= 0.0)
+            assert s.loss >= 0.0
+            hits += 1
+    assert hits > 10
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+@plain
+def test_equal_masses_in_step_are_one(count: int) -> None:
+    """N of them that move as one behave as one of N times the mass, to rounding."""
+    one = events(Parameters(**QUIET), until=60.0)
+    masses = [{"mass_ratio": QUIET["mass_ratio"] / count}] * count
+    many = events(Parameters(**QUIET, masses=masses), until=60.0)
+    assert {0, 1, 2} <= set(one["kind"])
+    for body in range(count):
+        own = many[many["body"] == body]
+        assert np.array_equal(own["kind"], one["kind"])
+        for name in ("time", "x", "v", "approach_speed"):
+            assert own[name] == pytest.approx(one[name], abs=2e-12)
+
+
+@plain
+def test_elastic_masses_without_a_force_keep_their_energy() -> None:
+    """And at low energy share it: half of it per mass's speed, and per primary's x and v."""
+    p = damper_of({}, {"mass_ratio": 0.3, "clearance": 0.7}, restitution=1.0)
+    run = start_run(p, State(0.6, 0.3, [0.5, 0.5], [0.9, -0.4]))
+    sums, ratios, passed, energies = np.zeros(4), run.model.masses[:, 0], 0.0, []
+    for log in run.segments(250.0):
+        for row in log:
+            # Three points of the segment weigh as its length: a mean over time.
+            for part in (0.1, 0.5, 0.9):
+                x, v, _, u = run.state_in(row, part * row[DURATION])
+                shares = np.array([x * x, v * v, *(ratios * u * u)])
+                energies.append(0.5 * shares.sum())
+                sums += shares * row[DURATION]
+                passed += row[DURATION]
+    assert max(energies) - min(energies) < 1e-12
+    shares = sums / passed
+    assert shares == pytest.approx(shares.mean(), rel=0.25)
+
+
+@plain
+def test_the_energy_balance_closes() -> None:
+    """To 1e-12 of the turnover, with weights and restitutions of their own."""
+    for seed, force in enumerate(("two harmonics", "base in its own frame", "record of a force")):
+        values, state = several_scene(force, seed)
+        arrays, _ = run_points([values], ["response"], state=State(*state), transient=0, periods=3)
+        found = {name: float(array[0]) for name, array in arrays.items()}
+        turnover = abs(found["energy_input"]) + found["dashpot_loss"] + found["impact_loss"]
+        assert found["status"] == 0
+        assert abs(found["energy_residual"]) < 1e-12 * turnover
+
+
+@plain
+def test_against_scipy() -> None:
+    """Three masses until they have hit fifteen times, by DOP853 with events."""
+    p = Parameters(0.1, 0.05, 0.8, 1.0, 0.7, masses=[{}, {"clearance": 0.8}, {"mass_ratio": 0.3}])
+    state = State(0.0, 0.5, [0.1, -0.2, 0.3], [0.4, -0.3, 0.2])
+    table = events(p, state, until=20.0)[:15]
+    ratios = [one.mass_ratio for one in p.each]
+    clearances = [one.clearance for one in p.each]
+
+    def motion(t: float, z: np.ndarray) -> list[float]:
+        return [z[1], math.sin(0.8 * t) - 0.1 * z[1] - z[0], *z[5:], 0.0, 0.0, 0.0]
+
+    def gap(k: int, side: int) -> Any:
+        def of(t: float, z: np.ndarray) -> float:
+            return float(clearances[k] - side * (z[2 + k] - z[0]))
+
+        of.terminal, of.direction = True, -1  # type: ignore[attr-defined]
+        return of
+
+    walls = [(k, side) for k in range(3) for side in (-1, 1)]
+    gaps = [gap(k, side) for k, side in walls]
+    t, z = 0.0, np.array([0.0, 0.5, 0.1, -0.2, 0.3, 0.4, -0.3, 0.2])
+    for row in table:
+        found = solve_ivp(
+            motion, (t, 25.0), z, method="DOP853", rtol=1e-13, atol=1e-13, events=gaps
+        )
+        [number] = [n for n, times in enumerate(found.t_events) if len(times)]
+        k, side = walls[number]
+        t, z = float(found.t[-1]), found.y[:, -1].copy()
+        assert (row["kind"], row["body"], row["side"]) == (0, k, side)
+        assert row["time"] == pytest.approx(t, abs=1e-9)
+        speed = side * (z[5 + k] - z[1])
+        z[1] += side * ratios[k] * 1.7 * speed / (1.0 + ratios[k])
+        z[5 + k] -= side * 1.7 * speed / (1.0 + ratios[k])
+        assert row["v"] == pytest.approx(z[1], abs=1e-9)
+
+
+@plain
+def test_a_run_is_the_same_however_it_is_split() -> None:
+    p = Parameters(**QUIET, unit_count=3, clearance_spread=0.2)
+    whole, parts = start_run(p), start_run(p)
+    [log] = [np.concatenate([piece.copy() for piece in whole.segments(4.0)])]
+    split = [
+        piece.copy() for k in range(41) for piece in parts.segments(0.1 * k - 0.1 * k % 1, 0.0)
+    ]
+    split += [piece.copy() for piece in parts.segments(4.0)]
+    last = {
+        (row[PERIODS], row[TIME], *row[14:15], row[CAUSE]): row for piece in split for row in piece
+    }
+    for row in log[:-1]:
+        assert np.array_equal(last[row[PERIODS], row[TIME], row[14], row[CAUSE]], row)
+
+
+@plain
+def test_the_response_against_samples() -> None:
+    p = Parameters(**QUIET, unit_count=3, clearance_spread=0.2)
+    found = simulate(**p.given, observers=["response"], transient=0, periods=1)
+    run = start_run(p)
+    [log] = run.segments(1.0)
+    sums, peak = 0.0, 0.0
+    for row in log:
+        taus = (np.arange(400) + 0.5) / 400 * row[DURATION]
+        x = np.array([run.motion_in(row, tau)[0] for tau in taus])
+        sums += float(np.mean(x * x)) * row[DURATION]
+        peak = max(peak, float(np.abs(x).max()))
+    assert float(found.rms_displacement) == pytest.approx(math.sqrt(sums / p.cycle), rel=1e-6)
+    assert peak * (1 - 1e-15) <= float(found.peak_displacement) <= peak * (1 + 1e-5)
+
+
+# --- units of measure, and what is refused
+
+
+@plain
+def test_si_units() -> None:
+    scaled = Parameters(**GENERIC, masses=[{}, {"clearance": 1.3, "gravity": 0.1}])
+    machine = SIParameters.of(scaled, 2.0, 200.0, 10.0)
+    one, other = events(scaled, until=30.0), events(machine, until=30.0 * machine.units.time)
+    assert len(one) >= 5
+    assert told(one) == told(other)
+    assert other["time"] == pytest.approx(one["time"] * machine.units.time, rel=1e-9)
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"masses": []}, r"^masses: 0 are given; must be 1 to 100"),
+    ({"masses": [{}] * 101}, r"^masses: 101 are given"),
+    ({"masses": {"clearance": 1.0}}, r"^masses = .*: must be a sequence of mappings"),
+    ({"masses": [0.3]}, r"^masses\[0\] = 0\.3: must be a mapping"),
+    ({"masses": [{}, {"clearence": 1}]}, r"^masses\[1\]: .*'clearence' \(did you mean 'clearance'"),
+    ({"masses": [{"damping_ratio": 1}]}, r"^masses\[0\]: unknown quantity of a mass 'damping_rat"),
+    ({"masses": [{}, {"restitution": 2}]}, r"^mass 1: restitution = 2\.0: must be"),
+    ({"masses": [{}, {"clearance": 0}]}, r"^clearance = 0\.0 of mass 1: each of several must"),
+    ({"masses": [{}], "friction": 0.1}, r"^masses and friction: "),
+    ({"masses": [{}], "unit_count": 2}, r"^masses and unit_count: "),
+    ({"masses": [{}], "yield_speed": 0.1}, r"^yield_speed and masses: several masses have a const"),
+    ({"unit_count": 2, "yield_speed": 0.1}, r"^yield_speed and unit_count: several masses have"),
+    ({"unit_count": 2, "friction": 0.1}, r"friction .sliding. .*unit_count .several. ask for diff"),
+    ({"unit_count": 1.5}, r"^unit_count = 1\.5: must be .* whole"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), REFUSED, ids=lambda part: str(part)[:40])
+def test_refused_by_name(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=message):
+        Parameters(**GENERIC, **given)
+
+
+def test_a_start_has_a_value_for_each() -> None:
+    p = Parameters(**GENERIC, unit_count=2)
+    with pytest.raises(ValueError, match=r"^state: y has 3 values for 2 free masses: must be one"):
+        events(p, State(0.0, 0.0, [0.0, 0.1, 0.2], 0.0), until=1.0)
+    with pytest.raises(ValueError, match=r"^state: u has 2 values for 1 free mass: must be one"):
+        events(Parameters(**GENERIC), State(0.0, 0.0, 0.0, [0.1, 0.2]), until=1.0)
+    far = GENERIC["clearance"] * 1.5
+    with pytest.raises(ValueError, match=r"^state: .y\[1\] - x. = .* is outside the box"):
+        events(p, State(0.0, 0.0, [0.0, far], 0.0), until=1.0)
+
+
+def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
+    study = small_study()
+    study["parameters"]["unit_count"] = 3
+    study["observers"] = {"bursts": {}, "lyapunov": {}, "stroboscopic_section": {"free_mass": True}}
+    study["figures"] = study["tables"] = {}
+    path = tmp_path / "study.yaml"
+    path.write_text(yaml.safe_dump(study))
+    with pytest.raises(ConfigError) as error:
+        load_study(path)
+    for name in ("bursts", "lyapunov", "stroboscopic_section.free_mass"):
+        assert f"observers.{name}\n    {name.split('.')[0]} knows one free mass" in str(error.value)
