@@ -356,8 +356,9 @@ DECLARED = sorted(
 #: Aids of searches: without them they take more steps.
 AIDS = ("longer_step", "proves_inside", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
-#: wall, where the walls are alike: what is asked of that has to be known.
-GENERAL = ("taylor", "law_at")
+#: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
+#: of one free mass unless a model says otherwise, and its energy asks for the mass at a moment.
+GENERAL = ("taylor", "law_at", "read_segment", "write_row", "stored_energy")
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {
     "common": Unknown(),
