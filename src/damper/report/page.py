@@ -147,8 +147,11 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
 
 
 def _printed_size(picture: Path) -> tuple[int, int] | None:
-    """Width and height of a PNG by its own resolution; None where there is no file."""
-    if not picture.is_file():
+    """Width and height of a PNG by its own resolution; None where there is no file.
+
+    Nor where it shows times: these are no input of the page, and may come after it.
+    """
+    if "timed" in picture.parts or not picture.is_file():
         return None
     with picture.open("rb") as file:
         head = file.read(4096)
