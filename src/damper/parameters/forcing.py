@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 from damper.parameters.quantity import Quantity, in_range, real, whole
-from damper.parameters.units import AMPLITUDES, FORCE
+from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
 MOST_ORDER = 1000
@@ -129,7 +129,7 @@ class NoForce(Forcing):
 
     @property
     def amplitude(self) -> str:
-        return "0"
+        return FREE
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,14 @@ SI_UNITS = {
 }
 
 
+#: Of a force that is not there: lengths are in any unit L.
+FREE = "K L"
 #: What the amplitude of a force is called -> the unit of length, and its own SI unit: a force F0;
 #: none, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
 #: acceleration A.
 AMPLITUDES = {
     FORCE: (LENGTH, "N"),
-    "0": ("L", "N"),
+    FREE: ("L", "N"),
     "B": ("B", "m"),
     "U": ("U/M", "kg m"),
     "A": ("A M/K", "m/s2"),

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si
-from damper.parameters.units import AMPLITUDES, FORCE, attributes_of, name_of
+from damper.parameters.units import AMPLITUDES, FORCE, FREE, attributes_of, name_of
 from damper.parameters.variables import (
     NO_VALUE,
     OWN_DIMENSIONS,
@@ -197,7 +197,7 @@ def gather(
     if about.get("units") == "N":
         about["units"] = AMPLITUDES[amplitude][1]
     if fixed.get("force_amplitude") == 0.0:
-        amplitude = "0"
+        amplitude = FREE
     for array in cube.variables.values():
         if "scaled_by" in array.attrs:
             unit = array.attrs["scaled_by"]
