@@ -207,7 +207,7 @@ def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) ->
     assert change[:, 0] == pytest.approx(difference / (12 * h), rel=1e-7, abs=1e-7)
 
 
-@pytest.mark.parametrize("period", [1, 2])
+@pytest.mark.parametrize("period", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
 def test_a_ball_bounces_on_an_oscillating_table(period: int) -> None:
     """Its motions of n periods set in and double where they should, extrapolated to no mass ratio.
 

@@ -99,7 +99,7 @@ def test_events_are_those_of_python(browser: Browser) -> None:
 
 def lossy() -> list[tuple[dict[str, float], tuple[float, ...]]]:
     """Some of the points, all with losses at impacts: they settle."""
-    return [point for point in points() if point[0]["restitution"] < 1.0][::7]
+    return [point for point in points() if point[0]["restitution"] < 1.0][::21]
 
 
 def class_of(p: dict[str, float], start: tuple[float, ...], offset: float = 0.0) -> tuple[str, int]:
