@@ -16,7 +16,8 @@ from damper.parameters import Parameters
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
 from damper.theory.free_decay import (
-    equivalent_damping,
+    amplitude_range,
+    decay_time,
     largest_at_resonance,
     least_at_resonance,
 )
@@ -106,10 +107,9 @@ class Judge:
         """Time in s by the law of free decay; infinite where the motion ends before."""
         m, start = self.machine, self.machine.initial_displacement
         p = self._dimensionless(damper.mass, clearance=0.5 * damper.gap, force_amplitude=0.0)
-        logs = np.linspace(math.log(m.decay_to * start * (1.0 + 1e-9)), math.log(start), 2001)
-        rates = equivalent_damping(p, np.exp(logs))
-        time = float(np.trapezoid(1.0 / rates, logs)) / m.rate
-        return math.inf if math.isnan(time) else time
+        low, _ = amplitude_range(p)
+        end = m.decay_to * start * (1.0 + 1e-9)
+        return decay_time(p, start, end) / m.rate if low <= end else math.inf
 
     @property
     def band(self) -> list[float]:

@@ -245,8 +245,6 @@ def _check_units(study: Study, mistakes: Mistakes) -> None:
     """Refuse what knows one free mass alone, before anything is run."""
     if all(point.unit_count == 1.0 for point in study.corners):
         return
-    from damper.observers import observer_class
-
     places: list[tuple[str, ...]] = [("orbits", name) for name in study.orbits]
     for name, settings in study.observers.items():
         if not observer_class(name).knows_several:

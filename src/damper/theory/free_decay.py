@@ -170,6 +170,11 @@ def time_of_decay(parameters: Parameters, start: float, end: float) -> float:
     for name, value, most in (("start", start, high), ("end", end, start)):
         if not low <= value <= most:
             raise ValueError(f"{name} = {value!r}: must be a number from {low!r} to {most!r}")
+    return decay_time(parameters, start, end)
+
+
+def decay_time(parameters: Parameters, start: float, end: float) -> float:
+    """As `time_of_decay`, unchecked: above the range, too, where the motion is not stable."""
     p = parameters
     # Rounding may put the fold itself below the fold.
     xi = np.maximum(np.array([start, end]) / p.clearance, fold(p.restitution).xi)
