@@ -65,11 +65,10 @@ INERTIAL = ("base in its own frame", "record of the base", "held record of the b
 PAIRS = [(m, f) for m in MODELS for f in FORCES if m != "sliding" or f not in INERTIAL]
 
 
-def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tuple[float, ...]]:
-    """Parameters and a start; most chatter, and stick."""
-    draw = random.Random(f"{model}, {force}, {seed}")
+def driven(draw: random.Random, force: str, decades: tuple[float, float]) -> dict[str, Any]:
+    """Parameters of a damper under a force, with a mass ratio of these decades."""
     values: dict[str, Any] = {
-        "mass_ratio": 10 ** draw.uniform(-3, 0.3),
+        "mass_ratio": 10 ** draw.uniform(*decades),
         "damping_ratio": draw.choice([0.0, 0.02, draw.uniform(0, 0.3), 1.5]),
         "frequency_ratio": 10 ** draw.uniform(-0.9, 0.3),
         "clearance": 10 ** draw.uniform(-1.5, 0),
@@ -77,12 +76,18 @@ def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tup
         "phase": draw.uniform(-3, 3),
         "force_amplitude": 10 ** draw.uniform(-0.5, 0.5),
         "forcing": FORCES[force](draw),
-        **MODELS[model],
     }
     if not values["forcing"].has_phase:
         del values["phase"]
     if force == "none":
         del values["force_amplitude"]
+    return values
+
+
+def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tuple[float, ...]]:
+    """Parameters and a start; most chatter, and stick."""
+    draw = random.Random(f"{model}, {force}, {seed}")
+    values = driven(draw, force, (-3, 0.3)) | MODELS[model]
     if values.get("contact_stiffness_ratio"):
         values["restitution"] = draw.uniform(0.05, 0.7)
         # What bounces on it has this rate.
@@ -103,10 +108,10 @@ def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tup
     return values, (x, draw.uniform(-1, 1), y, draw.uniform(-1, 1))
 
 
-def length_of(values: dict[str, Any], state: tuple[float, ...]) -> float:
-    """Until when there are some twenty events."""
-    table = events(Parameters(**values), State(*state), until=25.0, max_events=20)
-    return 25.0 if len(table) < 20 else float(table["time"][-2]) + 1e-3
+def length_of(values: dict[str, Any], state: tuple[Any, ...], count: int = 20) -> float:
+    """Until when there are some so many events, twenty unless told."""
+    table = events(Parameters(**values), State(*state), until=25.0, max_events=count)
+    return 25.0 if len(table) < count else float(table["time"][-2]) + 1e-3
 
 
 #: Kind, side, and numbers.
@@ -140,6 +145,13 @@ def largest_error(found: Rows, exact: Rows) -> float:
     for (*_, numbers), (*_, right) in zip(found, exact, strict=True):
         errors += [float(abs(a - b)) for a, b in zip(numbers, right, strict=True)]
     return max(errors)
+
+
+def assert_first_ones_agree(values: dict[str, Any], state: tuple[float, ...]) -> None:
+    """The first events of a scene are those in many digits, within `ERROR`."""
+    found, exact = rows_of_both(values, state, 0.5 * length_of(values, state))
+    assert len(found) >= 2
+    assert largest_error(found, exact) < ERROR
 
 
 def judged(scenes: Iterable[tuple[dict[str, Any], tuple[float, ...]]]) -> set[str]:

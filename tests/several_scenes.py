@@ -3,8 +3,9 @@
 import random
 from typing import Any
 
+import forced_scenes
 from event_pairs import KINDS
-from forced_scenes import ERROR, FORCES
+from forced_scenes import ERROR, driven
 
 from damper import Parameters, State, events
 from damper.verification.reference import run
@@ -20,16 +21,7 @@ Row = tuple[Any, ...]
 def several_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...]]:
     """Parameters and a start of two or three masses; most chatter, and stick."""
     draw = random.Random(f"several, {force}, {seed}")
-    values: dict[str, Any] = {
-        "mass_ratio": 10 ** draw.uniform(-2, 0),
-        "damping_ratio": draw.choice([0.0, 0.02, draw.uniform(0, 0.3), 1.5]),
-        "frequency_ratio": 10 ** draw.uniform(-0.9, 0.3),
-        "clearance": 10 ** draw.uniform(-1.5, 0),
-        "restitution": draw.choice([0.0, draw.uniform(0.05, 0.6), draw.uniform(0.05, 0.3)]),
-        "phase": draw.uniform(-3, 3),
-        "force_amplitude": 10 ** draw.uniform(-0.5, 0.5),
-        "forcing": FORCES[force](draw),
-    }
+    values = driven(draw, force, (-2, 0))
     if draw.random() < 0.3:
         values["gravity"] = draw.choice([-1, 1]) * 10 ** draw.uniform(-1, 0.5)
     may_differ = {
@@ -44,10 +36,6 @@ def several_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...
         own = {name: value() for name, (share, value) in may_differ.items()}
         masses.append({n: own[n] for n in own if draw.random() < may_differ[n][0]})
     values["masses"] = masses
-    if not values["forcing"].has_phase:
-        del values["phase"]
-    if force == "none":
-        del values["force_amplitude"]
     x = draw.uniform(-2, 2)
     clearances = [own.get("clearance", values["clearance"]) for own in masses]
     y = [x + clearance * draw.uniform(-1, 1) for clearance in clearances]
@@ -55,9 +43,8 @@ def several_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...
 
 
 def length_of(values: dict[str, Any], state: tuple[Any, ...], count: int = 40) -> float:
-    """Until when there are so many events."""
-    table = events(Parameters(**values), State(*state), until=25.0, max_events=count)
-    return 25.0 if len(table) < count else float(table["time"][-2]) + 1e-3
+    """Until when there are so many events: twice those of one mass."""
+    return forced_scenes.length_of(values, state, count)
 
 
 def rests_of(rows: list[Row], body: int) -> list[Any]:
