@@ -404,4 +404,5 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as error:
         load_study(path)
     for name in ("bursts", "lyapunov", "stroboscopic_section.free_mass"):
-        assert f"observers.{name}\n    {name.split('.')[0]} knows one free mass" in str(error.value)
+        words = f"observers.{name}\n    {name} does not know several free masses (model several)"
+        assert words in str(error.value)

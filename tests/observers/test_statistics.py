@@ -94,7 +94,7 @@ def test_si_units() -> None:
 
 @pytest.mark.parametrize("changes", [{"contact_stiffness_ratio": 1e3}, {"modulation_depth": 0.1}])
 def test_what_it_does_not_know_is_refused(changes: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="statistics knows rigid walls and a constant free mass"):
+    with pytest.raises(ValueError, match=r"statistics does not know (compliant|a free mass)"):
         observed(["statistics"], **changes)
 
 

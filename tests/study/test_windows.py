@@ -146,7 +146,9 @@ def test_decay_is_observed_after_a_record_alone(tmp_path: Path) -> None:
 
 def test_settings_refuse_models_that_they_do_not_know(tmp_path: Path) -> None:
     text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{response: {extremes: true}}")
-    with pytest.raises(ConfigError, match=r"observers\.response\.extremes\n    knows the models"):
+    with pytest.raises(
+        ConfigError, match=r"observers\.response\.extremes\n    response.* does not"
+    ):
         load_study(
             _written(
                 tmp_path,

@@ -28,7 +28,7 @@ from damper.models.tangent import (
     velocities_after,
 )
 from damper.parameters import Parameters
-from damper.parameters.dampers import need_smooth_mass
+from damper.parameters.models import SMOOTH, need_model
 from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
@@ -62,7 +62,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
-    need_smooth_mass(parameters, "a derivative")
+    need_model(parameters, SMOOTH, "a derivative")
     if "friction" in rates:
         raise ValueError("no derivative by friction: the flow of deviations does not know it")
     own = {name: value_of(parameters, name) for name in rates}

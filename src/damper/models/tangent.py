@@ -26,7 +26,7 @@ from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
-from damper.parameters.dampers import need_smooth_mass
+from damper.parameters.models import SMOOTH, need_model
 
 
 @by_class
@@ -254,7 +254,7 @@ def derivative(
     The trajectory is run to the moment; its log's pieces are appended to `keep`. Where the run
     starts in contact, deviations are those of both masses together.
     """
-    need_smooth_mass(trajectory.model, "the flow of deviations")
+    need_model(trajectory.model, SMOOTH, "the flow of deviations")
     deviations, begun = np.eye(4), False
     for log in trajectory.segments(periods, time):
         follow(trajectory.model, log, deviations, begun)

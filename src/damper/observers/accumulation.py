@@ -16,7 +16,6 @@ from damper.engine.impact import ConstantRestitution, law_at
 from damper.engine.model import begin
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
-from damper.models.rigid import Rigid
 from damper.models.walls import time_to_completion
 from damper.observers.common.base import Observer, Window, fields_of, record_type, since
 from damper.observers.common.settings import Setting
@@ -82,6 +81,7 @@ class Accumulation(Observer):
         When a run is not of the rigid damper with a constant restitution, under a smooth force.
     """
 
+    models = ("rigid",)
     bursts = Setting(
         20,
         "Most complete bursts of each run to use, the first ones of the record.",
@@ -111,20 +111,15 @@ class Accumulation(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
+        super().begin(run, trajectory, window)
         model = trajectory.model
-        if type(model) is not Rigid or (
-            type(plain(law_at)(model.law, 1.0)) is not ConstantRestitution
-        ):
-            raise ValueError(
-                "accumulation: its formulas are those of the rigid damper without support and with "
-                "a constant restitution, not of this model"
-            )
+        if type(plain(law_at)(model.law, 1.0)) is not ConstantRestitution:
+            raise ValueError("accumulation: its formulas are those of a constant restitution")
         if not plain(repeats)(model.free.forcing):
             raise ValueError(
                 "accumulation: its formulas are those of a smooth force, this forcing is one from "
                 "sample to sample"
             )
-        super().begin(run, trajectory, window)
         self._state = np.zeros(1, _STATE)
         self._state["wall"] = _UNKNOWN
         # Segments that the burst's impacts begin, until it is complete.

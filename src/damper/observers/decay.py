@@ -15,6 +15,7 @@ from damper.models.response import prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
 from damper.observers.response import TOTALS, follow
+from damper.parameters.models import SMOOTH
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -56,7 +57,7 @@ class Decay(Observer):
     varies, all stays missing but `vibration`, which says so, and studies refuse it.
     """
 
-    knows_friction = False
+    models = SMOOTH
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
     )

@@ -17,6 +17,7 @@ from damper.observers.common.base import (
     visible_in_tail,
 )
 from damper.observers.common.settings import VISIBILITY, Setting
+from damper.parameters.models import MODELS
 from damper.parameters.variables import ENERGY, IMPULSE, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 
@@ -31,7 +32,7 @@ class Impacts(Observer):
     A complete burst has infinitely many impacts, so only visible ones can be counted.
     """
 
-    knows_several = True
+    models = tuple(MODELS)
     threshold = VISIBILITY
     speeds = Setting(
         0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0

@@ -9,6 +9,7 @@ from damper.engine.segment import IMPACT, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import damping_in, enter, joins, over_time, shrunk_by
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
+from damper.parameters.models import SMOOTH
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; whether masses
@@ -37,7 +38,7 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    knows_friction = False
+    models = SMOOTH
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
         Variable("lyapunov_exponents", "Lyapunov exponent per cycle", "1", _DIM),

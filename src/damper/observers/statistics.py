@@ -56,13 +56,9 @@ class Statistics(Observer):
     counts from an approach speed on.
 
     Everything stays missing where the run stopped early.
-
-    Raises
-    ------
-    ValueError
-        For compliant contact, and a free mass that varies: not known here.
     """
 
+    models = ("rigid", "grounded", "sliding")
     batches = Setting(20, "Equal parts of the record that make the limits.", ge=2, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)
     above = Setting(0.0, "Approach speed from which an impact counts.", SPEED, ge=0)
@@ -79,11 +75,6 @@ class Statistics(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        name = type(self._model).__name__
-        if name in ("Compliant", "TimeVarying"):
-            raise ValueError(
-                f"the observer statistics knows rigid walls and a constant free mass, not {name}"
-            )
         self._tables = prepare_tables(self._model)
         self._above = self.above / trajectory.units.speed
         self._sums = np.zeros(self.batches, _SUMS)

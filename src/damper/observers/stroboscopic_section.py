@@ -7,12 +7,13 @@ from damper.engine.model import motion, read_segment
 from damper.observers.common.base import Window, since
 from damper.observers.common.sections import Section, write_sample
 from damper.observers.common.settings import Setting
+from damper.parameters.models import MODELS
 
 
 class StroboscopicSection(Section):
     """The state once per cycle."""
 
-    knows_several = True
+    models = tuple(MODELS)
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     where = "once per cycle"
 

@@ -674,37 +674,6 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
             raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
 
 
-def need_one_mass(damper: Any, what: str) -> None:
-    """Raise ValueError where there are several free masses, of which `what` knows one.
-
-    `damper` are parameters, or a model of the engine.
-    """
-    count = getattr(damper, "unit_count", 1.0)
-    if getattr(damper, "masses", None) is not None or count != 1.0:
-        raise ValueError(
-            f"unit_count or masses: {what} knows one free mass, not several; leave both out"
-        )
-
-
-def need_smooth_mass(damper: Any, what: str) -> None:
-    """Raise ValueError where dry friction acts or several masses fly, which `what` does not know.
-
-    `damper` are parameters, or a model of the engine.
-    """
-    need_one_mass(damper, what)
-    need_no_friction(damper, what)
-
-
-def need_no_friction(damper: Any, what: str) -> None:
-    """Raise ValueError where dry friction acts, which `what` does not know.
-
-    `damper` are parameters, or a model of the engine.
-    """
-    friction = getattr(damper, "friction", 0.0)
-    if friction:
-        raise ValueError(f"friction = {friction!r}: {what} does not know dry friction; leave it 0")
-
-
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 

@@ -1,6 +1,7 @@
 """The models of the damper: what is known of each without loading its code."""
 
-from typing import NamedTuple
+from collections.abc import Collection
+from typing import Any, NamedTuple
 
 
 class Model(NamedTuple):
@@ -10,14 +11,35 @@ class Model(NamedTuple):
     """What makes a rigid damper one of it."""
     impact_seconds: float
     """Time that an impact takes, with compiled code, on a core of the project's measurements."""
+    has: str
+    """What the damper has that the others have not."""
 
 
 #: Name of each model, which is that of its folder in `damper.models`.
 MODELS = {
-    "rigid": Model({}, 4e-7),
-    "grounded": Model({"support_stiffness_ratio": 0.01}, 6.5e-7),
-    "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6),
-    "time_varying": Model({"modulation_depth": 0.1}, 5e-7),
-    "sliding": Model({"friction": 0.01}, 1.5e-6),
-    "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6),
+    "rigid": Model({}, 4e-7, "rigid walls alone"),
+    "grounded": Model({"support_stiffness_ratio": 0.01}, 6.5e-7, "a support of the free mass"),
+    "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6, "compliant contact"),
+    "time_varying": Model({"modulation_depth": 0.1}, 5e-7, "a free mass that varies"),
+    "sliding": Model({"friction": 0.01}, 1.5e-6, "dry friction"),
+    "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6, "several free masses"),
 }
+#: Those of one free mass, and those of one without dry friction.
+ONE_MASS = tuple(name for name in MODELS if name != "several")
+SMOOTH = tuple(name for name in ONE_MASS if name != "sliding")
+
+
+def name_of(damper: Any) -> str:
+    """Name of the model of dimensionless parameters, or of one of the engine, which is its room."""
+    return getattr(damper, "model", "") or type(damper).__module__.rpartition(".")[2]
+
+
+def unknown_model(what: str, model: str, known: Collection[str]) -> str:
+    """Say that something, such as an observer, knows other models than this one."""
+    return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
+
+
+def need_model(damper: Any, known: Collection[str], what: str) -> None:
+    """Raise ValueError where `what` does not know the model of a damper, as for `name_of`."""
+    if (model := name_of(damper)) not in known:
+        raise ValueError(unknown_model(what, model, known))

@@ -35,7 +35,7 @@ class Setting:
         Whether it may be a mapping in place of the number: ``{"time": 30}`` in s or sqrt(M/K), or
         ``{"time": "end"}``, that of what drives the damper.
     models : tuple of str, optional
-        Of an observer's setting: those of the damper that it knows, where these are not all.
+        Of an observer's setting: those of the damper that it knows, where its observer knows more.
     """
 
     default: Any

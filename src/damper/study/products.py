@@ -14,7 +14,7 @@ from damper.observers.common.stretch import sample_steps
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
-from damper.parameters.variables import WORST, Variable
+from damper.parameters.variables import WORST
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of
 from damper.study.messages import Mistakes
@@ -94,15 +94,15 @@ class StudyContents:
         return bool(getattr(self.observers.get(observer), key, False))
 
     @cached_property
-    def written(self) -> dict[str, Sequence[Variable]]:
-        """What each observer writes with its settings."""
-        made = ({name: given_settings(entry)} for name, entry in self.observers.items())
-        return {o.name: o.variables for given in made for o in make_observers(given)}
+    def made(self) -> dict[str, Any]:
+        """Each observer with its settings."""
+        given = ({name: given_settings(entry)} for name, entry in self.observers.items())
+        return {one.name: one for each in given for one in make_observers(each)}
 
     @property
     def variables(self) -> tuple[str, ...]:
         """What the cube has with one value at each point."""
-        written = (variable for some in self.written.values() for variable in some)
+        written = (variable for one in self.made.values() for variable in one.variables)
         return (*(variable.name for variable in written if not variable.dims), "status")
 
     @property

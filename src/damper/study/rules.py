@@ -6,10 +6,9 @@ import math
 from itertools import combinations, product
 from typing import Any
 
-from damper.observers import observer_class
-from damper.observers.common.settings import unknown_model
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
+from damper.parameters.models import SMOOTH, unknown_model
 from damper.parameters.quantities import (
     INITIAL_NAMES,
     QUANTITIES,
@@ -47,9 +46,7 @@ def check_study(study: Study) -> None:
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
-        _check_friction(study, mistakes)
-        _check_units(study, mistakes)
-        _check_settings(study, mistakes)
+        _check_models(study, contents, mistakes)
         _check_theories(study, mistakes)
         _check_kept(study, mistakes)
         _check_steady(study, mistakes)
@@ -65,9 +62,7 @@ def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) 
     if not study.observers:
         names = join_names(OBSERVER_SETTINGS)
         mistakes.add(("observers",), "at least one observer must be given", names)
-    written = {
-        name: [variable.name for variable in some] for name, some in contents.written.items()
-    }
+    written = {name: [v.name for v in made.variables] for name, made in contents.made.items()}
     for one, other in combinations(written, 2):
         if both := [name for name in written[one] if name in written[other]]:
             message = f"{one} and {other} cannot both be asked for: both write {' and '.join(both)}"
@@ -169,6 +164,8 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         places[("observers", "accumulation")] = (*BASIC, "restitution_left")
     for place, known in places.items():
         if study.model != "rigid":
+            if place[0] == "observers":
+                continue  # as said of all observers
             message = f"its formulas are those of the rigid damper, this is the {study.model} one"
         elif laws := {point.law for point in points} - {"constant"}:
             message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
@@ -181,13 +178,15 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
         _check_free(study, mistakes)
 
 
-def _check_settings(study: Study, mistakes: Mistakes) -> None:
-    """Refuse what observers do not know how to measure on this model."""
-    for name, entry in study.observers.items():
-        for key, setting in observer_class(name).settings.items():
-            if setting.models and study.model not in setting.models and getattr(entry, key):
-                message = unknown_model(study.model, setting.models)
-                mistakes.add(("observers", name, key), message, "false")
+def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
+    """Refuse what does not know this model of the damper."""
+    for name, made in contents.made.items():
+        for key, message in made.refusals(study.model).items():
+            place = ("observers", name, key) if key else ("observers", name)
+            mistakes.add(place, message, "a study without it, or of one of these models")
+    for name in study.orbits if study.model not in SMOOTH else ():
+        message = unknown_model("an orbit", study.model, SMOOTH)
+        mistakes.add(("orbits", name), message, "a study of one of these models")
 
 
 def _check_free(study: Study, mistakes: Mistakes) -> None:
@@ -228,31 +227,6 @@ def _check_kept(study: Study, mistakes: Mistakes) -> None:
         if made.runs_more:
             message = "it runs more points, and a cube does not keep the samples of a record"
             mistakes.add((section, name), message, "a study under another force")
-
-
-def _check_friction(study: Study, mistakes: Mistakes) -> None:
-    """Refuse what does not know dry friction, before anything is run."""
-    if all(point.friction == 0.0 for point in study.corners):
-        return
-    places = [
-        ("observers", name) for name in study.observers if not observer_class(name).knows_friction
-    ]
-    for place in [*places, *(("orbits", name) for name in study.orbits)]:
-        mistakes.add(place, f"{place[1]} does not know dry friction", "friction: 0")
-
-
-def _check_units(study: Study, mistakes: Mistakes) -> None:
-    """Refuse what knows one free mass alone, before anything is run."""
-    if all(point.unit_count == 1.0 for point in study.corners):
-        return
-    places: list[tuple[str, ...]] = [("orbits", name) for name in study.orbits]
-    for name, settings in study.observers.items():
-        if not observer_class(name).knows_several:
-            places.append(("observers", name))
-        elif getattr(settings, "free_mass", False):
-            places.append(("observers", name, "free_mass"))
-    for place in places:
-        mistakes.add(place, f"{place[1]} knows one free mass", "unit_count: 1")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:

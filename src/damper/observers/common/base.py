@@ -11,8 +11,8 @@ from damper.engine.compiled import compiled
 from damper.engine.model import speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
-from damper.observers.common.settings import Setting, unknown_model
-from damper.parameters.dampers import need_no_friction, need_one_mass
+from damper.observers.common.settings import Setting
+from damper.parameters.models import ONE_MASS, name_of, unknown_model
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -45,12 +45,10 @@ class Observer:
         For an unknown setting (with the known ones) or a value out of range.
     """
 
-    knows_several: ClassVar[bool] = False
-    """Whether it reads the log of several free masses."""
+    models: ClassVar[tuple[str, ...]] = ONE_MASS
+    """Models of the damper that it knows; a `Setting` may know less."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
-    knows_friction: ClassVar[bool] = True
-    """Whether it observes dampers with dry friction, too."""
 
     @property
     def variables(self) -> Sequence[Variable]:
@@ -70,8 +68,10 @@ class Observer:
         for name, setting in self.settings.items():
             value = given.get(name, setting.default)
             setattr(self, name, setting.checked(f"{self.name}.{name}", value))
-        asked = {name: s.models for name, s in self.settings.items() if s.models}
-        self._knows = {name: models for name, models in asked.items() if getattr(self, name)}
+        #: What is asked for -> models that it knows; "" is all else.
+        self._known = {"": self.models} | {
+            name: s.models for name, s in self.settings.items() if s.models and getattr(self, name)
+        }
 
     @property
     def name(self) -> str:
@@ -104,18 +104,20 @@ class Observer:
         """Coordinate values of the observer's own dimensions; none by default."""
         return {}
 
+    def refusals(self, model: str) -> dict[str, str]:
+        """Why it cannot observe a damper of this model, by the setting; "" is the observer."""
+        return {
+            name: unknown_model(f"{self.name}.{name}".rstrip("."), model, known)
+            for name, known in self._known.items()
+            if model not in known
+        }
+
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
-        if not self.knows_several:
-            need_one_mass(trajectory.model, f"the observer {self.name}")
-        if not self.knows_friction:
-            need_no_friction(trajectory.model, f"the observer {self.name}")
+        for message in self.refusals(name_of(trajectory.model)).values():
+            raise ValueError(message)
         self._run = run
         self._model = trajectory.model
-        for name, models in self._knows.items():
-            model = type(trajectory.model).__module__.rpartition(".")[2]
-            if model not in models:
-                raise ValueError(f"{self.name}.{name}: {unknown_model(model, models)}")
         # Compiled passes know one kind of window.
         self._window = Window(*map(float, window))
 

@@ -6,7 +6,6 @@ from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
 from damper.observers.common.settings import FREE_MASS
-from damper.parameters.dampers import need_one_mass
 from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
@@ -32,8 +31,6 @@ class Section(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        if self.free_mass:
-            need_one_mass(trajectory.model, f"{self.name}.free_mass")
         super().begin(run, trajectory, window)
         self._outputs = [array[run] for array in self.arrays.values()]
         # One row per sample, for the compiled pass.

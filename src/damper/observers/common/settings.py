@@ -4,16 +4,12 @@ An observer declares them in its class; checks in Python, keys of study files, s
 reference follow from that.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+from damper.parameters.models import ONE_MASS
 from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
-
-
-def unknown_model(model: str, known: Sequence[str]) -> str:
-    """Say that something knows other models than this one."""
-    return f"knows the models {', '.join(known)}, this damper is {model}"
 
 
 class Visibility(Setting):
@@ -42,4 +38,4 @@ VISIBILITY = Visibility(
     "From which approach speed an impact is visible, and so counts: a complete burst has "
     "infinitely many.",
 )
-FREE_MASS = Setting(False, "Whether to record the free mass as well.")
+FREE_MASS = Setting(False, "Whether to record the free mass as well.", models=ONE_MASS)

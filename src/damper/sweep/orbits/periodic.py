@@ -11,8 +11,8 @@ from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
 from damper.models.sensitivity import Stencil, neighbours
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.dampers import need_smooth_mass
 from damper.parameters.forcing import FORCINGS
+from damper.parameters.models import SMOOTH, need_model
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
@@ -334,7 +334,7 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_force(parameters, "an orbit")
     p = parameters.dimensionless
-    need_smooth_mass(p, "an orbit")
+    need_model(p, SMOOTH, "an orbit")
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
