@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at
-
-if TYPE_CHECKING:
-    import xarray as xr
+from damper.parameters.lazy import xr
 
 #: What a cube must have.
 TRAJECTORY_VARIABLES = (

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.analysis.motions import attractors
 from damper.analysis.places import need_axes
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 def basin_fractions(
@@ -43,8 +39,6 @@ def basin_fractions(
     ValueError
         When the cube lacks the axis or a variable, or has no starts.
     """
-    import pandas as pd
-
     if along is not None:
         need_axes(cube, along)
     in_range("confidence", confidence, minimum=0, maximum=1, below=True)

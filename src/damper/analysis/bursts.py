@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from damper.analysis.places import need_variables, places, rows_at
 from damper.analysis.stretches import BURST_VARIABLES, Burst, listed_bursts
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 def list_bursts(cube: xr.Dataset) -> pd.DataFrame:
@@ -51,8 +46,6 @@ def list_bursts(cube: xr.Dataset) -> pd.DataFrame:
     >>> list_bursts(cube).groupby("restitution")["visible"].max().to_dict()
     {0.3: 3, 0.6: 8}
     """
-    import pandas as pd
-
     need_variables(cube, "bursts: {records: ...}", *BURST_VARIABLES, along=["burst"])
     names = [str(dim) for dim in cube.burst_onset.dims if dim != "burst"]
     rows = [
@@ -85,8 +78,6 @@ def burst_statistics(cube: xr.Dataset, since: float = 0.0) -> pd.DataFrame:
 
         NaN where there are no such bursts.
     """
-    import pandas as pd
-
     found = list_bursts(cube)
     found = found[found["onset"] >= in_range("since", since)]
     rows = []

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.parameters import Parameters, Units
+from damper.parameters.lazy import xr
 from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
 from damper.sweep.points import read_point
 from damper.sweep.record import force_of
 from damper.theory import need_basic
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import Orbit, orbits
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:

@@ -8,16 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.analysis.places import need_variables, places
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Dimensions of the observer.
 BURST, IMPACT = "complete_burst", "burst_impact"
@@ -80,8 +76,6 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
     ValueError
         When the cube was made without the observer.
     """
-    import pandas as pd
-
     in_range("within", within, minimum=0, above=True)
     need_variables(cube, "accumulation", "complete_bursts")
     need_variables(cube, "accumulation", *_OF_BURSTS, along=[BURST])

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.analysis.places import fixed_values, need_axes, need_numbers
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import ALL, MODEL_NAMES, unknown_name
 from damper.sweep.record import recorded
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Cubes' own dimensions -> which place along them is compared: the last sample, the first burst.
 _TAKEN = {"sample": -1, "burst": 0}
@@ -48,8 +44,6 @@ def distance_to_rigid(
     ValueError
         When the cube has an axis that is not of the contact, or lacks a variable or the axis.
     """
-    import pandas as pd
-
     need_axes(cube, along)
     _need_comparable(cube, variables)
     rigid = _rigid_values(cube, variables)

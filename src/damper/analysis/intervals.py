@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,12 +24,9 @@ from damper.analysis.places import (
     within,
 )
 from damper.analysis.runs import runs
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range, real
 from damper.sweep.record import recorded
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Name -> what `chatter` must be.
 PREDICATES: dict[str, Callable[[int], bool]] = {
@@ -100,8 +97,6 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     0  complete               0.45               0.75
     1       any               0.45               0.80
     """
-    import pandas as pd
-
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
     in_range("resolution", resolution, minimum=0, above=True)

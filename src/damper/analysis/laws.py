@@ -7,17 +7,14 @@ in some of them stands in docs/limits.md.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from damper.analysis.places import need_variables
 from damper.observers.common.laws import LAW_NAMES, excess
 from damper.parameters import Parameters
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import STATUS_MEANINGS
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Laws whose violation is a number worth reading; the other one either holds or does not.
 GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
@@ -145,8 +142,6 @@ def records_of(cube: xr.Dataset) -> pd.DataFrame:
 
 
 def _excesses(runs: pd.DataFrame) -> pd.DataFrame:
-    import pandas as pd
-
     return pd.DataFrame({n: excess(n, runs[n].values, runs.segments.values) for n in LAW_NAMES})
 
 

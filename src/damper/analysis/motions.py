@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from damper.analysis.places import need_variables
-
-if TYPE_CHECKING:
-    import xarray as xr
+from damper.parameters.lazy import xr
 
 #: Motions that get a name; rarer ones are `OTHERS`.
 MOST = 9

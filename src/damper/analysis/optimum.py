@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.analysis.places import need_axes, need_variables, places, within
 from damper.analysis.reduction import as_low, dimensions, least
 from damper.analysis.reduction import worst as worst_of
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
 GOOD, DAMPED = 0.5, 0.9
@@ -85,8 +81,6 @@ def best_clearance(
        best_clearance  interior
     0             9.0      True
     """
-    import pandas as pd
-
     need_axes(cube, along, over)
     in_range("damped", damped, minimum=0, above=True)
     _need_observers(cube, "peak_displacement", "amplitude_ratio")

@@ -8,15 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+import numpy as np
+
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import ALL, unknown_name
 from damper.sweep.grid import product
-
-if TYPE_CHECKING:
-    import numpy as np
-    import pandas as pd
-    import xarray as xr
 
 #: Values of an axis, as they come.
 Values = TypeVar("Values", float, "np.ndarray", "xr.DataArray")
@@ -79,8 +77,6 @@ def need_cube(cube: Any) -> None:
 
     ValueError for one without points, or without the values of an axis.
     """
-    import xarray as xr
-
     if not isinstance(cube, xr.Dataset):
         raise TypeError(
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "

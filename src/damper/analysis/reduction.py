@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from damper.parameters.lazy import xr
 from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import in_range
 from damper.parameters.variables import WORST
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: What differs by less than the rest of a transient counts as equal.
 _EQUAL = 1e-6
@@ -140,8 +138,6 @@ def chosen(place: xr.Dataset, name: str, axes: Sequence[str]) -> xr.Dataset:
 
     Of equals the first. The values chosen are coordinates of what is returned.
     """
-    import xarray as xr
-
     every = place.stack(choice=axes)
     which = WORST[name.removesuffix(_SHARE)]
     signed = every[name] if which == "greatest" else -every[name]
@@ -188,8 +184,6 @@ def runs_over(array: xr.DataArray | xr.Dataset, names: Sequence[str]) -> str:
 
 def dimensions(array: xr.DataArray, names: str | Sequence[str], key: str = "over") -> list[str]:
     """Return the dimensions of a variable that an argument names; an error if there are none."""
-    import xarray as xr
-
     if not isinstance(array, xr.DataArray):
         kind = type(array).__name__
         raise TypeError(f"array is a {kind}: must be a variable of a cube, such as cube.rms_ratio")

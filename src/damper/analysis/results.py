@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from damper.parameters.lazy import xr
+
 
 class Results(Mapping[str, Any]):
     """Results by name, netCDF or JSON, each opened when it is first asked for.
@@ -67,8 +69,6 @@ def _open(path: Path, stack: ExitStack) -> Any:
     if path.suffix == ".json":
         return json.loads(path.read_text(encoding="utf-8"))
     # A schematic does not wait for this to load.
-    import xarray as xr
-
     return stack.enter_context(xr.open_dataset(path))
 
 

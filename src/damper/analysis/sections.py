@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from damper.analysis.places import need_numbers, need_variables
+from damper.parameters.lazy import xr
 from damper.parameters.quantity import in_range, whole
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Part of the largest coordinate within which two points of a section are one.
 SAME = 1e-6

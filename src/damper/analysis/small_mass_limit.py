@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.analysis.intervals import bisected
 from damper.analysis.places import fixed_values, need_axes, need_variables, places
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
 from damper.sweep.record import recorded
 from damper.theory.small_mass import critical_restitution
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: All bursts are complete from this fraction on: it is a quotient of whole numbers.
 _ALL = 1.0 - 1e-12
@@ -53,8 +50,6 @@ def small_mass_border(cube: xr.Dataset, resolution: float = 1e-4) -> pd.DataFram
     ValueError
         When the cube has no ``complete_fraction``, or more of its points cannot be run.
     """
-    import pandas as pd
-
     need_variables(cube, "bursts", "complete_fraction")
     in_range("resolution", resolution, minimum=0, above=True)
     run = recorded(cube, "bursts") | {"observers": ["bursts"]}

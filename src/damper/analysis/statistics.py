@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,12 +10,9 @@ from damper.analysis.closed_forms import damper_at
 from damper.analysis.places import need_known, need_variables, places
 from damper.observers.common.limits import mean_within
 from damper.observers.statistics import MEANS
+from damper.parameters.lazy import pd, xr
 from damper.sweep.record import observers_of
 from damper.theory.noise import laws, missing_part
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
@@ -42,8 +38,6 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
     ValueError
         When the cube lacks a variable, a run stopped early, or the laws are of another damper.
     """
-    import pandas as pd
-
     need_variables(cube, "statistics", *MEANS)
     if "draw" not in cube.dims:
         need_variables(cube, "statistics", *(f"{name}_error" for name in MEANS))

@@ -7,16 +7,14 @@ wrote; nothing is found anew here, so a figure shows what the tables count.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.analysis.runs import runs
+from damper.parameters.lazy import xr
 from damper.parameters.quantity import real
 from damper.parameters.variables import CHATTER_IMPACTS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
 BURST_VARIABLES = (

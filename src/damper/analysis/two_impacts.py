@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,16 +11,12 @@ import numpy as np
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
 from damper.analysis.places import need_axes, need_variables, places
+from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import pandas as pd
-    import xarray as xr
-
     from damper.theory.two_impacts import Orbit
 
 #: Impacts per period are a quotient of whole numbers.
@@ -53,8 +50,6 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
         ``<along>_lower`` and ``<along>_upper``, and ``cut``, where the range reaches the end of the
         axis.
     """
-    import pandas as pd
-
     need_axes(cube, along)
     need_variables(cube, "stroboscopic_section", "displacement")
     in_range("resolution", resolution, minimum=0, above=True)
@@ -105,8 +100,6 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
     ValueError
         When the cube has no such axis, no impacts, or not one section.
     """
-    import pandas as pd
-
     need_axes(cube, along)
     need_variables(cube, "impacts", "impacts_per_period")
     need_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -13,15 +13,10 @@ from damper.analysis.completion import BURST, IMPACT, ORDERS, PREDICTED, SHARP, 
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, VERMILION, label
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.products import MOST_ROWS, At, Caption, Each, FigureSettings, Role
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Order -> colour, marker, exponent of the law, its dashes.
 _ORDERS: dict[str, tuple[str, str, int, str]] = {

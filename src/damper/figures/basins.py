@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -11,13 +11,11 @@ from damper.analysis.basins import basin_fractions
 from damper.figures.common.layout import place_label
 from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import COLUMN, motion_colours
+from damper.parameters.lazy import Figure
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, Role, StudyContents, need_starts
 from damper.study.study_file import See
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class BasinsFigure(Product):

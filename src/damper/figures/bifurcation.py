@@ -32,6 +32,7 @@ from damper.figures.common.style import (
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.dampers import BASIC
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import units_of
 from damper.study import products
@@ -41,10 +42,6 @@ from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.transforms import ScaledTranslation
 
 #: Of the free mass between the walls, on the section.

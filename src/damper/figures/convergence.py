@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,14 +11,11 @@ from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.figures.common.layout import place_label, place_text, wrap
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
+from damper.parameters.lazy import Axes, Figure
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, FigureSettings, Role, StudyContents
 from damper.tables.convergence import Compared, Conventions, Stiffness, check_convergence
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _PANEL = 1.35
 """Height of a panel in inches."""

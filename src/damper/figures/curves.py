@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -32,15 +32,10 @@ from damper.figures.common.style import (
     label,
 )
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study import products
 from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75

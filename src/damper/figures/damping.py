@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -20,17 +20,12 @@ from damper.figures.common.panels import (
     wrapped_panels,
 )
 from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION
+from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC
+from damper.parameters.lazy import Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.products import MOST_PANELS, At, Caption, Each, FigureSettings, Role
 from damper.theory.free_decay import amplitude_range, equivalent_damping, largest_damping
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from damper.parameters import Parameters
 
 #: Each line's points: those of a later one are smaller and on top, so that all can be seen.
 _POINT: dict[str, Any] = {"ls": "", "marker": "o", "rasterized": True}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -19,17 +19,12 @@ from damper.analysis.stretches import (
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, YELLOW, label
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
 from damper.study import products
 from damper.study.fields import Pair, Unit
 from damper.study.messages import Mistakes
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",

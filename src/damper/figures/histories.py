@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -29,16 +29,11 @@ from damper.figures.trajectory import (
     units_in_a_cycle,
     with_drive,
 )
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
 from damper.sweep.record import length_text
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +13,10 @@ from damper.figures.common.layout import heading, wrap
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLUE, ORANGE, SKY, VERMILION
 from damper.observers.common.laws import LIMIT
+from damper.parameters.lazy import Axes, Figure, pd
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, StudyContents, need_laws
 from damper.study.study_file import See
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
 _EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)

@@ -36,6 +36,7 @@ from damper.figures.common.style import (
     motion_colours,
 )
 from damper.figures.overlays import Panels, draw_overlays
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.study import products
 from damper.study.fields import Text
@@ -43,12 +44,8 @@ from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
     from matplotlib.colors import Colormap, Normalize
-    from matplotlib.figure import Figure
 
 #: Variables drawn in classes, which are numbered from zero -> name and colour of each.
 _CLASSES = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -13,15 +13,11 @@ from damper.analysis.stretches import half_gap
 from damper.figures.common.layout import section_text, select
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
 from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.parameters.lazy import Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.products import MOST_COLUMNS, At, Caption, Each, FigureSettings, Role
 from damper.study.settings import SECTIONS
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MOTION = (
     "trajectory_displacement",

@@ -7,19 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from damper.figures.common.style import BLACK, COLUMN
+from damper.parameters.lazy import Axes, Figure
 from damper.study.fields import Text
 from damper.study.products import Product
 from damper.study.study_file import See
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LINE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "solid_capstyle": "butt"}
 _THIN: dict[str, Any] = {"color": BLACK, "lw": 0.5, "solid_capstyle": "butt"}

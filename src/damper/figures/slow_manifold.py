@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -21,16 +21,11 @@ from damper.figures.common.panels import (
     wrapped_panels,
 )
 from damper.figures.common.style import BLACK, BLUE, ORANGE
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.products import MOST_PANELS, At, Caption, Each, FigureSettings, Role
 from damper.theory import need_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, fold, stable
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _STABLE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
 _UNSTABLE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}

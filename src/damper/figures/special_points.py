@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,16 +12,12 @@ from damper.figures.common.layout import place_text
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, title
 from damper.figures.common.style import COLUMN, axis_label
 from damper.figures.overlays import Panels, draw_overlays, orbits
+from damper.parameters.lazy import Artist, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Caption, Product, StudyContents, need_orbits
 from damper.study.study_file import See
 from damper.study.yaml_file import join_names
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
 
 _PANEL = 2.2
 """Height of a panel in inches."""
@@ -102,8 +98,6 @@ def _others(branches: xr.Dataset, x: str, y: str) -> list[str]:
 
 def _panels(branches: xr.Dataset, x: str, y: str) -> list[xr.Dataset]:
     """Places with curves: scalar coordinates, and the ends of x and y, which all share."""
-    import xarray as xr
-
     along = branches.along.values[branches.curve_branch.values]
     mine = np.array(
         [{*pair} == {x, y} for pair in zip(along, branches.curve_other.values, strict=True)], bool

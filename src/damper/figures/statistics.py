@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -14,12 +14,9 @@ from damper.figures.common import layout
 from damper.figures.common.panels import finish, legend_line, panel_grid
 from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PAGE, VERMILION
 from damper.observers.statistics import MEANS
+from damper.parameters.lazy import Figure, xr
 from damper.study import products
 from damper.study.fields import Text
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 #: Panels: what is shown over what, and the means in it, each with its style.
 _ENERGIES: dict[str, dict[str, Any]] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -14,16 +14,11 @@ from damper.analysis.stretches import forcing_frequency, half_gap, rows_between,
 from damper.figures.common.layout import select
 from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, title
 from damper.figures.common.style import BLACK, BLUE, STUCK, SYMBOLS, VERMILION, label
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
 from damper.study.yaml_file import display
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _VARIABLES = (
     "trajectory_time",

@@ -13,14 +13,13 @@ from damper.engine.loop import FINISHED
 from damper.figures.common.layout import geometric
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.lazy import Figure
 from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import followed, force_of, observers_of, settings_of
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from damper.engine.trajectory import Trajectory
     from damper.observers.common.base import Window
 

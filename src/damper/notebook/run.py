@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from damper.analysis.bursts import list_bursts
 from damper.analysis.places import need_cube
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.lazy import Figure, pd, xr
 from damper.parameters.quantity import real, whole
 from damper.parameters.run import RunSettings
 from damper.study.simulation import simulate
@@ -21,11 +22,6 @@ from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.points import one_run
 from damper.sweep.record import settings_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 #: Most bursts and events that a run lists beside its motion.
 MOST = 10_000

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import xarray as xr
+from damper.parameters.lazy import xr
 
 HOLDS, FAILS = "holds", "does not hold"
 #: Where it holds if one of several readings, or one of the assumed values, is taken.

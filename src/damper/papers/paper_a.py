@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 from damper.analysis.places import within
 from damper.papers.base import (
@@ -24,10 +23,7 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from damper.parameters.lazy import pd, xr
 
 Cubes = Mapping[str, "xr.Dataset"]
 

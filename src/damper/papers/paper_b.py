@@ -24,11 +24,10 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
+from damper.parameters.lazy import xr
 from damper.parameters.variables import CHATTER_IMPACTS
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from damper.papers.ranges import Range
 
     Cubes = Mapping[str, xr.Dataset]
@@ -216,8 +215,6 @@ def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
 
     Frequencies on the other side of the resonance are missing: NaN.
     """
-    import xarray as xr
-
     both = xr.concat([cube.chatter == 2, cube.chatter >= 1], "counted")
     both = both.assign_coords(counted=["complete", "any"]).astype(float)
     omega = cube.frequency_ratio

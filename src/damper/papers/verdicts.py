@@ -8,16 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from damper.papers.base import UNTESTED, Statement, Verdict
 from damper.papers.statements import STATEMENTS
+from damper.parameters.lazy import pd
 from damper.tables import Table
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -63,8 +60,6 @@ def table(found: Sequence[Judged], made: Collection[str] = ()) -> Table:
     `made` are the figures that there are, below the folder of results and without suffix; others
     are not linked.
     """
-    import pandas as pd
-
     summary = [(i.statement.name, i.statement.text, sentence(i)) for i in found]
     body: list[str | pd.DataFrame] = [
         "The statements are in our words; what follows *stated* stands in the papers' texts, at "
@@ -98,8 +93,6 @@ def _row(item: Judged) -> dict[str, str]:
 
 
 def _in_full(item: Judged, made: Collection[str]) -> Iterator[str | pd.DataFrame]:
-    import pandas as pd
-
     statement, verdict = item.statement, item.verdict
     yield f"## {statement.name}: {statement.text}"
     links = [

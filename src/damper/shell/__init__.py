@@ -14,6 +14,7 @@ import click
 
 import damper
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.lazy import pd
 from damper.parameters.quantity import Declared
 from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
@@ -84,8 +85,6 @@ _events_command("events-si", SIParameters, "SI units", "s")
 
 
 def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> None:
-    import pandas as pd
-
     table = pd.DataFrame(damper.events(parameters, until=until))
     table["kind"] = [KINDS[kind] for kind in table["kind"]]
     if csv:

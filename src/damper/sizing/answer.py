@@ -7,17 +7,14 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import Search
 from damper.sizing.study import Judge, Sizes, rounded
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
@@ -285,8 +282,6 @@ def _worst(array: xr.DataArray, keep: str = "") -> xr.DataArray:
 
 
 def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[str, Any]:
-    import pandas as pd
-
     times = cube.fall_time.isel(part=0)
     peaks = envelope[["peak_time", "peak_amplitude"]].to_dataframe().dropna().reset_index()
     time, built = peaks.peak_time - peaks.peak_time.iloc[0], peaks.peak_amplitude
@@ -308,8 +303,6 @@ def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
 
 
 def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
-    import pandas as pd
-
     rows = []
     for name, unit in (("free_mass", "kg"), ("gap", "m"), ("restitution", "1")):
         if name in array.dims:
@@ -321,8 +314,6 @@ def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
 
 
 def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str, Any]:
-    import pandas as pd
-
     m = judge.machine
     variable, axis = m.measured[0], "forcing_frequency"
     array = cube[variable]
@@ -355,7 +346,6 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
 
 def _motions(cube: xr.Dataset) -> pd.DataFrame:
     """Where random starts lead to, how often, and how far the machine moves there."""
-    import pandas as pd
 
     from damper.analysis.basins import basin_fractions
     from damper.analysis.motions import attractors

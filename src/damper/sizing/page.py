@@ -6,20 +6,18 @@ import re
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from damper.figures import schematic
 from damper.figures.common.layout import few_decades
 from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, style
+from damper.parameters.lazy import Figure
 from damper.sizing.answer import Design, text_of
 from damper.sizing.machine import Machine
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
 table { border-collapse: collapse } img { max-width: 100% } li { margin-left: 1.2em }

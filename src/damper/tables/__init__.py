@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from damper.analysis.places import fixed_values
 from damper.parameters.forcing import force_text
+from damper.parameters.lazy import pd, xr
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
     Body = Sequence[str | pd.DataFrame]
 
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
+from damper.parameters.lazy import pd
 from damper.parameters.units import units_of
 from damper.study.products import Product
 from damper.tables import Table, number, place_cells
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class AccumulationTable(Product):
@@ -64,8 +62,6 @@ def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:
 
 def _summary(found: pd.DataFrame) -> pd.DataFrame:
     """Slopes over all points, and how many bursts have a prediction at their first impact."""
-    import pandas as pd
-
     orders = sorted(found["order"].unique())
     rows: dict[str, list[str]] = {"": [], "law of the error": []}
     for order in orders:
@@ -83,8 +79,6 @@ def _summary(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
-    import pandas as pd
-
     others = list(found.columns[: found.columns.get_loc("quantity")])
     within_head = f"within {within:.2%} from impact".replace(".00%", " %")
     rows = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -12,9 +12,6 @@ from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, need_starts
 from damper.tables import Table
-
-if TYPE_CHECKING:
-    pass
 
 
 class Basins(Product):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
+from damper.parameters.lazy import pd
 from damper.parameters.quantities import MODEL_NAMES
 from damper.study import products
 from damper.study.fields import Some, Text
@@ -15,9 +16,6 @@ from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
 from damper.tables import Table, number, place_cells, readable
-
-if TYPE_CHECKING:
-    pass
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
@@ -88,8 +86,6 @@ class ConvergenceTable(products.Product):
 
 def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
     """Write the distances to the rigid damper."""
-    import pandas as pd
-
     cube = results["cube"]
     along, lines = settings.along, settings.lines
     data = distance_to_rigid(cube, settings.variables, along)

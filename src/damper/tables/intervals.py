@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -18,16 +18,12 @@ from damper.analysis.intervals import (
     thresholds,
 )
 from damper.analysis.places import places, rows_at
+from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Pair, Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, need_one_run
 from damper.tables import Table, place_cells, readable
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
 
 _HEADING = "## Chatter beside the stated range, {:g} to {:g}"
 
@@ -107,8 +103,6 @@ def _table(
     along: str,
 ) -> pd.DataFrame:
     """A row for each place, a column for each heading, predicate and threshold."""
-    import pandas as pd
-
     rows = []
     for place in where:
         here = rows_at(found, place)
@@ -123,8 +117,6 @@ def _agreement(
     cube: xr.Dataset, where: Sequence[Mapping[str, float]], along: str, stated: tuple[float, float]
 ) -> pd.DataFrame:
     """Say at how many values chatter is found within a range and outside it."""
-    import pandas as pd
-
     rows = []
     for place in where:
         found = chatter_in_range(cube.sel(place), along, *stated)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from damper.analysis.labels import label_of, short
 from damper.analysis.laws import GRADED, Row, excesses, records_of, regimes
 from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
+from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import STATUS_MEANINGS
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents, need_laws
 from damper.tables import Table
-
-if TYPE_CHECKING:
-    import numpy as np
-    import pandas as pd
-    import xarray as xr
 
 _OUTCOME_WORDS = (
     "finished",
@@ -34,8 +32,6 @@ class LawsTable(Product):
 
 def make(results: Mapping[str, Any], settings: LawsTable) -> Table:
     """Make the table of the regimes, with a summary of the laws before it in the body."""
-    import pandas as pd
-
     cube = results["cube"]
     rows = regimes(cube)
     counts = zip(rows[0].outcomes, _OUTCOME_WORDS, strict=True)
@@ -69,8 +65,6 @@ def _numbers(row: Row) -> dict[str, Any]:
 
 
 def _laws(cube: xr.Dataset) -> pd.DataFrame:
-    import pandas as pd
-
     far, stopped = excesses(cube), records_of(cube).status > 0
     kept = far <= 1.0
     limits = {"not_finite": "0", "energy_balance": f"{LIMIT:g} and more"}

@@ -8,21 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import runs_over
+from damper.parameters.lazy import pd, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import REDUCTIONS, Product, Role, StudyContents, Worst, need
 from damper.tables import Table, number, place_cells, readable, with_units
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 class Performance(Product):
@@ -90,8 +87,6 @@ def _of_all(cube: xr.Dataset, worst: Sequence[str]) -> str:
 def _best(
     cube: xr.Dataset, along: str, over: str, damped: float, worst: Sequence[str]
 ) -> pd.DataFrame:
-    import pandas as pd
-
     data = best_clearance(cube, along, over, damped, worst)
     length = cube.peak_displacement
     others = list(data.columns[: data.columns.get_loc(f"best_{over}")])
@@ -125,8 +120,6 @@ def _best(
 
 
 def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
-    import pandas as pd
-
     def share(name: str) -> str:
         return number(shares[name], ".0%")
 

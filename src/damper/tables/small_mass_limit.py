@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.places import places, rows_at
 from damper.analysis.small_mass_limit import gap_axis, small_mass_border
+from damper.parameters.lazy import pd
 from damper.study import products
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
 from damper.tables import Table, number, place_cells, readable
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class SmallMassLimit(products.Product):
@@ -43,8 +41,6 @@ class SmallMassLimit(products.Product):
 
 def make(results: Mapping[str, Any], settings: SmallMassLimit) -> Table:
     """Show how far border and limit lie apart."""
-    import pandas as pd
-
     cube = results["cube"]
     data = small_mass_border(cube, settings.resolution)
     over = gap_axis(cube)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from damper.parameters.lazy import pd, xr
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents, need_orbits
 from damper.tables import Table, readable
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class SpecialPoints(Product):
@@ -26,8 +24,6 @@ class SpecialPoints(Product):
 
 def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:
     """Show the points of all branches, and where branches and curves end."""
-    import pandas as pd
-
     branches = results["orbits"]
     others = [str(name) for name in branches.data_vars if branches[name].attrs.get("axis")]
     over = [str(name) for name in dict.fromkeys(branches.curve_other.values)]

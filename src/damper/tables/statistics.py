@@ -7,6 +7,7 @@ from typing import Any
 
 from damper.analysis.places import places
 from damper.analysis.statistics import means_under_noise
+from damper.parameters.lazy import pd
 from damper.study.products import OfNoise
 from damper.tables import Table, number, place_cells, with_units
 
@@ -17,8 +18,6 @@ class StatisticsTable(OfNoise):
 
 def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
     """Show the means that have a law."""
-    import pandas as pd
-
     cube = results["cube"]
     data = means_under_noise(cube)
     axes = {name for where in places(cube.mean_input, "draw") for name in where}

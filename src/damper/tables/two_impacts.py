@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from damper.analysis.places import rows_at
 from damper.analysis.two_impacts import RANGES, SETTLED, two_impact_errors, two_impact_ranges
+from damper.parameters.lazy import pd
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents
 from damper.study.settings import SECTIONS
 from damper.tables import Table, number, place_cells, readable
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class TwoImpacts(Product):
@@ -44,8 +42,6 @@ class TwoImpacts(Product):
 
 def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
     """Show the ranges and the differences."""
-    import pandas as pd
-
     cube = results["cube"]
     along, resolution = settings.along, settings.resolution
     ranges = two_impact_ranges(cube, along, resolution)

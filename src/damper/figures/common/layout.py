@@ -6,21 +6,16 @@ import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import unknown_name
 from damper.parameters.units import units_of
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 16.0, 19.0, 21.0

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from damper.figures.common.layout import head, legend, place_text
 from damper.figures.common.style import COLUMN, PAGE
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 
 #: Height of a line of a legend in inches.
 _LINE = 0.145

@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from damper.parameters.lazy import Figure
 from damper.parameters.quantities import ALL
 from damper.parameters.units import (
     ACCELERATION,
@@ -22,9 +23,6 @@ from damper.parameters.units import (
     TIME,
     name_of,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, YELLOW, BLACK = (

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import xarray as xr
+from damper.parameters.lazy import xr
 
 #: How they are drawn.
 REFERENCE: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.0}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +11,8 @@ from damper.analysis.closed_forms import damper_at, dense
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import GREEN
 from damper.figures.overlays import Panels
+from damper.parameters.lazy import Artist
 from damper.theory.ball_on_table import bounce
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
 
 #: Points of a curve between two of the diagram, and most of them in all.
 _BETWEEN, _MOST = 8, 2000

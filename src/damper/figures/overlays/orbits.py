@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +10,7 @@ from damper.analysis.runs import runs
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
+from damper.parameters.lazy import Artist, xr
 
 #: Stable and unstable orbits.
 _LINES: dict[bool, dict[str, Any]] = {

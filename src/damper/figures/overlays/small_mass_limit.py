@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, VERMILION
 from damper.figures.overlays import Panels
+from damper.parameters.lazy import Artist
 from damper.theory.small_mass import critical_restitution
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 61) ** 3])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +10,9 @@ from damper.analysis.closed_forms import damper_at
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK
 from damper.figures.overlays import Panels
+from damper.parameters.lazy import Artist
 from damper.theory import need_basic
 from damper.theory.steady import steady_amplitude
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
 
 _CURVE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
 #: Points of the curve.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,15 +12,11 @@ from damper.analysis.closed_forms import admissible_orbits, damper_at, dense, se
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
+from damper.parameters.lazy import Artist, Axes, xr
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 from damper.theory.free_decay import least_at_resonance
 from damper.theory.two_impacts import Orbit
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 _SHOWN = ("displacement", "velocity", "peak_displacement")
 #: Points of the curve between two of the diagram, and most of them in all.

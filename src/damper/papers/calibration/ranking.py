@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.papers.base import Scored, Tolerances
 from damper.papers.statements import SCORES
-
-if TYPE_CHECKING:
-    import xarray as xr
+from damper.parameters.lazy import xr
 
 #: Name of the joined score.
 JOINED = "joined"
@@ -84,8 +82,6 @@ def rank(
     that both have count, and ValueError if there are none; those that only `cube` varies make no
     difference to the other's score.
     """
-    import xarray as xr
-
     tolerances = tolerances or Tolerances()
     found: dict[str, Scored] = {name: SCORES[name].measure(cube, tolerances) for name in statements}
     own = {name: each.score for name, each in found.items()}

@@ -1,20 +1,18 @@
 """`damper.continue_orbit`: periodic motions along a parameter, stable or not."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.lazy import xr
 from damper.parameters.named import named_quantity, value_of, with_values
 from damper.parameters.quantity import real, whole
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force
 from damper.sweep.orbits.walk import Walk
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def continue_orbit(
@@ -142,8 +140,6 @@ class Branch:
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the branch as a Dataset: its orbits, and its special points."""
-        import xarray as xr
-
         orbits, points = self.orbits, self.special_points
         kind = type(orbits[0].parameters)
         quantity = named_quantity(orbits[0].parameters, self.parameter)

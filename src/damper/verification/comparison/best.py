@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from damper.parameters.lazy import xr
 from damper.verification.comparison.errors import GOOD
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Files of a study with errors and timings.
 FILES = ("cube.nc", "timed/timings.nc")

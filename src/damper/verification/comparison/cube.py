@@ -6,18 +6,16 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.analysis.labels import label_of
+from damper.parameters.lazy import xr
 from damper.parameters.variables import TIME, Variable
 from damper.sweep.parts import PartData
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 from damper.verification.comparison.solvers import in_order, load
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Errors of which a solver's order is estimated.
 ERRORS = ("impact_time_error", "accumulation_error", "release_error", "state_error")
@@ -122,7 +120,6 @@ def _dataset(
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
     """Arrays over scene, solver and level, or the first of these, as a dataset."""
-    import xarray as xr
 
     from damper.sweep.cube import described
 

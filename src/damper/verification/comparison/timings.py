@@ -9,20 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.engine.compiled import compile_at_once
+from damper.parameters.lazy import xr
 from damper.verification.comparison.best import LONGER, PEERS
 from damper.verification.comparison.cube import gather_timings
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import FINISHED, Solution
 from damper.verification.comparison.solvers import in_order, load
 from damper.verification.timing import machine, take_turns
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Lower quartile, median and upper quartile.
 TIMES = ("run_time_low", "run_time", "run_time_high")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from damper.parameters.lazy import xr
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import Variable
 from damper.sweep.parts import PartData
@@ -18,9 +19,6 @@ from damper.verification.metamorphic.verdicts import (
     RELATION_VERDICTS,
     RELATIONS,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Quantities of a run; those that it does not give have their defaults.
 POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
@@ -72,7 +70,6 @@ def gather(parts: Sequence[PartData], attributes: Mapping[str, Any]) -> xr.Datas
     Quantities that a point does not give have their defaults, an infinite contact stiffness among
     them: a rigid wall.
     """
-    import xarray as xr
 
     from damper.sweep.cube import described
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +25,8 @@ from damper.figures.common.style import (
 )
 from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, rank
 from damper.papers.calibration.settings import Scores
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.products import Caption
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Least number of values that make a curve; dimensions with fewer make a row of panels each.
 _CURVE = 3

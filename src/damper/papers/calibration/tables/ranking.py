@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -13,11 +13,8 @@ from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, rank
 from damper.papers.calibration.settings import Scores
 from damper.papers.statements import SCORES
+from damper.parameters.lazy import pd, xr
 from damper.tables import Table
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: Sets in the Markdown; the CSV has as many as the settings say.
 _SHOWN = 15
@@ -33,8 +30,6 @@ class RankingTable(Scores):
 
 def make(results: Mapping[str, Any], settings: RankingTable) -> Table:
     """Rank the sets of parameters."""
-    import pandas as pd
-
     cube = results["cube"]
     statements, also, preset = settings.statements, settings.others(results), settings.preset
     found = rank(cube, statements, also)
@@ -90,8 +85,6 @@ def _number(array: xr.DataArray, place: Mapping[str, Any]) -> float:
 
 
 def _each_statement(found: Ranking, preset: Mapping[str, Any] | None) -> pd.DataFrame:
-    import pandas as pd
-
     rows = []
     for name, array in found.own.items():
         row = {
@@ -118,8 +111,6 @@ def _preset(found: Ranking, preset: Mapping[str, Any]) -> str:
 
 
 def _pinned(found: Ranking, doubled: Ranking | None) -> pd.DataFrame:
-    import pandas as pd
-
     columns = {**found.own, "all hold": holding(found).astype(float)}
     if doubled:
         columns["all hold, tolerances doubled"] = holding(doubled).astype(float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from damper.analysis.labels import capital, short, time_text
 from damper.figures.common.layout import wrap
 from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import BLACK, MISSING
+from damper.parameters.lazy import Axes, Figure, xr
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import (
     BASE,
@@ -21,11 +22,6 @@ from damper.verification.comparison.best import (
 )
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.marks import FAILURES
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: What is compared: of the run as a whole, and not of its end, where most motions settle.
 ERROR = "impact_time_error"

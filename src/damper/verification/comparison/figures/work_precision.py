@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,18 +12,13 @@ from damper.analysis.labels import capital
 from damper.figures.common import panels
 from damper.figures.common.layout import wrap
 from damper.figures.common.style import PALE, label
+from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.comparison.best import FILES
 from damper.verification.comparison.errors import GOOD, OUTCOMES
 from damper.verification.comparison.marks import FAILURES, line_of
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Errors below are drawn there: that is rounding.
 LEAST_ERROR = 1e-16

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.analysis.labels import capital, label_of, short
+from damper.parameters.lazy import pd, xr
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison.cube import ERRORS
 from damper.verification.comparison.errors import GOOD, MEASURES, MISSES, OUTCOMES
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 _HEADS = {
     "impact_time_error": "impact times",
@@ -43,8 +40,6 @@ def make(results: Mapping[str, Any], settings: SolverErrors) -> Table:
     The data have a row for each level, with the order of the solver repeated. The body has a table
     for each scene: errors at the finest good level, and the outcome of every level.
     """
-    import pandas as pd
-
     errors = results["cube"]
     body: list[str | pd.DataFrame] = [_ABOUT]
     for scene in errors.scene.values:

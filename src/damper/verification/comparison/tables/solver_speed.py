@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from damper.analysis.labels import capital, short, time_text
+from damper.parameters.lazy import pd, xr
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.comparison import best
 from damper.verification.comparison.tables.solver_errors import levels
 from damper.verification.timing import machine_text
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 #: What is compared: of the run as a whole, and not of its end, where most motions settle.
 ERROR = "impact_time_error"
@@ -38,8 +35,6 @@ class SolverSpeed(Made):
 
 def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
     """Make the table of how long each solver takes for a wanted error."""
-    import pandas as pd
-
     errors, timings = results["cube"], results["timings"]
     cube = errors.assign({name: timings[name] for name in TIMED})
     cube["time_per_impact"] = cube.run_time / cube.reference_impacts
@@ -65,8 +60,6 @@ def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
 
 def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
     """The engine beside RK4 with located impacts: per call, and per impact in long runs."""
-    import pandas as pd
-
     if not set(best.PEERS) <= set(errors.solver.values):
         return []
     engine, peer = best.PEERS

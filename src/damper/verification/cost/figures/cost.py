@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,11 +11,9 @@ from damper.analysis.labels import label_of
 from damper.figures.common.layout import heading, legend
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLUE, ORANGE, VERMILION
+from damper.parameters.lazy import Figure
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.timing import machine_text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _ROW = 0.19
 """Height of a case in inches."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from damper.analysis.labels import label_of
+from damper.parameters.lazy import pd
 from damper.tables import Table
 from damper.verification.base import Made, OptionalCaption
 from damper.verification.timing import Spread, machine_text
@@ -28,8 +29,6 @@ class CostTable(Made):
 
 def make(results: Mapping[str, Any], settings: CostTable) -> Table:
     """Make the table of what `measure` found."""
-    import pandas as pd
-
     timings = results["cost"]
     data, cells = [], []
     for name, case in timings["cases"].items():

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.figures.common.layout import heading
 from damper.figures.common.panels import note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, VERMILION
+from damper.parameters.lazy import Axes, Figure, xr
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.metamorphic.tables.metamorphic import failures
 from damper.verification.metamorphic.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
 EXACT = tuple(name for name in RELATIONS if name not in ("sharper", "looser"))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from damper.analysis.labels import label_of, short
+from damper.parameters.lazy import pd, xr
 from damper.tables import Table
 from damper.verification.base import Made
 from damper.verification.metamorphic.cube import point_of
@@ -23,10 +24,6 @@ from damper.verification.metamorphic.verdicts import (
     SOUND,
 )
 
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
 _RATIOS = {"median ratio": 0.5, "99 % ratio": 0.99, "worst ratio": 1.0}
 _JUDGED = {f"backward_{name}": f"{words} [2^-52]" for name, words in CHECKS.items()} | {
     "laws_excess": "worst law, over its limit"
@@ -39,8 +36,6 @@ class MetamorphicTable(Made):
 
 def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
     """Make the table: the data have a row for each relation, the body tables of more."""
-    import pandas as pd
-
     cube = results["cube"]
     count = cube.sizes["run"]
     failed = failures(cube)
@@ -85,8 +80,6 @@ def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
 
 def verdicts_of(cube: xr.Dataset) -> pd.DataFrame:
     """Verdict on each run, a row, and relation."""
-    import pandas as pd
-
     found = {name: cube[f"{name}_verdict"].fillna(NOT_APPLICABLE).values for name in RELATIONS}
     return pd.DataFrame(found)
 
