@@ -52,10 +52,7 @@ REGIMES = (
     Regime("plastic", "restitution <= 1e-6"),
     Regime("tiny clearance", "0 < clearance <= 1e-6"),
     Regime("large clearance", "clearance >= 1e3"),
-    Regime(
-        "grazing start",
-        "initial_displacement == -1 and 0 < initial_relative_velocity < 1e-3",
-    ),
+    Regime("grazing start", "initial_displacement == -1 and 0 < initial_relative_velocity < 1e-3"),
     Regime("long runs", "periods >= 100000"),
     Regime("grounded", "", "grounded"),
     Regime(

@@ -14,14 +14,7 @@ from typing import Any, NamedTuple
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
-from damper.engine.forcing import (
-    bound_of,
-    rate_of,
-    strength_of,
-    turn_over,
-    turned,
-    weight_of,
-)
+from damper.engine.forcing import bound_of, rate_of, strength_of, turn_over, turned, weight_of
 from damper.engine.oscillator import (
     Motion,
     Oscillator,

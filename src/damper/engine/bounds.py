@@ -36,7 +36,4 @@ def bounds_ahead(osc: Oscillator, motion: Motion, span: float) -> tuple[float, f
     norm0 = energy_norm(osc, motion.x, motion.v) + force * span
     norm1 = energy_norm(osc, motion.v, motion.a) + force1 * span
     norm2 = energy_norm(osc, motion.a, motion.j) + force2 * span
-    return (
-        min(norm1, force + osc.coupling * norm0),
-        min(norm2, force1 + osc.coupling * norm1),
-    )
+    return min(norm1, force + osc.coupling * norm0), min(norm2, force1 + osc.coupling * norm1)

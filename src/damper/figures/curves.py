@@ -23,14 +23,7 @@ from damper.figures.common.panels import (
     title,
     wrapped_panels,
 )
-from damper.figures.common.style import (
-    BLACK,
-    BLUE,
-    COLUMN,
-    RATIOS,
-    SYMBOLS,
-    label,
-)
+from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study import products

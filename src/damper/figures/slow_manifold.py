@@ -38,10 +38,7 @@ _CYCLES: dict[bool, dict[str, Any]] = {
     False: _CYCLE | {"color": ORANGE, "ms": 2.8},
     True: _CYCLE | {"color": BLUE, "ms": 4.4},
 }
-_MEANINGS = {
-    True: "simulated: two impacts in the cycle",
-    False: "simulated: more or fewer",
-}
+_MEANINGS = {True: "simulated: two impacts in the cycle", False: "simulated: more or fewer"}
 #: Most of the curve to be seen: theta beyond the largest simulated one.
 _MARGIN = 1.08
 

@@ -34,13 +34,7 @@ from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.forcing import (
-    HORIZON,
-    common,
-    force_rates,
-    phase_at,
-    rate_of,
-)
+from damper.engine.forcing import HORIZON, common, force_rates, phase_at, rate_of
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.impact import law_at, restitution_at
 from damper.engine.model import mass_ratio_at, motion

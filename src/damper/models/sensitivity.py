@@ -21,12 +21,7 @@ from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segment_at
 from damper.models import model_of
-from damper.models.tangent import (
-    enter,
-    joins,
-    over_time,
-    velocities_after,
-)
+from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
 from damper.parameters.models import SMOOTH, need_model
 from damper.parameters.named import value_of, with_values

@@ -126,10 +126,7 @@ class Decay(Observer):
 
     def coordinates(self) -> dict[str, np.ndarray]:
         """Count half cycles from 1."""
-        return {
-            "half_cycle": np.arange(1.0, self.half_cycles + 1.0),
-            "part": np.array(self.parts),
-        }
+        return {"half_cycle": np.arange(1.0, self.half_cycles + 1.0), "part": np.array(self.parts)}
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""

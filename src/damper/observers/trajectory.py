@@ -56,10 +56,7 @@ class SampledTrajectory(Observer):
 
     samples_per_period = Setting(100, "Equal time steps per cycle.", ge=1, le=1_000_000)
     start = Setting(
-        0.0,
-        "Where the stretch begins, counted from the start of the record.",
-        "cycles",
-        ge=0,
+        0.0, "Where the stretch begins, counted from the start of the record.", "cycles", ge=0
     )
     length = Setting(
         None,

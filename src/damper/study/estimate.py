@@ -151,7 +151,4 @@ def _fan(study: Study, found: Estimate) -> str:
 def _resources(memory: int, seconds: float) -> dict[str, int]:
     # A job that is cut is lost: what it takes to compile where the cache is empty, minutes and up
     # to 450 MB in all, besides.
-    return {
-        "mem_mb": ceil(memory / 1e6) + 250,
-        "runtime": ceil(seconds / 60.0) + 5,
-    }
+    return {"mem_mb": ceil(memory / 1e6) + 250, "runtime": ceil(seconds / 60.0) + 5}

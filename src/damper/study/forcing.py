@@ -18,14 +18,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 from pydantic_core import PydanticCustomError
 
-from damper.parameters.forcing import (
-    EACH_DRAW,
-    FORCINGS,
-    Forcing,
-    Noise,
-    Record,
-    forcing_of,
-)
+from damper.parameters.forcing import EACH_DRAW, FORCINGS, Forcing, Noise, Record, forcing_of
 from damper.study.fields import Or, Pair, Strict, Text, one_of
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes

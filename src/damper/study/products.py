@@ -24,12 +24,7 @@ from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
 
 #: What the observer `bursts` writes of single bursts that is compared with the rigid damper.
-BURST_RECORDS = (
-    "burst_onset",
-    "burst_duration",
-    "burst_accumulation_time",
-    "burst_sticking_time",
-)
+BURST_RECORDS = ("burst_onset", "burst_duration", "burst_accumulation_time", "burst_sticking_time")
 #: Names of the free travel.
 FREE_TRAVEL = ("clearance", "gap")
 

@@ -9,12 +9,7 @@ from typing import Any
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.models import SMOOTH, unknown_model
-from damper.parameters.quantities import (
-    INITIAL_NAMES,
-    QUANTITIES,
-    SI_QUANTITIES,
-    is_si,
-)
+from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes
 from damper.study.model import Study

@@ -404,8 +404,7 @@ class Threshold(Strict):
         float | None,
         Unit(_WITH_SI[SPEED]),
         Field(
-            gt=0,
-            description="Absolute approach speed, in m/s in an SI study; not with fraction.",
+            gt=0, description="Absolute approach speed, in m/s in an SI study; not with fraction."
         ),
     ] = None
     assumed: Assumed = None
@@ -431,7 +430,7 @@ class InTime(Strict):
         Or(END),
         Field(
             description="In s in an SI study, else in sqrt(M/K); end: that of the record or noise "
-            "that drives the damper.",
+            "that drives the damper."
         ),
     ]
 

@@ -11,13 +11,7 @@ import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si
 from damper.parameters.units import AMPLITUDES, FORCE, FREE, attributes_of, name_of
-from damper.parameters.variables import (
-    NO_VALUE,
-    OWN_DIMENSIONS,
-    SI_UNITS,
-    STATUS,
-    Variable,
-)
+from damper.parameters.variables import NO_VALUE, OWN_DIMENSIONS, SI_UNITS, STATUS, Variable
 from damper.sweep.parts import PartData
 
 #: Of a file's metadata: a long name and units for each variable, flags with their meanings.

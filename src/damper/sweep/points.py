@@ -7,13 +7,7 @@ from typing import Any, NamedTuple
 
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.parameters.quantities import (
-    ALL,
-    INITIAL_NAMES,
-    check_quantity,
-    is_si,
-    unknown_name,
-)
+from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
 from damper.parameters.state import need_state
 from damper.theory.steady import steady_state
 

@@ -17,11 +17,7 @@ import numpy as np
 from damper.engine.compiled import COMPILED
 from damper.engine.loop import FINISHED
 from damper.engine.segment import COLUMNS
-from damper.engine.trajectory import (
-    LOG_ROWS,
-    NO_LOG,
-    Trajectory,
-)
+from damper.engine.trajectory import LOG_ROWS, NO_LOG, Trajectory
 from damper.models import check_state, start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window

@@ -16,11 +16,7 @@ from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents, need_laws
 from damper.tables import Table
 
-_OUTCOME_WORDS = (
-    "finished",
-    "stopped by their event budget",
-    "stopped because a search failed",
-)
+_OUTCOME_WORDS = ("finished", "stopped by their event budget", "stopped because a search failed")
 
 
 class LawsTable(Product):

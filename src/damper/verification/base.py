@@ -7,13 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from damper.parameters.quantities import (
-    ALL,
-    INITIAL_QUANTITIES,
-    MODEL_NAMES,
-    QUANTITIES,
-    Quantity,
-)
+from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, MODEL_NAMES, QUANTITIES, Quantity
 from damper.study.fields import Strict, Text
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed

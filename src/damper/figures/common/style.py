@@ -60,7 +60,7 @@ STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
 
 SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
 LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()} | {
-    "mass_ratio": "mass ratio",  # the symbol follows
+    "mass_ratio": "mass ratio"  # the symbol follows
 }
 #: Symbols of variables that have one.
 VARIABLE_SYMBOLS = {
@@ -105,10 +105,7 @@ _UNITS |= {
     for unit in SI_UNITS
     if (name := name_of(unit, amplitude)) not in _UNITS
 }
-_BRANCHES = {
-    ("direction", "up"): "continued upwards",
-    ("direction", "down"): "continued downwards",
-}
+_BRANCHES = {("direction", "up"): "continued upwards", ("direction", "down"): "continued downwards"}
 
 _STYLE: dict[str, Any] = {
     "font.size": 8.0,

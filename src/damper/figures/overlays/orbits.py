@@ -81,10 +81,7 @@ def _curves(panels: Panels) -> list[Artist]:
     for k, curve in enumerate(branches.curve_branch.values):
         branch, other = branches.isel(branch=curve), str(branches.curve_other[k].item())
         points = branches.isel(curve_point=branches.curve.values == k)
-        values = {
-            str(branch.along.item()): points.curve_value,
-            other: points.curve_other_value,
-        }
+        values = {str(branch.along.item()): points.curve_value, other: points.curve_other_value}
         if set(values) != {x, y} or not _there(branch, panel, x, y):
             continue
         ax.plot(values[x], values[y], **_CURVE, path_effects=[withStroke(linewidth=2.0)])

@@ -75,15 +75,7 @@ from damper.models.compliant.search import (
     force_size,
     split_of,
 )
-from damper.models.flights import (
-    EVENT,
-    begin_flight,
-    fly,
-    gap_of,
-    relative_rates,
-    stays,
-    unclipped,
-)
+from damper.models.flights import EVENT, begin_flight, fly, gap_of, relative_rates, stays, unclipped
 from damper.models.forces import drive_of
 from damper.models.rigid import Rigid
 from damper.models.walls import slack
@@ -130,13 +122,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
     forcing, amplitude, share = drive_of(p)
     contact = contact_constants(
-        p.mass_ratio,
-        p.damping_ratio,
-        p.contact_stiffness_ratio,
-        damping,
-        forcing,
-        amplitude,
-        share,
+        p.mass_ratio, p.damping_ratio, p.contact_stiffness_ratio, damping, forcing, amplitude, share
     )
     split = split_of(contact)
     ending = np.array([0.0, 0.0, -1.0, 0.0])

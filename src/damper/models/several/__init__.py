@@ -201,11 +201,7 @@ def primary_with(model: Several, joined: float, pull: float) -> Oscillator:
     heavier = 1.0 + joined
     strength = model.free.strength * (1.0 + joined * model.share) / heavier
     return _driven(
-        model.stuck.forcing,
-        model.free.damping / heavier,
-        1.0 / heavier,
-        strength,
-        -pull / heavier,
+        model.stuck.forcing, model.free.damping / heavier, 1.0 / heavier, strength, -pull / heavier
     )
 
 

@@ -16,14 +16,7 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
 from damper.sweep.estimate import MOST_PERIODS
-from damper.verification.base import (
-    DRAWN,
-    TABULATED,
-    Made,
-    Verification,
-    require,
-    values_of,
-)
+from damper.verification.base import DRAWN, TABULATED, Made, Verification, require, values_of
 
 _NONE: dict[str, Any] = {}
 
@@ -102,8 +95,7 @@ class Cost(Verification):
         Field(ge=1, le=MOST_PERIODS, description="Length of each of these runs."),
     ] = 200
     repeats: Annotated[
-        int,
-        Field(ge=3, description="How often a case and its bare engine take turns."),
+        int, Field(ge=3, description="How often a case and its bare engine take turns.")
     ] = 30
     figures: Annotated[dict[str, Annotated[Made, FIGURES]], NamedMapping("figure"), DRAWN] = _NONE
     tables: Annotated[dict[str, Annotated[Made, TABLES]], NamedMapping("table"), TABULATED] = _NONE
