@@ -96,20 +96,23 @@ def run_points(
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers
+    # Observers hold what they know of a run; only the arrays are shared.
+    observer_sets = [make_observers(asked) for _ in range(threads)]
+    made = observer_sets[0]
     forces = (point.parameters.forcing for point in read)
     dearest = max(forces, key=lambda force: force.samples + force.terms, default=HARMONIC)
     settings = RunSettings(**run)
     need_state(state)
-    lengths = [_cycles(point, settings, state) for point in read] if settings.timed else []
-    longest = max(lengths, key=sum, default=None)
-    check_workload({"points": len(read)}, asked, run, dearest, longest)
+    if settings.timed:
+        lengths = [_cycles(point, settings, state) for point in read] or [(0.0, 0.0)]
+    else:
+        lengths = [settings.cycles(1.0, 0.0)]
+    longest = max(lengths, key=sum)
+    Workload({"points": len(read)}, *longest, made, forcing=dearest).refuse_excess()
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
-    # Observers hold what they know of a run; only the arrays are shared.
-    observer_sets = [make_observers(asked) for _ in range(threads)]
-    made = observer_sets[0]
-    most = math.ceil(max(length for _, length in lengths or [settings.cycles(1.0, 0.0)]))
+    most = math.ceil(max(length for _, length in lengths))
     for place, observer in enumerate(made):
         observer.allocate(len(read), most)
         for one_set in observer_sets[1:]:
@@ -120,26 +123,6 @@ def run_points(
     for observer in made:
         arrays |= observer.arrays
     return arrays, made
-
-
-def check_workload(
-    sizes: Mapping[str, int],
-    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
-    run: Mapping[str, Any],
-    forcing: Forcing = HARMONIC,
-    cycles: tuple[float, float] | None = None,
-) -> None:
-    """Raise ValueError or TypeError where runs cannot end or be kept.
-
-    `sizes` are the dimensions of the runs, which need not be listed for this; nor need their
-    `cycles` before and in the record be known where these are times.
-    """
-    settings = RunSettings(**run)
-    made = make_observers(observers)
-    if cycles is None and settings.timed:
-        return
-    transient, periods = cycles or settings.cycles(1.0, 0.0)
-    Workload(sizes, transient, periods, made, forcing=forcing).refuse_excess()
 
 
 def _cycles(point: Point, settings: RunSettings, start: State | None) -> tuple[float, float]:

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from damper.observers import make_observers
 from damper.parameters import State, Units
 from damper.parameters.forcing import EACH_DRAW, Forcing, forcing_of
 from damper.parameters.quantities import is_si
+from damper.parameters.run import RunSettings
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import branches, noise_seeds
-from damper.sweep.estimate import run_sizes
+from damper.sweep.estimate import Workload, run_sizes
 from damper.sweep.grid import product
 from damper.sweep.parts import PartData
 from damper.sweep.progress import Progress, progress_lines
@@ -86,13 +88,15 @@ def simulate_slice(
     """
     # Loads the engine, and numba with it; reading a slice needs neither.
     from damper.sweep.points import read_point
-    from damper.sweep.runs import check_workload, run_points
+    from damper.sweep.runs import run_points
 
     observers = list(observers) if isinstance(observers, Iterator) else observers
     counts = {name: len(values) for name, values in axes.items()}
     draws = draws or {}
     sizes = run_sizes(counts, draws.get("count"), follow or {})
-    check_workload(sizes, observers, run)
+    settings = RunSettings(**run)
+    if not settings.timed:  # else it is known with the points
+        Workload(sizes, *settings.cycles(1.0, 0.0), make_observers(observers)).refuse_excess()
     plan = branches(product(axes, fixed), axes, draws, follow or {})
     points: list[dict[str, Any]] = list(plan.points)
     seeds = noise_seeds(draws) if own_noise else []
