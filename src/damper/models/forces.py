@@ -14,16 +14,7 @@ from damper.engine.bodies import Ballistic
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
-from damper.parameters.forcing import (
-    Base,
-    Forcing,
-    Harmonic,
-    Harmonics,
-    NoForce,
-    Noise,
-    Record,
-    Unbalance,
-)
+from damper.parameters import forcing as given
 
 
 class Drive(NamedTuple):
@@ -60,11 +51,11 @@ def free_mass_of(drive: Drive, gravity: float) -> Ballistic | Oscillator:
 
 def drive_of(parameters: Parameters) -> Drive:
     """What drives the damper of these parameters."""
-    return drive(parameters.forcing if parameters.force_amplitude else NoForce(), parameters)
+    return drive(parameters.forcing if parameters.force_amplitude else given.NoForce(), parameters)
 
 
 @singledispatch
-def drive(force: Forcing, parameters: Parameters) -> Drive:
+def drive(force: given.Forcing, parameters: Parameters) -> Drive:
     """What a force is to the engine, by its class.
 
     Raises
@@ -76,27 +67,27 @@ def drive(force: Forcing, parameters: Parameters) -> Drive:
 
 
 @drive.register
-def _no_force(force: NoForce, parameters: Parameters) -> Drive:
+def _no_force(force: given.NoForce, parameters: Parameters) -> Drive:
     from damper.engine.forcing import none
 
     return Drive(none.ZeroForce(0.0), 0.0, 0.0)
 
 
 @drive.register
-def _harmonic(force: Harmonic, parameters: Parameters) -> Drive:
+def _harmonic(force: given.Harmonic, parameters: Parameters) -> Drive:
     p = parameters
     return Drive(harmonic(p.frequency_ratio, p.phase), p.force_amplitude, 0.0)
 
 
 @drive.register
-def _unbalance(force: Unbalance, parameters: Parameters) -> Drive:
+def _unbalance(force: given.Unbalance, parameters: Parameters) -> Drive:
     p = parameters
     omega = p.frequency_ratio
     return Drive(harmonic(omega, p.phase), p.force_amplitude * omega * omega, 0.0)
 
 
 @drive.register
-def _base(force: Base, parameters: Parameters) -> Drive:
+def _base(force: given.Base, parameters: Parameters) -> Drive:
     p = parameters
     omega = p.frequency_ratio
     if force.frame == "base":  # the inertia, -z''
@@ -108,7 +99,7 @@ def _base(force: Base, parameters: Parameters) -> Drive:
 
 
 @drive.register
-def _harmonics(force: Harmonics, parameters: Parameters) -> Drive:
+def _harmonics(force: given.Harmonics, parameters: Parameters) -> Drive:
     from damper.engine.forcing.harmonics import harmonics
 
     p = parameters
@@ -129,7 +120,7 @@ def _harmonics(force: Harmonics, parameters: Parameters) -> Drive:
 
 
 @drive.register
-def _record(force: Record, parameters: Parameters) -> Drive:
+def _record(force: given.Record, parameters: Parameters) -> Drive:
     from damper.engine.forcing.record import record
 
     p = parameters
@@ -142,5 +133,5 @@ def _record(force: Record, parameters: Parameters) -> Drive:
 
 
 @drive.register
-def _noise(force: Noise, parameters: Parameters) -> Drive:
+def _noise(force: given.Noise, parameters: Parameters) -> Drive:
     return _record(force.record, parameters)

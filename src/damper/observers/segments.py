@@ -6,23 +6,7 @@ than samples would take.
 
 import numpy as np
 
-from damper.engine.segment import (
-    CAUSE,
-    COLUMNS,
-    COMPLETION,
-    CONTACT,
-    DURATION,
-    GAP,
-    GAP_RATE,
-    MODE,
-    NOTHING,
-    PERIODS,
-    SIDE,
-    TAIL,
-    TIME,
-    V,
-    X,
-)
+from damper.engine import segment as columns
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
 from damper.observers.common.settings import Setting
@@ -31,19 +15,23 @@ from damper.parameters.variables import TIME as TIME_UNIT
 
 #: Name -> column of the log, meaning, units.
 _FIELDS: dict[str, tuple[int, str, str]] = {
-    "time": (TIME, "start of a segment since the start of the stretch", TIME_UNIT),
-    "displacement": (X, "primary displacement at its start", LENGTH),
-    "velocity": (V, "primary velocity at its start", SPEED),
-    "gap": (GAP, "gap to the segment's wall at its start", LENGTH),
-    "gap_rate": (GAP_RATE, "rate of the gap at its start", SPEED),
-    "completion": (COMPLETION, "time to a burst's completion; of contact, since touch", TIME_UNIT),
-    "side": (SIDE, "the segment's wall: -1 left, 1 right", "1"),
+    "time": (columns.TIME, "start of a segment since the start of the stretch", TIME_UNIT),
+    "displacement": (columns.X, "primary displacement at its start", LENGTH),
+    "velocity": (columns.V, "primary velocity at its start", SPEED),
+    "gap": (columns.GAP, "gap to the segment's wall at its start", LENGTH),
+    "gap_rate": (columns.GAP_RATE, "rate of the gap at its start", SPEED),
+    "completion": (
+        columns.COMPLETION,
+        "time to a burst's completion; of contact, since touch",
+        TIME_UNIT,
+    ),
+    "side": (columns.SIDE, "the segment's wall: -1 left, 1 right", "1"),
     "mode": (
-        MODE,
+        columns.MODE,
         "0 flight, 1 closed rest of a burst, 2 sticking, 3 compliant contact, 4 held by friction",
         "1",
     ),
-    "cause": (CAUSE, "what began it: code of damper.events, -1 none, -2 separation", "1"),
+    "cause": (columns.CAUSE, "what began it: code of damper.events, -1 none, -2 separation", "1"),
 }
 
 
@@ -73,27 +61,29 @@ class Segments(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._motion_in = trajectory.motion_in
-        self._rows = np.empty((0, COLUMNS))
+        self._rows = np.empty((0, columns.COLUMNS))
 
     def observe(self, log: np.ndarray) -> None:
         """Keep what lies in the stretch."""
-        within = self._times(log) + log[:, DURATION] > 0.0
+        within = self._times(log) + log[:, columns.DURATION] > 0.0
         self._rows = np.concatenate([self._rows, log[within]])[-self.rows :]
 
     def finish(self, finished: bool) -> None:
         """Write the rows."""
         rows = self._rows
         times = self._times(rows)
-        if len(rows) and times[0] < 0.0 and rows[0, MODE] != TAIL:
-            rows[0, X : GAP_RATE + 1] = self._motion_in(rows[0], -times[0])
-            if rows[0, MODE] == CONTACT:
-                rows[0, COMPLETION] -= times[0]
-            rows[0, CAUSE], times[0] = NOTHING, 0.0
+        if len(rows) and times[0] < 0.0 and rows[0, columns.MODE] != columns.TAIL:
+            rows[0, columns.X : columns.GAP_RATE + 1] = self._motion_in(rows[0], -times[0])
+            if rows[0, columns.MODE] == columns.CONTACT:
+                rows[0, columns.COMPLETION] -= times[0]
+            rows[0, columns.CAUSE], times[0] = columns.NOTHING, 0.0
         for name, (column, _, _) in _FIELDS.items():
-            values = times if column == TIME else rows[:, column]
+            values = times if column == columns.TIME else rows[:, column]
             self.arrays[f"segment_{name}"][self._run, : len(rows)] = values
 
     def _times(self, rows: np.ndarray) -> np.ndarray:
         window = self._window
         first = window.periods + window.length - min(self.periods, window.length)
-        return (rows[:, PERIODS] - first) * self._model.cycle + (rows[:, TIME] - window.time)
+        return (rows[:, columns.PERIODS] - first) * self._model.cycle + (
+            rows[:, columns.TIME] - window.time
+        )

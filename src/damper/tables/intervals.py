@@ -8,15 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from damper.analysis.intervals import (
-    PREDICATES,
-    SHIFTS,
-    chatter_in_range,
-    chatter_intervals,
-    edge_moves,
-    hulls,
-    thresholds,
-)
+from damper.analysis import intervals
 from damper.analysis.places import places, rows_at
 from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import CHATTER_IMPACTS
@@ -57,15 +49,15 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     """Show the intervals of chatter along an axis."""
     cube = results["cube"]
     along = settings.along
-    data = chatter_intervals(cube, along, settings.resolution)
-    visible = thresholds(cube)
+    data = intervals.chatter_intervals(cube, along, settings.resolution)
+    visible = intervals.thresholds(cube)
     main = next(iter(visible))
     where = places(cube.chatter, along)
     sure = data[["lower_survives", "upper_survives"]].all(axis=None)
     chance = (
         " `~`: an edge that is chance, because motion there is chaotic: the runs on its sides "
-        f"change when the {readable(along)} is shifted by parts of {SHIFTS[0]:.0e} to "
-        f"{SHIFTS[-1]:.0e}."
+        f"change when the {readable(along)} is shifted by parts of {intervals.SHIFTS[0]:.0e} to "
+        f"{intervals.SHIFTS[-1]:.0e}."
     )
     body: list[str | pd.DataFrame] = [
         f"Chatter: at least {CHATTER_IMPACTS} visible impacts in one burst (threshold {main}). "
@@ -76,15 +68,17 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     ]
     if stopped := int((cube.status != 0).sum()):
         body.append(f"{stopped} points stopped early (`status` in the cube): without chatter here.")
-    body.append(_table(data, where, [(p, p, main) for p in PREDICATES], _intervals, along))
+    body.append(
+        _table(data, where, [(p, p, main) for p in intervals.PREDICATES], _intervals, along)
+    )
     if settings.stated:
         body += [_HEADING.format(*settings.stated), _agreement(cube, where, along, settings.stated)]
     # Fractions only: an absolute speed is not on their scale.
     fractions = sorted((value, name) for name, value in visible.items() if isinstance(value, float))
     compared = [name for _, name in fractions]
     if len(compared) > 1:
-        spans = hulls(data, along)
-        columns = [(f"{p}, {name}", p, name) for p in PREDICATES for name in compared]
+        spans = intervals.hulls(data, along)
+        columns = [(f"{p}, {name}", p, name) for p in intervals.PREDICATES for name in compared]
         body += [
             "## How the intervals move with the visibility threshold",
             "Lowest to highest value with chatter, narrow intervals left out. "
@@ -119,7 +113,7 @@ def _agreement(
     """Say at how many values chatter is found within a range and outside it."""
     rows = []
     for place in where:
-        found = chatter_in_range(cube.sel(place), along, *stated)
+        found = intervals.chatter_in_range(cube.sel(place), along, *stated)
         row = place_cells(place)
         for head, key in (("in the range", "in_range"), ("outside", "outside")):
             row[f"values with chatter {head}"] = f"{found['chatter_' + key]} of {found[key]}"
@@ -152,8 +146,8 @@ def _spans(found: pd.DataFrame, along: str) -> list[str]:
 
 def _moves(found: pd.DataFrame, along: str, low: str, high: str, places: int) -> Iterator[str]:
     """Say how far the edges move from the smallest to the largest threshold."""
-    moves = edge_moves(found, along, low, high)
-    for predicate in PREDICATES:
+    moves = intervals.edge_moves(found, along, low, high)
+    for predicate in intervals.PREDICATES:
         here = rows_at(moves, {"chatter": predicate})
         both = here.dropna()
         gone = len(here) - len(both)

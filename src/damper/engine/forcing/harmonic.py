@@ -3,26 +3,8 @@
 import math
 from typing import Any, NamedTuple
 
+from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
-from damper.engine.forcing import (
-    TAYLOR_REMAINDER,
-    bound_of,
-    derivative_of,
-    driven,
-    filtered,
-    force_rates,
-    gain_of,
-    horizon,
-    is_odd,
-    long_turn,
-    may_jump,
-    phase_at,
-    rate_of,
-    repeats,
-    taylor,
-    turn_over,
-    turned,
-)
 from damper.engine.trigonometry import sine_cosine
 
 #: Steady amplitude over the static one, above which free and steady part would cancel.
@@ -65,32 +47,32 @@ def harmonic(omega: float, phase: float) -> HarmonicForce:
     return HarmonicForce(omega, math.atan2(math.sin(phase), math.cos(phase)))
 
 
-@repeats.of(HarmonicForce)
+@declared.repeats.of(HarmonicForce)
 def _repeats(forcing):
     return True
 
 
-@is_odd.of(HarmonicForce)
+@declared.is_odd.of(HarmonicForce)
 def _is_odd(forcing):
     return True
 
 
-@horizon.of(HarmonicForce)
+@declared.horizon.of(HarmonicForce)
 def _horizon(forcing, phase):
     return math.inf
 
 
-@may_jump.of(HarmonicForce)
+@declared.may_jump.of(HarmonicForce)
 def _may_jump(forcing):
     return False
 
 
-@rate_of.of(HarmonicForce)
+@declared.rate_of.of(HarmonicForce)
 def _rate_of(forcing):
     return forcing.omega
 
 
-@bound_of.of(HarmonicForce)
+@declared.bound_of.of(HarmonicForce)
 def _bound_of(forcing, order):
     bound = 1.0
     for _ in range(order):
@@ -98,31 +80,31 @@ def _bound_of(forcing, order):
     return bound
 
 
-@phase_at.of(HarmonicForce)
+@declared.phase_at.of(HarmonicForce)
 def _phase_at(forcing, cycles, time):
     sin, cos, _ = sine_cosine(forcing.omega * time + forcing.phase)
     return Phase(sin, cos)
 
 
-@turn_over.of(HarmonicForce)
+@declared.turn_over.of(HarmonicForce)
 def _turn_over(forcing, tau):
     sin, cos, cos_less_1 = sine_cosine(forcing.omega * tau)
     return Turn(sin, cos, cos_less_1)
 
 
-@long_turn.of(HarmonicForce)
+@declared.long_turn.of(HarmonicForce)
 def _long_turn(forcing, tau):
     return _turn_over(forcing, tau % (2.0 * math.pi / forcing.omega))
 
 
-@turned.of(HarmonicForce)
+@declared.turned.of(HarmonicForce)
 def _turned(forcing, phase, turn):
     return Phase(
         phase.sin * turn.cos + phase.cos * turn.sin, phase.cos * turn.cos - phase.sin * turn.sin
     )
 
 
-@force_rates.of(HarmonicForce)
+@declared.force_rates.of(HarmonicForce)
 def _force_rates(forcing, phase):
     omega = forcing.omega
     square = omega * omega
@@ -135,7 +117,7 @@ def _force_rates(forcing, phase):
     )
 
 
-@derivative_of.of(HarmonicForce)
+@declared.derivative_of.of(HarmonicForce)
 def _derivative_of(forcing, phase, order):
     value = phase.sin if order % 2 == 0 else phase.cos
     for _ in range(order):
@@ -143,14 +125,14 @@ def _derivative_of(forcing, phase, order):
     return value if order % 4 < 2 else -value
 
 
-@filtered.of(HarmonicForce)
+@declared.filtered.of(HarmonicForce)
 def _filtered(forcing, second, first, zeroth):
     even = zeroth - second * forcing.omega * forcing.omega
     odd = first * forcing.omega
     return harmonic(forcing.omega, forcing.phase + math.atan2(odd, even)), math.hypot(even, odd)
 
 
-@gain_of.of(HarmonicForce)
+@declared.gain_of.of(HarmonicForce)
 def _gain_of(forcing, damping, stiffness, split):
     return gain_at(forcing.omega, damping, stiffness)
 
@@ -168,7 +150,7 @@ def gain_at(omega: float, damping: float, stiffness: float) -> Gain:
     return Gain(detuning / modulus / modulus, -loss / modulus / modulus)
 
 
-@driven.of(HarmonicForce)
+@declared.driven.of(HarmonicForce)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     q_re, q_im, q_dot_re, q_dot_im = answer(forcing.omega, gain, osc, flow, turn, tau)
     return q_re * phase.sin + q_im * phase.cos, q_dot_re * phase.sin + q_dot_im * phase.cos
@@ -233,7 +215,7 @@ def _resonant(damping, split, omega, c_less_1, s, tau):
     return q_re, q_im, e_re - damping * q_re + split * q_im, e_im - damping * q_im - split * q_re
 
 
-@taylor.of(HarmonicForce)
+@declared.taylor.of(HarmonicForce)
 def _taylor(forcing, osc, a, j, phase, tau):
     omega = forcing.omega
     force_even = -osc.strength * omega * omega * phase.sin
@@ -249,7 +231,7 @@ def _taylor(forcing, osc, a, j, phase, tau):
     remainder = 0.5 * reach
     n = 3.0
     # Relative to the second term, since the first one may be zero.
-    while remainder > TAYLOR_REMAINDER * reach:
+    while remainder > declared.TAYLOR_REMAINDER * reach:
         dv += upper * power * tau
         power *= tau / n
         dx += upper * power

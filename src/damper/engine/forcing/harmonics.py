@@ -12,24 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
-from damper.engine.forcing import (
-    bound_of,
-    derivative_of,
-    driven,
-    filtered,
-    force_rates,
-    gain_of,
-    horizon,
-    is_odd,
-    long_turn,
-    may_jump,
-    phase_at,
-    rate_of,
-    repeats,
-    turn_over,
-    turned,
-)
 from damper.engine.forcing.harmonic import Gain, HarmonicForce, Turn, answer, gain_at
 
 
@@ -58,11 +42,19 @@ def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) 
 
 
 # The angle of the first harmonic is all that moves.
-for each in (repeats, horizon, may_jump, phase_at, turn_over, long_turn, turned):
+for each in (
+    declared.repeats,
+    declared.horizon,
+    declared.may_jump,
+    declared.phase_at,
+    declared.turn_over,
+    declared.long_turn,
+    declared.turned,
+):
     each.share(SumOfHarmonics, HarmonicForce)
 
 
-@is_odd.of(SumOfHarmonics)
+@declared.is_odd.of(SumOfHarmonics)
 def _is_odd(forcing):
     for k in range(1, len(forcing.sine), 2):
         if forcing.sine[k] != 0.0 or forcing.cosine[k] != 0.0:
@@ -70,12 +62,12 @@ def _is_odd(forcing):
     return True
 
 
-@rate_of.of(SumOfHarmonics)
+@declared.rate_of.of(SumOfHarmonics)
 def _rate_of(forcing):
     return forcing.omega * len(forcing.sine)
 
 
-@bound_of.of(SumOfHarmonics)
+@declared.bound_of.of(SumOfHarmonics)
 def _bound_of(forcing, order):
     total = 0.0
     for k in range(len(forcing.sine)):
@@ -95,7 +87,7 @@ def _twice(turn, first):
     return Turn(turn.sin * first.cos + turn.cos * first.sin, 1.0 + less_1, less_1)
 
 
-@force_rates.of(SumOfHarmonics)
+@declared.force_rates.of(SumOfHarmonics)
 def _force_rates(forcing, phase):
     value = 0.0
     first = 0.0
@@ -114,11 +106,11 @@ def _force_rates(forcing, phase):
         second -= square * even
         third -= square * odd
         fourth += square * square * even
-        angle = turned(forcing, angle, phase)
+        angle = declared.turned(forcing, angle, phase)
     return value, first, second, third, fourth
 
 
-@derivative_of.of(SumOfHarmonics)
+@declared.derivative_of.of(SumOfHarmonics)
 def _derivative_of(forcing, phase, order):
     total = 0.0
     angle = phase
@@ -128,11 +120,11 @@ def _derivative_of(forcing, phase, order):
         for _ in range(order):
             part *= forcing.omega * (k + 1.0)
         total += part
-        angle = turned(forcing, angle, phase)
+        angle = declared.turned(forcing, angle, phase)
     return total if order % 4 < 2 else -total
 
 
-@gain_of.of(SumOfHarmonics)
+@declared.gain_of.of(SumOfHarmonics)
 def _gain_of(forcing, damping, stiffness, split):
     count = len(forcing.sine)
     gains = Gains(np.empty(count), np.empty(count))
@@ -143,7 +135,7 @@ def _gain_of(forcing, damping, stiffness, split):
     return gains
 
 
-@driven.of(SumOfHarmonics)
+@declared.driven.of(SumOfHarmonics)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     x = 0.0
     v = 0.0
@@ -159,12 +151,12 @@ def _driven(forcing, gain, osc, flow, phase, turn, tau):
             odd = a * angle.cos - b * angle.sin
             x += q_re * even + q_im * odd
             v += q_dot_re * even + q_dot_im * odd
-        angle = turned(forcing, angle, phase)
+        angle = declared.turned(forcing, angle, phase)
         turning = _twice(turning, turn)
     return x, v
 
 
-@filtered.of(SumOfHarmonics)
+@declared.filtered.of(SumOfHarmonics)
 def _filtered(forcing, second, first, zeroth):
     sine = np.empty(len(forcing.sine))
     cosine = np.empty(len(forcing.sine))

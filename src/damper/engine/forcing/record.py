@@ -9,27 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
-from damper.engine.forcing import (
-    TAYLOR_REMAINDER,
-    FreeFlow,
-    bound_ahead,
-    bound_of,
-    derivative_of,
-    driven,
-    filtered,
-    force_rates,
-    gain_of,
-    horizon,
-    is_odd,
-    long_turn,
-    may_jump,
-    phase_at,
-    rate_of,
-    repeats,
-    turn_over,
-    turned,
-)
 
 #: Roundoff of a moment, as a part of the cycle: what is nearer to a sample is at it.
 _AT = 8.0 * 2.220446049250313e-16
@@ -79,32 +60,32 @@ def record(cycle: float, time: np.ndarray, value: np.ndarray, slope: np.ndarray)
     )
 
 
-@repeats.of(PiecewiseLinear)
+@declared.repeats.of(PiecewiseLinear)
 def _repeats(forcing):
     return False
 
 
-is_odd.of(PiecewiseLinear)(_repeats)
+declared.is_odd.of(PiecewiseLinear)(_repeats)
 
 
-@may_jump.of(PiecewiseLinear)
+@declared.may_jump.of(PiecewiseLinear)
 def _may_jump(forcing):
     return True
 
 
-@rate_of.of(PiecewiseLinear)
+@declared.rate_of.of(PiecewiseLinear)
 def _rate_of(forcing):
     return 0.0
 
 
-@bound_of.of(PiecewiseLinear)
+@declared.bound_of.of(PiecewiseLinear)
 def _bound_of(forcing, order):
     if order == 0:
         return forcing.largest
     return forcing.steepest if order == 1 else 0.0
 
 
-@bound_ahead.of(PiecewiseLinear)
+@declared.bound_ahead.of(PiecewiseLinear)
 def _bound_ahead(forcing, phase, order, span):
     if order == 0:
         return abs(phase.value) + abs(phase.slope) * span
@@ -119,7 +100,7 @@ def _since(forcing, index, cycles, time):
     )
 
 
-@phase_at.of(PiecewiseLinear)
+@declared.phase_at.of(PiecewiseLinear)
 def _phase_at(forcing, cycles, time):
     # How many pieces have begun, by bisection.
     low = 0
@@ -140,49 +121,49 @@ def _phase_at(forcing, cycles, time):
     return RecordPhase(float(forcing.value[low - 1]) + slope * since, slope, left)
 
 
-@horizon.of(PiecewiseLinear)
+@declared.horizon.of(PiecewiseLinear)
 def _horizon(forcing, phase):
     return phase.left
 
 
-@turn_over.of(PiecewiseLinear)
+@declared.turn_over.of(PiecewiseLinear)
 def _turn_over(forcing, tau):
     return tau
 
 
-long_turn.of(PiecewiseLinear)(_turn_over)
+declared.long_turn.of(PiecewiseLinear)(_turn_over)
 
 
-@turned.of(PiecewiseLinear)
+@declared.turned.of(PiecewiseLinear)
 def _turned(forcing, phase, turn):
     return RecordPhase(phase.value + phase.slope * turn, phase.slope, phase.left - turn)
 
 
-@force_rates.of(PiecewiseLinear)
+@declared.force_rates.of(PiecewiseLinear)
 def _force_rates(forcing, phase):
     return phase.value, phase.slope, 0.0, 0.0, 0.0
 
 
-@derivative_of.of(PiecewiseLinear)
+@declared.derivative_of.of(PiecewiseLinear)
 def _derivative_of(forcing, phase, order):
     if order == 0:
         return phase.value
     return phase.slope if order == 1 else 0.0
 
 
-@gain_of.of(PiecewiseLinear)
+@declared.gain_of.of(PiecewiseLinear)
 def _gain_of(forcing, damping, stiffness, split):
     return 0.0
 
 
-@driven.of(PiecewiseLinear)
+@declared.driven.of(PiecewiseLinear)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     step, ramp = held(osc, flow, tau)
     return phase.value * step + phase.slope * ramp, phase.value * flow.s + phase.slope * step
 
 
 @compiled
-def held(osc: Any, flow: FreeFlow, tau: float) -> tuple[float, float]:
+def held(osc: Any, flow: declared.FreeFlow, tau: float) -> tuple[float, float]:
     """Displacement after a force from rest that jumps to 1, and after one that grows at rate 1."""
     if osc.fast * osc.fast > 2.0 * osc.stiffness:
         # By divided differences of phi functions, where a slow root may vanish.
@@ -210,14 +191,14 @@ def _phi2(z, phi):
     total = 0.0
     term = 0.5
     n = 3.0
-    while abs(term) > TAYLOR_REMAINDER:
+    while abs(term) > declared.TAYLOR_REMAINDER:
         total += term
         term *= z / n
         n += 1.0
     return total
 
 
-@filtered.of(PiecewiseLinear)
+@declared.filtered.of(PiecewiseLinear)
 def _filtered(forcing, second, first, zeroth):
     value = zeroth * forcing.value + first * forcing.slope
     slope = zeroth * forcing.slope

@@ -48,22 +48,7 @@ from damper.engine.segment import (
 )
 from damper.models import rigid
 from damper.models import tangent as declared_tangent
-from damper.models.compliant import tangent
-from damper.models.compliant.flow import (
-    ContactConstants,
-    Pair,
-    advance,
-    advance_under,
-    contact_constants,
-    derivative,
-    dot,
-    force_rates_in,
-    propagators,
-    row_length,
-    shifted,
-    unit_state,
-    unshifted,
-)
+from damper.models.compliant import flow, tangent
 from damper.models.compliant.pairs import carried, pair_rates
 from damper.models.compliant.restitution import contact_damping, contact_phase
 from damper.models.compliant.search import (
@@ -106,7 +91,7 @@ class Compliant(NamedTuple):
     """Duration of a contact between free bodies; 0 where it lasts for ever."""
     after_usual: np.ndarray
     """(3, row length) event function and two derivatives then, from the state at touch."""
-    contact: ContactConstants
+    contact: flow.ContactConstants
     table: np.ndarray
     """Propagators of the contact."""
     split: Split
@@ -121,7 +106,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     damping = contact_damping(p.restitution, tension)
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
     forcing, amplitude, share = drive_of(p)
-    contact = contact_constants(
+    contact = flow.contact_constants(
         p.mass_ratio, p.damping_ratio, p.contact_stiffness_ratio, damping, forcing, amplitude, share
     )
     split = split_of(contact)
@@ -129,8 +114,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     if not tension:
         ending[2:] = -contact.stiffness, -contact.damping
     usual = contact_phase(damping, tension) / frequency
-    table = propagators(contact)
-    after_usual = np.zeros((3, row_length(contact)))
+    table = flow.propagators(contact)
+    after_usual = np.zeros((3, flow.row_length(contact)))
     _fill_rows(contact, table, ending, usual, after_usual)
     return Compliant(
         *rigid.prepare(p, law, accuracy),
@@ -148,12 +133,12 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
 @compiled
 def _fill_rows(contact, table, ending, tau, rows):
     for column in range(len(rows[0])):
-        unit, pair = unit_state(column)
-        z = advance_under(contact, table, pair, shifted(contact, unit), tau)
-        z = unshifted(contact, z)
+        unit, pair = flow.unit_state(column)
+        z = flow.advance_under(contact, table, pair, flow.shifted(contact, unit), tau)
+        z = flow.unshifted(contact, z)
         up, _ = pair_rates(contact.forcing, pair)
-        z1 = derivative(contact, z, contact.strength * z[4])
-        z2 = derivative(contact, z1, contact.strength * up * z[5])
+        z1 = flow.derivative(contact, z, contact.strength * z[4])
+        z2 = flow.derivative(contact, z1, contact.strength * up * z[5])
         rows[0, column] = ending[2] * z[2] + ending[3] * z[3]
         rows[1, column] = ending[2] * z1[2] + ending[3] * z1[3]
         rows[2, column] = ending[2] * z2[2] + ending[3] * z2[3]
@@ -170,15 +155,15 @@ def _likely_end(model, side, z):
         return 0.0
     contact = model.contact
     rows = model.after_usual
-    value, slope = side * dot(contact, rows[0], z), side * dot(contact, rows[1], z)
-    late = near_root(value, slope, side * dot(contact, rows[2], z), 0.0, 0.0)
+    value, slope = side * flow.dot(contact, rows[0], z), side * flow.dot(contact, rows[1], z)
+    late = near_root(value, slope, side * flow.dot(contact, rows[2], z), 0.0, 0.0)
     if not abs(late) < 0.5 * model.usual:
         return _EARLY * model.usual
     return (1.0 - _MARGIN) * (model.usual + late)
 
 
 @compiled
-def pair_at(model: Compliant, segment: Segment) -> Pair:
+def pair_at(model: Compliant, segment: Segment) -> flow.Pair:
     """State of the pair at the start of a segment, as `damper.models.compliant.flow` has it."""
     s = segment
     forcing = model.contact.forcing
@@ -201,7 +186,7 @@ def _motion(model, segment, tau):
         if s.gap >= 0.0:
             gap = min(max(gap, 0.0), 2.0 * model.clearance)
         return x, v, gap, rate
-    return _of_pair(model, s.side, advance(model.contact, model.table, pair_at(model, s), tau))
+    return _of_pair(model, s.side, flow.advance(model.contact, model.table, pair_at(model, s), tau))
 
 
 @compiled
@@ -360,7 +345,7 @@ def span_of(model: Compliant, segment: Segment) -> float:
 @compiled
 def _stay(model, s, z, tau, lasting, steps, gave_up):
     """A contact that is cut after a time; from `lasting` on it sticks."""
-    x, v, gap, rate = _of_pair(model, s.side, advance(model.contact, model.table, z, tau))
+    x, v, gap, rate = _of_pair(model, s.side, flow.advance(model.contact, model.table, z, tau))
     sticks_now = s.mode == CONTACT and tau == lasting
     cause = STICK if sticks_now else NOTHING
     new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, STICKING, cause, 0.0)
@@ -372,11 +357,11 @@ def _stay(model, s, z, tau, lasting, steps, gave_up):
 @compiled
 def _carry(contact, z, step):
     """Masses a short step later, by a Taylor polynomial."""
-    f0, f1, f2, f3, _ = force_rates_in(contact, z)
-    z1 = derivative(contact, z, f0)
-    z2 = derivative(contact, z1, f1)
-    z3 = derivative(contact, z2, f2)
-    z4 = derivative(contact, z3, f3)
+    f0, f1, f2, f3, _ = flow.force_rates_in(contact, z)
+    z1 = flow.derivative(contact, z, f0)
+    z2 = flow.derivative(contact, z1, f1)
+    z3 = flow.derivative(contact, z2, f2)
+    z4 = flow.derivative(contact, z3, f3)
     a = 0.5 * step
     b = step / 3.0
     c = 0.25 * step

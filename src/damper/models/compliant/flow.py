@@ -34,15 +34,7 @@ from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import bound_of, force_rates, rate_of
 from damper.engine.forcing.harmonics import SumOfHarmonics
 from damper.engine.search import HORIZON
-from damper.models.compliant.pairs import (
-    MASSES,
-    harmonic_of,
-    pair_count,
-    pair_rates,
-    phase_of,
-    product,
-    turn_over_pair,
-)
+from damper.models.compliant import pairs
 
 #: Displacement and velocity of the centre of mass, gap and its rate times the side.
 Masses = tuple[float, float, float, float]
@@ -142,13 +134,13 @@ def contact_constants(
 @compiled
 def row_length(contact: ContactConstants) -> int:
     """Number of coefficients of what is linear in a state."""
-    return MASSES + 2 * pair_count(contact.forcing)
+    return pairs.MASSES + 2 * pairs.pair_count(contact.forcing)
 
 
 @compiled
 def force_rates_in(contact: ContactConstants, z: Pair) -> tuple[float, float, float, float, float]:
     """The force on the primary, and its first four derivatives."""
-    a, b, c, d, e = force_rates(contact.forcing, phase_of(contact.forcing, z[4], z[5]))
+    a, b, c, d, e = force_rates(contact.forcing, pairs.phase_of(contact.forcing, z[4], z[5]))
     f = contact.strength
     return f * a, f * b, f * c, f * d, f * e
 
@@ -204,7 +196,7 @@ def _series(contact, z, up, down, tau):
 
 @by_class_or_default
 def _increment(forcing: Any, contact: ContactConstants, z: Pair, tau: float) -> Pair:
-    up, down = pair_rates(forcing, 0)
+    up, down = pairs.pair_rates(forcing, 0)
     return _series(contact, z, up, down, tau)  # type: ignore[no-any-return]
 
 
@@ -212,13 +204,13 @@ def _increment(forcing: Any, contact: ContactConstants, z: Pair, tau: float) -> 
 def _increment_of_many(forcing, contact, z, tau):
     # The motion under the first pair, and under each other one that from rest.
     p, q = z[4], z[5]
-    even, odd = harmonic_of(forcing, 0, p, q)
+    even, odd = pairs.harmonic_of(forcing, 0, p, q)
     rate = forcing.omega
     u, w, r, v, _, _ = _series(contact, (z[0], z[1], z[2], z[3], even, odd), rate, -rate, tau)
     sin, cos = p, q
     for k in range(1, len(forcing.sine)):
         sin, cos = sin * q + cos * p, cos * q - sin * p
-        even, odd = harmonic_of(forcing, k, sin, cos)
+        even, odd = pairs.harmonic_of(forcing, k, sin, cos)
         if even != 0.0 or odd != 0.0:
             rate = forcing.omega * (k + 1.0)
             more = _series(contact, (0.0, 0.0, 0.0, 0.0, even, odd), rate, -rate, tau)
@@ -265,7 +257,7 @@ def unshifted(contact: ContactConstants, z: Pair) -> Pair:
 @compiled
 def unit_state(column: int) -> tuple[Pair, int]:
     """State with 1 in one column of a row, its last two numbers a pair; and which pair."""
-    pair = max(column - MASSES, 0) // 2
+    pair = max(column - pairs.MASSES, 0) // 2
     place = column - 2 * pair
     return (
         1.0 if place == 0 else 0.0,
@@ -286,13 +278,13 @@ def advance_under(
     Both states are as propagators have them. To make what is linear in a state; `advance` is fast.
     """
     n = row_length(contact)
-    first = MASSES + 2 * pair
-    up, down = pair_rates(contact.forcing, pair)
+    first = pairs.MASSES + 2 * pair
+    up, down = pairs.pair_rates(contact.forcing, pair)
     length = contact.shortest * math.ldexp(1.0, contact.levels)
     for level in range(contact.levels, -1, -1):
         while tau >= length:
             row = table[level]
-            own, to_first, to_second = turn_over_pair(up, down, length)
+            own, to_first, to_second = pairs.turn_over_pair(up, down, length)
             z = (
                 z[0] + _under(row, 0, first, z),
                 z[1] + _under(row, n, n + first, z),
@@ -327,15 +319,15 @@ def _fill(contact, table):
     length = row_length(contact)
     for column in range(length):
         unit, pair = unit_state(column)
-        up, down = pair_rates(contact.forcing, pair)
+        up, down = pairs.pair_rates(contact.forcing, pair)
         z = unshifted(contact, unit)
         change = shifted(contact, _series(contact, z, up, down, contact.shortest))
         for row in range(4):
             table[0, length * row + column] = change[row]
     tau = contact.shortest
     for level in range(contact.levels + 1):
-        up, down = pair_rates(contact.forcing, 0)
-        turn = turn_over_pair(up, down, tau)
+        up, down = pairs.pair_rates(contact.forcing, 0)
+        turn = pairs.turn_over_pair(up, down, tau)
         for k in range(3):
             table[level, 4 * length + k] = turn[k]
         if level < contact.levels:
@@ -351,11 +343,11 @@ def _double(contact, tau, length, e, result):
             total = 0.0
             for k in range(4):
                 total += float(e[length * row + k]) * float(e[length * k + column])
-            if column >= MASSES:
-                up, down = pair_rates(contact.forcing, (column - MASSES) // 2)
-                own, to_first, to_second = turn_over_pair(up, down, tau)
+            if column >= pairs.MASSES:
+                up, down = pairs.pair_rates(contact.forcing, (column - pairs.MASSES) // 2)
+                own, to_first, to_second = pairs.turn_over_pair(up, down, tau)
                 here = float(e[length * row + column])
-                if (column - MASSES) % 2 == 0:
+                if (column - pairs.MASSES) % 2 == 0:
                     total += here * own + float(e[length * row + column + 1]) * to_second
                 else:
                     total += float(e[length * row + column - 1]) * to_first + here * own
@@ -387,7 +379,7 @@ def _times(forcing, row, first, z):
         + float(row[first + 2]) * z[2]
         + float(row[first + 3]) * z[3]
     )
-    return masses + product(forcing, row, first + MASSES, z[4], z[5])
+    return masses + pairs.product(forcing, row, first + pairs.MASSES, z[4], z[5])
 
 
 @compiled

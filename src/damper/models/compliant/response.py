@@ -26,31 +26,10 @@ from damper.engine.model import motion
 from damper.engine.peak import Moment, bounds_of, highest, moment_at, stays_below
 from damper.engine.quadrature import FEWEST, NODES, WEIGHTS
 from damper.engine.segment import FLIGHT
-from damper.models.compliant import Compliant, pair_at
-from damper.models.compliant.flow import (
-    advance,
-    advance_under,
-    derivative,
-    dot,
-    energy_size,
-    force_rates_in,
-    leap,
-    row_length,
-    shifted,
-    unit_state,
-    unshifted,
-)
+from damper.models import response as declared
+from damper.models.compliant import Compliant, flow, pair_at
 from damper.models.compliant.pairs import MASSES, write_pairs
 from damper.models.compliant.search import ContactMotion, EventFunction, event_function
-from damper.models.response import (
-    ResponseIntegrals,
-    energy_in,
-    gauss_sums,
-    impact_loss,
-    integrands,
-    integrate_flight,
-    integrate_segment,
-)
 
 #: Nodes for an interval of the propagators.
 _NODES = 10
@@ -68,20 +47,20 @@ class Tables(NamedTuple):
 
 def prepare(model: Compliant) -> Tables:
     """Make what `integrate_segment` needs beside the model, once for a run."""
-    n = row_length(model.contact)
+    n = flow.row_length(model.contact)
     forms = np.zeros((model.contact.levels + 1, _FORMS, n, n))
     _fill(model.contact, model.table, forms)
     row = np.array([1.0, 0.0, model.contact.reduced, 0.0])
     return Tables(forms, event_function(model.contact, model.split, row))
 
 
-@impact_loss.of(Compliant)
+@declared.impact_loss.of(Compliant)
 def _impact_loss(model, segment):
     # The contact loses energy while it lasts.
     return 0.0
 
 
-@energy_in.of(Compliant)
+@declared.energy_in.of(Compliant)
 def _energy_in(model, segment, mass_ratio, state):
     x, v, gap, rate = state
     # Both walls are one case: the free mass moves at v - side * rate.
@@ -90,18 +69,18 @@ def _energy_in(model, segment, mass_ratio, state):
     return 0.5 * (v * v + x * x + mass_ratio * u * u + model.contact.stiffness * depth * depth)
 
 
-@integrate_segment.of(Compliant)
+@declared.integrate_segment.of(Compliant)
 def _integrate_segment(model, tables, segment, low, high, peak):
     if segment.mode != FLIGHT:
         return _contact(model, tables, segment, low, high, peak)
-    found = integrate_flight(model, segment, low, high, peak)
+    found = declared.integrate_flight(model, segment, low, high, peak)
     loss = 0.0
     if segment.gap < 0.0:
         for k in range(2):
             _, _, gap, _ = motion(model, segment, high if k == 1 else low)
             gap = min(gap, 0.0)
             loss += (1.0 if k == 0 else -1.0) * 0.5 * model.contact.stiffness * gap * gap
-    return ResponseIntegrals(
+    return declared.ResponseIntegrals(
         found.square, found.speed_square, found.work, loss, 0.0, 0.0, found.peak
     )
 
@@ -109,7 +88,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
 @compiled
 def _fill(contact, table, forms):
     """Quadratic forms over the shortest interval by a Gauss sum, then by doubling."""
-    n = row_length(contact)
+    n = flow.row_length(contact)
     propagator = np.zeros((n, n))
     form = np.zeros((_FORMS, n, n))
     # x less the first variable, over r.
@@ -146,8 +125,8 @@ def _fill(contact, table, forms):
 @compiled
 def _fill_propagator(contact, table, tau, propagator):
     for column in range(len(propagator)):
-        unit, pair = unit_state(column)
-        after = advance_under(contact, table, pair, unit, tau)
+        unit, pair = flow.unit_state(column)
+        after = flow.advance_under(contact, table, pair, unit, tau)
         for row in range(MASSES):
             propagator[row, column] = after[row]
         if column >= MASSES:
@@ -189,9 +168,9 @@ def _quadratic(form, z):
 @moment_at.of(ContactMotion)
 def _moment_at(moving, tau):
     contact = moving.contact
-    z = advance(contact, moving.table, moving.start, tau) if tau > 0.0 else moving.start
-    force, _, _, _, _ = force_rates_in(contact, z)
-    first = derivative(contact, z, force)
+    z = flow.advance(contact, moving.table, moving.start, tau) if tau > 0.0 else moving.start
+    force, _, _, _, _ = flow.force_rates_in(contact, z)
+    first = flow.derivative(contact, z, force)
     beta = contact.reduced
     return Moment(tau, z[0] + beta * z[2], z[1] + beta * z[3], first[1] + beta * first[3], z)
 
@@ -200,21 +179,21 @@ def _moment_at(moving, tau):
 def _bounds_of(moving, moment, span):
     # The displacement's second and third derivative are velocities of derived motions.
     contact = moving.contact
-    force, force1, _, _, _ = force_rates_in(contact, moment.motion)
-    first = derivative(contact, moment.motion, force)
+    force, force1, _, _, _ = flow.force_rates_in(contact, moment.motion)
+    first = flow.derivative(contact, moment.motion, force)
     push1 = contact.push * bound_of(contact.forcing, 1)
     push2 = contact.push * bound_of(contact.forcing, 2)
     return (
-        energy_size(contact, first) + push1 * span,
-        energy_size(contact, derivative(contact, first, force1)) + push2 * span,
+        flow.energy_size(contact, first) + push1 * span,
+        flow.energy_size(contact, flow.derivative(contact, first, force1)) + push2 * span,
     )
 
 
-@integrands.of(ContactMotion)
+@declared.integrands.of(ContactMotion)
 def _integrands(moving, moment):
     contact = moving.contact
     z = moment.motion
-    force, _, _, _, _ = force_rates_in(contact, z)
+    force, _, _, _, _ = flow.force_rates_in(contact, z)
     power = force * (moment.v + contact.on_mass * (moment.v - z[3]))
     return moment.x * moment.x, moment.v * moment.v, power, contact.damping * z[3] * z[3]
 
@@ -228,18 +207,20 @@ def _stays_below(moving, start, end, limit):
         return False
     z = start.motion
     span = end.tau - start.tau
-    y = dot(contact, event.fast[0], z)
-    y1 = dot(contact, event.fast[1], z)
+    y = flow.dot(contact, event.fast[0], z)
+    y1 = flow.dot(contact, event.fast[1], z)
     speed = math.sqrt(event.fast_stiffness * y * y + y1 * y1)
     level = speed / math.sqrt(event.fast_stiffness)
-    f1 = dot(contact, event.slow[1], z)
-    f2 = dot(contact, event.slow[2], z)
-    f3 = dot(contact, event.slow[3], z)
-    g1 = dot(contact, event.slow[1], end.motion)
+    f1 = flow.dot(contact, event.slow[1], z)
+    f2 = flow.dot(contact, event.slow[2], z)
+    f3 = flow.dot(contact, event.slow[3], z)
+    g1 = flow.dot(contact, event.slow[1], end.motion)
     stiffness = max(event.stiffness, 0.0)
     eighth = 0.125 * span * span
     bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.driving * span
-    largest = max(abs(dot(contact, event.slow[0], z)), abs(dot(contact, event.slow[0], end.motion)))
+    largest = max(
+        abs(flow.dot(contact, event.slow[0], z)), abs(flow.dot(contact, event.slow[0], end.motion))
+    )
     if largest + bound2 * eighth + level <= limit:
         return True
     bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + event.driving1 * span
@@ -255,8 +236,8 @@ def _contact(model, tables, segment, low, high, peak):
     moving = ContactMotion(contact, model.table, tables.displacement, 1.0, z)
     start = moment_at(moving, low)
     square = speed_square = work = loss = 0.0
-    own = shifted(contact, start.motion)
-    row = np.empty(row_length(contact))
+    own = flow.shifted(contact, start.motion)
+    row = np.empty(flow.row_length(contact))
     duration = high - low
     length = contact.shortest * math.ldexp(1.0, contact.levels)
     for level in range(contact.levels, -1, -1):
@@ -269,14 +250,16 @@ def _contact(model, tables, segment, low, high, peak):
             speed_square += _quadratic(forms[1], row)
             work += _quadratic(forms[2], row)
             loss += _quadratic(forms[3], row)
-            own = leap(contact, model.table[level], own)
+            own = flow.leap(contact, model.table[level], own)
             duration -= length
         length *= 0.5
-    rest = ContactMotion(contact, model.table, tables.displacement, 1.0, unshifted(contact, own))
-    sums = gauss_sums(rest, 0.0, duration, _NODES, math.inf)
+    rest = ContactMotion(
+        contact, model.table, tables.displacement, 1.0, flow.unshifted(contact, own)
+    )
+    sums = declared.gauss_sums(rest, 0.0, duration, _NODES, math.inf)
     if peak < math.inf:  # nothing is above that
         peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))
-    return ResponseIntegrals(
+    return declared.ResponseIntegrals(
         square + sums.square,
         speed_square + sums.speed_square,
         work + sums.work,

@@ -38,16 +38,7 @@ from damper.engine.search import (
     rates_of,
     stays_inside,
 )
-from damper.models.compliant.flow import (
-    ContactConstants,
-    Pair,
-    advance,
-    derivative,
-    dot,
-    energy_size,
-    force_rates_in,
-    row_length,
-)
+from damper.models.compliant import flow
 from damper.models.compliant.pairs import MASSES, bound_of_sum, pair_count, pair_rates
 
 #: Iterations in which the split must converge; else the contact counts as not faster than the rest.
@@ -104,16 +95,16 @@ class EventFunction(NamedTuple):
     """Bounds on what drives the slow part, and on its first and third derivative."""
 
 
-def split_of(contact: ContactConstants) -> Split:
+def split_of(contact: flow.ContactConstants) -> Split:
     """Split a contact into slow and fast variables."""
-    m = row_length(contact) - 2
+    m = flow.row_length(contact) - 2
     split = Split(1.0, np.zeros((m, m)), np.zeros((2, m)), np.zeros((2, 2)), np.zeros((2, 2)))
     return split._replace(separated=_separate(contact, split))
 
 
-def event_function(contact: ContactConstants, split: Split, row: np.ndarray) -> EventFunction:
+def event_function(contact: flow.ContactConstants, split: Split, row: np.ndarray) -> EventFunction:
     """Prepare an event function; `row` has its coefficients on U, U', r and r'."""
-    length = row_length(contact)
+    length = flow.row_length(contact)
     slow, fast, driving = np.zeros((5, length)), np.zeros((2, length)), np.zeros(length)
     numbers = _fill_event_function(contact, split, row, slow, fast, driving)
     for columns in slow, fast, driving:
@@ -300,19 +291,19 @@ def _fill_driving(contact, matrix, coefficients, driving):
 class ContactMotion(NamedTuple):
     """A contact, as the search sees it."""
 
-    contact: ContactConstants
+    contact: flow.ContactConstants
     table: np.ndarray
     """Its propagators."""
     event: EventFunction
     side: float
     """By which the event function is multiplied."""
-    start: Pair
+    start: flow.Pair
 
 
 class Parts(NamedTuple):
     """State at a point of the search, and the slow part of the event function."""
 
-    z: Pair
+    z: flow.Pair
     slow: float
     slow1: float
     slow2: float
@@ -327,21 +318,21 @@ class Parts(NamedTuple):
 def _point_at(moving, tau):
     z = moving.start
     if tau > 0.0:
-        z = advance(moving.contact, moving.table, z, tau)
+        z = flow.advance(moving.contact, moving.table, z, tau)
     return contact_point(moving, tau, z)
 
 
 @compiled
-def contact_point(moving: ContactMotion, tau: float, z: Pair) -> EventPoint:
+def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> EventPoint:
     """Event function in a state of the contact."""
     contact = moving.contact
     event = moving.event
-    f0, f1, f2, f3, f4 = force_rates_in(contact, z)
-    z1 = derivative(contact, z, f0)
-    z2 = derivative(contact, z1, f1)
-    z3 = derivative(contact, z2, f2)
-    z4 = derivative(contact, z3, f3)
-    z5 = derivative(contact, z4, f4)
+    f0, f1, f2, f3, f4 = flow.force_rates_in(contact, z)
+    z1 = flow.derivative(contact, z, f0)
+    z2 = flow.derivative(contact, z1, f1)
+    z3 = flow.derivative(contact, z2, f2)
+    z4 = flow.derivative(contact, z3, f3)
+    z5 = flow.derivative(contact, z4, f4)
     gap = moving.side * event.gap
     rate = moving.side * event.gap_rate
     if event.separated != 0.0:
@@ -350,9 +341,9 @@ def contact_point(moving: ContactMotion, tau: float, z: Pair) -> EventPoint:
         growth = event.driving3
     else:
         swing = 1.0 / math.sqrt(contact.reduced)
-        bound4 = abs(event.gap) * swing * energy_size(contact, z3)
+        bound4 = abs(event.gap) * swing * flow.energy_size(contact, z3)
         if event.gap_rate != 0.0:
-            bound4 += abs(event.gap_rate) * swing * energy_size(contact, z4)
+            bound4 += abs(event.gap_rate) * swing * flow.energy_size(contact, z4)
         growth = event.growth
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return EventPoint(
@@ -422,20 +413,20 @@ def _parts(moving, z):
     contact = moving.contact
     event = moving.event
     side = moving.side
-    y = dot(contact, event.fast[0], z)
-    y1 = dot(contact, event.fast[1], z)
+    y = flow.dot(contact, event.fast[0], z)
+    y1 = flow.dot(contact, event.fast[1], z)
     w2 = event.fast_stiffness
     level = math.sqrt(y * y + y1 * y1 / w2)
     y2 = -event.fast_drag * y1 - w2 * y
     y3 = -event.fast_drag * y2 - w2 * y1
     y4 = -event.fast_drag * y3 - w2 * y2
-    slow3 = side * dot(contact, event.slow[3], z)
-    slow4 = dot(contact, event.slow[4], z)
+    slow3 = side * flow.dot(contact, event.slow[3], z)
+    slow4 = flow.dot(contact, event.slow[4], z)
     parts = Parts(
         z,
-        side * dot(contact, event.slow[0], z),
-        side * dot(contact, event.slow[1], z),
-        side * dot(contact, event.slow[2], z),
+        side * flow.dot(contact, event.slow[0], z),
+        side * flow.dot(contact, event.slow[1], z),
+        side * flow.dot(contact, event.slow[2], z),
         slow3,
         math.sqrt(max(event.stiffness, 0.0) * slow3 * slow3 + slow4 * slow4),
         level,

@@ -9,17 +9,7 @@ import math
 from damper.engine.compiled import compiled
 from damper.engine.forcing import force_rates
 from damper.engine.segment import TAIL
-from damper.models.response import (
-    ResponseIntegrals,
-    ShiftedOscillator,
-    Tail,
-    impact_loss,
-    integrate_segment,
-    oscillation,
-    stored_energy,
-    with_bounces,
-    work_in_flight,
-)
+from damper.models import response as declared
 from damper.models.several import (
     COMPLETION,
     GRAVITY,
@@ -38,12 +28,12 @@ from damper.models.several import (
 )
 
 
-@impact_loss.of(Several)
+@declared.impact_loss.of(Several)
 def _impact_loss(model, segment):
     return segment.loss
 
 
-@stored_energy.of(Several)
+@declared.stored_energy.of(Several)
 def _stored_energy(model, segment, tau):
     x, v, y, u = state_in(model, segment, tau)
     energy = 0.5 * (v * v + x * x)
@@ -78,26 +68,28 @@ def _gap_of_tail(model, segment, tau):
     return float(bodies[number, 0])
 
 
-@integrate_segment.of(Several)
+@declared.integrate_segment.of(Several)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
     start = begin(model, s)
     ratio, side, number = _bouncing(model, s)
-    moving = ShiftedOscillator(start.osc, start.primary, 0.0)
-    found = oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
+    moving = declared.ShiftedOscillator(start.osc, start.primary, 0.0)
+    found = declared.oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
     for k in range(len(s.bodies)):
         if not is_joined(s.bodies[k, MODE]):
             own = float(model.masses[k, RATIO]) * (1.0 + start.joined)
             seg = segment_of(s, start, k)
             view = view_of(model, start, k, own, seg.side)
-            work += work_in_flight(view.mass, view, seg, low, high)
-    found = ResponseIntegrals(found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak)
+            work += declared.work_in_flight(view.mass, view, seg, low, high)
+    found = declared.ResponseIntegrals(
+        found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak
+    )
     if ratio == 0.0:
         return found
     force, force1, _, _, _ = force_rates(model.free.forcing, start.primary.phase)
     apart = model.free.strength * (1.0 - model.share)
-    tail = Tail(
+    tail = declared.Tail(
         start.primary,
         0.0,
         apart * force,
@@ -107,9 +99,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         float(s.bodies[number, RATE]),
         float(s.bodies[number, COMPLETION]),
     )
-    found = with_bounces(found, tail, low, high, peak)
+    found = declared.with_bounces(found, tail, low, high, peak)
     # Of the reduced mass that bounces, as the primary carries what sticks.
     heavier = 1.0 + start.joined - ratio
-    return ResponseIntegrals(
+    return declared.ResponseIntegrals(
         found.square, found.speed_square, found.work, heavier * found.loss, 0.0, 0.0, found.peak
     )

@@ -1,27 +1,21 @@
 """What the observer `laws` has to know of dry friction: what it adds to forces and holds."""
 
 from damper.engine.segment import STICKING
-from damper.models.laws import (
-    contact_force,
-    force_bound,
-    have_rigid_walls,
-    largest_force,
-    rigid_contact_force,
-)
+from damper.models import laws as declared
 from damper.models.sliding import Sliding
 
-have_rigid_walls(Sliding)
+declared.have_rigid_walls(Sliding)
 
 
-@force_bound.of(Sliding)
+@declared.force_bound.of(Sliding)
 def _force_bound(model):
-    return largest_force(model) + (1.0 + model.mass_ratio) * model.friction
+    return declared.largest_force(model) + (1.0 + model.mass_ratio) * model.friction
 
 
-@contact_force.of(Sliding)
+@declared.contact_force.of(Sliding)
 def _contact_force(model, segment, tau, at):
     # What is left of friction; off the walls it may be overcome either way.
-    force, size = rigid_contact_force(model, segment, tau, at)
+    force, size = declared.rigid_contact_force(model, segment, tau, at)
     if segment.mode != STICKING:
         force = -abs(force)
     return force + model.friction, size + model.friction

@@ -22,35 +22,21 @@ from damper.engine.peak import Moment, bounds_of, moment_at
 from damper.engine.quadrature import LONGEST_REACH, MOST
 from damper.engine.search import HORIZON
 from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
-from damper.models.response import (
-    ResponseIntegrals,
-    ShiftedOscillator,
-    gauss_sums,
-    have_rigid_walls,
-    integrands,
-    integrate_segment,
-    longest_rule,
-    longest_step,
-    mass_in_flight,
-    oscillation,
-    primary_in_flight,
-    tail_of,
-    with_bounces,
-)
+from damper.models import response as declared
 from damper.models.rigid import pushed
 from damper.models.time_varying import TimeVarying
 from damper.models.time_varying.motion import DEGREE, MassLaw, evaluate, expand, modulation
 
-have_rigid_walls(TimeVarying)
+declared.have_rigid_walls(TimeVarying)
 
 
-@integrate_segment.of(TimeVarying)
+@declared.integrate_segment.of(TimeVarying)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
     if s.mode == FLIGHT:
-        found = primary_in_flight(model, s, low, high, peak)
+        found = declared.primary_in_flight(model, s, low, high, peak)
         work, gain = varying_in_flight(model.mass, model, s, low, high)
-        return ResponseIntegrals(
+        return declared.ResponseIntegrals(
             found.square, found.speed_square, found.work + work, 0.0, 0.0, gain, found.peak
         )
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
@@ -59,7 +45,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     found = _contact(model, s, start, low, high, math.inf if in_tail else peak)
     if in_tail:
         # What bounces add is O(w^2) at most: the mass may stay what it was at the start.
-        found = with_bounces(found, tail_of(model, mass_ratio, s, start, 0.0), low, high, peak)
+        found = declared.with_bounces(
+            found, declared.tail_of(model, mass_ratio, s, start, 0.0), low, high, peak
+        )
     return found
 
 
@@ -97,7 +85,7 @@ def _varying_ballistic(mass, model, segment, low, high):
 class VaryingMass(NamedTuple):
     """The free mass in flight, where the force acts on it."""
 
-    body: ShiftedOscillator
+    body: declared.ShiftedOscillator
     law: MassLaw
     periods: float
     time: float
@@ -106,9 +94,9 @@ class VaryingMass(NamedTuple):
 @varying_in_flight.of(Oscillator)
 def _varying_driven(mass, model, segment, low, high):
     moving = VaryingMass(
-        mass_in_flight(model, segment), model.variation, segment.periods, segment.time
+        declared.mass_in_flight(model, segment), model.variation, segment.periods, segment.time
     )
-    found = oscillation(moving, low, high, math.inf)
+    found = declared.oscillation(moving, low, high, math.inf)
     return strength_on(mass) * found.work, found.modulation
 
 
@@ -122,16 +110,16 @@ def _bounds_of_mass(moving, moment, span):
     return bounds_of(moving.body, moment, span)
 
 
-@longest_rule.of(VaryingMass)
+@declared.longest_rule.of(VaryingMass)
 def _longest_rule(moving, tau):
     # The mass turns beside what the force and the square of the velocity do.
-    step = longest_step(moving.body.osc, tau)
+    step = declared.longest_step(moving.body.osc, tau)
     return LONGEST_REACH / (LONGEST_REACH / step + moving.law.frequency)
 
 
-@integrands.of(VaryingMass)
+@declared.integrands.of(VaryingMass)
 def _integrands_of_mass(moving, moment):
-    square, speed_square, work, _ = integrands(moving.body, moment)
+    square, speed_square, work, _ = declared.integrands(moving.body, moment)
     mass_ratio, rate = _mass_at(moving.law, moving.periods, moving.time + moment.tau)
     gain = 0.5 * rate * speed_square - rate * weight_on(moving.body.osc) * moment.x
     return square, speed_square, mass_ratio * work, gain
@@ -184,7 +172,7 @@ def _bounds_of(moving, moment, span):
     return moving.bound2, moving.bound3
 
 
-@integrands.of(Polynomial)
+@declared.integrands.of(Polynomial)
 def _integrands(moving, moment):
     forcing = moving.driven.forcing
     phase = turned(forcing, moving.phase, turn_over(forcing, moment.tau))
@@ -244,14 +232,14 @@ def _contact(model, segment, start, low, high, peak):
         first = max(low - passed, 0.0)
         last = min(high - passed, moving.step)
         if first <= last:
-            sums = gauss_sums(moving, first, last, MOST, peak)
+            sums = declared.gauss_sums(moving, first, last, MOST, peak)
             square += sums.square
             speed_square += sums.speed_square
             work += sums.work
             gain += sums.own
             peak = sums.peak
         if passed + moving.step >= high:
-            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, gain, peak)
+            return declared.ResponseIntegrals(square, speed_square, work, 0.0, 0.0, gain, peak)
         dx, v = evaluate(terms, moving.step, v, 1.0)
         x += dx
         passed += moving.step

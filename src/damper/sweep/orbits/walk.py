@@ -5,16 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from damper.sweep.orbits import KINDS
-from damper.sweep.orbits.corners import (
-    AHEAD,
-    CORNER,
-    STRAIGHT,
-    adjacent,
-    past_grazing_out,
-    touched,
-    vanishing,
-)
+from damper.sweep.orbits import KINDS, corners
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
 from damper.sweep.orbits.special import grazing, last_complete, root
 
@@ -56,7 +47,7 @@ class Walk:
                 point = self.points[-1] = point.recentred()
             if self._take(point, size):
                 size = min(step, 1.4 * size)
-            elif size < CORNER and point is not tried:
+            elif size < corners.CORNER and point is not tried:
                 tried = point
                 # A moment at which the gap is smallest would count the touch twice.
                 if not (self._turn(point) or self._turn(point.recentred(0.3))):
@@ -120,7 +111,7 @@ class Walk:
             self.end = _meets(a)
             return True
         if a.found.signature == b.found.signature:
-            found = self._smooth(a, b) if a.tangent @ b.tangent > STRAIGHT else None
+            found = self._smooth(a, b) if a.tangent @ b.tangent > corners.STRAIGHT else None
         else:
             found, b = _change(a, b, size)
         if found is None:
@@ -139,15 +130,15 @@ class Walk:
 
     def _turn(self, a: OrbitPoint) -> bool:
         """Go on beyond a grazing ahead, where the tangent jumps; whether there is one."""
-        graze = grazing(a, AHEAD)
-        corner = graze.at if graze else vanishing(a)
-        if corner is None or (graze and not adjacent(graze, a)):
+        graze = grazing(a, corners.AHEAD)
+        corner = graze.at if graze else corners.vanishing(a)
+        if corner is None or (graze and not corners.adjacent(graze, a)):
             return False
-        b = touched(a, graze) if graze else past_grazing_out(a, corner)
+        b = corners.touched(a, graze) if graze else corners.past_grazing_out(a, corner)
         if b is None:
             return False
         if graze is None:
-            graze = grazing(b.turned(-1.0), AHEAD)
+            graze = grazing(b.turned(-1.0), corners.AHEAD)
             # The corner was but extrapolated.
             off = float(np.linalg.norm(graze.at - corner)) if graze else np.inf
             if graze is None or off > max(0.2 * float(np.linalg.norm(corner - a.at)), _CLOSE):
@@ -168,11 +159,11 @@ class Walk:
             return None if np.linalg.norm(b.defect) > _NEARLY else False
         sizes = np.linalg.norm(a.defect), np.linalg.norm(b.defect)
         # Beyond, the branch would go on as the same motions half a period later.
-        beyond = a.defect @ b.defect < -STRAIGHT * sizes[0] * sizes[1]
+        beyond = a.defect @ b.defect < -corners.STRAIGHT * sizes[0] * sizes[1]
         if not (beyond or sizes[1] < _SYMMETRIC):
             return False
         # Without a meeting the defect jumps, where half a period later is an impact.
-        return bool(min(sizes) < CORNER) if close else None
+        return bool(min(sizes) < corners.CORNER) if close else None
 
     def _smooth(self, a: OrbitPoint, b: OrbitPoint) -> list[tuple[str, OrbitPoint]] | None:
         """Special points between two orbits of one kind; None where one is not located."""
@@ -207,7 +198,7 @@ def _meets(point: OrbitPoint) -> str:
 
 def _parts(graze: OrbitPoint, fewer: OrbitPoint, a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether the touch that begins at a grazing is the one by which two points differ."""
-    begun = touched(fewer, graze)
+    begun = corners.touched(fewer, graze)
     more = a if a.found.touches > b.found.touches else b
     return begun is not None and begun.found.signature == more.found.signature
 
@@ -234,7 +225,7 @@ def _change(
         # Small steps go on without a special point, such as where speeds only change their order.
         return ([] if size < _CLOSE else None), b
     back = a.tangent @ (graze.at - a.at) < 0.0
-    if back or (size > _CLOSE and not (adjacent(graze, b) and _parts(graze, fewer, a, b))):
+    if back or (size > _CLOSE and not (corners.adjacent(graze, b) and _parts(graze, fewer, a, b))):
         # The step went back to what was left there, beyond where the branch turns again, or to
         # another branch.
         return None, b

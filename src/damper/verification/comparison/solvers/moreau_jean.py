@@ -27,19 +27,7 @@ from typing import NamedTuple
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
-from damper.verification.comparison.fixed_step import (
-    Damper,
-    advance,
-    begin,
-    common_velocity,
-    count_evaluations,
-    fixed_step,
-    force_at,
-    nearer_wall,
-    note,
-    record_penetration,
-    settle,
-)
+from damper.verification.comparison import fixed_step as steps
 
 THETA = 0.5
 #: Steps without an impulse after which sticking has ended.
@@ -49,7 +37,7 @@ _APART = 3
 class MoreauJean(NamedTuple):
     """The method."""
 
-    damper: Damper
+    damper: steps.Damper
     until: float
 
 
@@ -92,34 +80,36 @@ class StepState(NamedTuple):
     contact: ContactMemory
 
 
-@begin.of(MoreauJean)
+@steps.begin.of(MoreauJean)
 def _begin(method, start, time):
     p = method.damper
     x, v, y, u = start
     if p.d == 0.0:
         # Between two walls at once, for good.
-        v = common_velocity(p.mu, v, u)
+        v = steps.common_velocity(p.mu, v, u)
         u = v
     contact = ContactMemory(0.0, time, False, False, 0, time, time)
-    return StepState(x, v, y, u, force_at(p, time), Impulse(False, 0.0, 0.0, 0.0, time), contact)
+    return StepState(
+        x, v, y, u, steps.force_at(p, time), Impulse(False, 0.0, 0.0, 0.0, time), contact
+    )
 
 
-@settle.of(MoreauJean)
+@steps.settle.of(MoreauJean)
 def _settle(method, state, time, index, notes, counts):
     if index > 0:
-        counts = record_penetration(counts, abs(state.y - state.x) - method.damper.d)
+        counts = steps.record_penetration(counts, abs(state.y - state.x) - method.damper.d)
     contact, counts = _read(method, state, time, notes, counts)
     x, v, y, u, force, impulse, _ = state
     return StepState(x, v, y, u, force, impulse, contact), counts
 
 
-@advance.of(MoreauJean)
+@steps.advance.of(MoreauJean)
 def _advance(method, state, piece, counts):
     p = method.damper
     x, v, y, u, force0, _, contact = state
     h = piece.left
-    force1 = force_at(p, piece.end)
-    counts = count_evaluations(counts, 1)
+    force1 = steps.force_at(p, piece.end)
+    counts = steps.count_evaluations(counts, 1)
     force = _mean(force0, force1)
 
     # The step without walls.
@@ -128,7 +118,7 @@ def _advance(method, state, piece, counts):
     inert = p.mu if together else 0.0
     v1 = v + h * (force - x - v * (2.0 * p.zeta + THETA * h)) / (heavy + inert)
     u1 = v1 if together else u
-    side = nearer_wall(x, y)
+    side = steps.nearer_wall(x, y)
     gap = p.d - side * (y - x)
     if piece.index == 1 and abs(gap) <= slack(p.d, x, y):
         gap = 0.0
@@ -157,11 +147,11 @@ def _read(method, state, time, notes, counts):
             since = start
             if rate < 0.0:
                 since = min(max(since - gap / rate, last), method.until)
-                counts = note(notes, counts, since, IMPACT, side, -rate)
+                counts = steps.note(notes, counts, since, IMPACT, side, -rate)
             last = since
         elif acted and not stuck and side == wall:
             stuck = True
-            counts = note(notes, counts, since, STICK, side, 0.0)
+            counts = steps.note(notes, counts, since, STICK, side, 0.0)
         free = 0
         parted = time
     elif stuck:
@@ -169,7 +159,7 @@ def _read(method, state, time, notes, counts):
         if free >= _APART:
             stuck = False
             last = parted
-            counts = note(notes, counts, parted, RELEASE, wall, 0.0)
+            counts = steps.note(notes, counts, parted, RELEASE, wall, 0.0)
     return ContactMemory(wall, since, acts, stuck, free, parted, last), counts
 
 
@@ -178,4 +168,6 @@ def _mean(before, after):
     return THETA * after + (1.0 - THETA) * before
 
 
-SOLVERS = {"moreau_jean": fixed_step(2e7, lambda damper, step, until: MoreauJean(damper, until))}
+SOLVERS = {
+    "moreau_jean": steps.fixed_step(2e7, lambda damper, step, until: MoreauJean(damper, until))
+}

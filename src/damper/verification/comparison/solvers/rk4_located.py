@@ -23,23 +23,7 @@ from typing import NamedTuple
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
 from damper.models.walls import slack
-from damper.verification.comparison.fixed_step import (
-    Damper,
-    Masses,
-    advance,
-    begin,
-    common_velocity,
-    count_evaluations,
-    fixed_step,
-    masses,
-    nearer_wall,
-    note,
-    record_penetration,
-    rk4,
-    settle,
-    sticks,
-    wall_acceleration,
-)
+from damper.verification.comparison import fixed_step as steps
 
 _ITERATIONS = 100
 _ROUNDOFF = 2.220446049250313e-16
@@ -48,7 +32,7 @@ _ROUNDOFF = 2.220446049250313e-16
 class Located(NamedTuple):
     """The method."""
 
-    damper: Damper
+    damper: steps.Damper
     shortest: float
     """Duration of the flight back up to which masses stay together after an impact."""
 
@@ -66,60 +50,60 @@ class RelativeState(NamedTuple):
     """What is about to happen: NOTHING, IMPACT, RELEASE, or STICK for a start in touch."""
 
 
-@begin.of(Located)
+@steps.begin.of(Located)
 def _begin(method, start, time):
     p = method.damper
     x, v, y, u = start
-    side = nearer_wall(x, y)
+    side = steps.nearer_wall(x, y)
     gap = p.d - side * (y - x)
     rate = -side * (u - v)
     if gap <= slack(p.d, x, y):
         gap = 0.0
     if p.d == 0.0:
         # Together for good, with no wall to leave.
-        return RelativeState(x, common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
+        return RelativeState(x, steps.common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
     due = NOTHING
     if gap == 0.0 and rate <= 0.0:
         due = IMPACT if rate < 0.0 else STICK
     return RelativeState(x, v, gap, rate, side, False, due)
 
 
-@settle.of(Located)
+@steps.settle.of(Located)
 def _settle(method, state, time, index, notes, counts):
     if state.due == NOTHING:
         return state, counts
     p = method.damper
     x, v, gap, rate, side, _, due = state
     if due == RELEASE:
-        counts = note(notes, counts, time, RELEASE, side, 0.0)
+        counts = steps.note(notes, counts, time, RELEASE, side, 0.0)
         return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
     arrived = max(-rate, 0.0)
     rate = p.r * arrived
     if due == IMPACT:
-        counts = note(notes, counts, time, IMPACT, side, arrived)
+        counts = steps.note(notes, counts, time, IMPACT, side, arrived)
         v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
     common = v - side * p.mu / (1.0 + p.mu) * rate
-    counts = count_evaluations(counts, 1)
-    a, j = wall_acceleration(p, 1.0, x, common, time, side)
-    if not sticks(a, j, rate, method.shortest):
+    counts = steps.count_evaluations(counts, 1)
+    a, j = steps.wall_acceleration(p, 1.0, x, common, time, side)
+    if not steps.sticks(a, j, rate, method.shortest):
         return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
-    counts = note(notes, counts, time, STICK, side, 0.0)
+    counts = steps.note(notes, counts, time, STICK, side, 0.0)
     return RelativeState(x, common, gap, 0.0, side, True, NOTHING), counts
 
 
-@advance.of(Located)
+@steps.advance.of(Located)
 def _advance(method, state, piece, counts):
     p = method.damper
     x, v, gap, rate, side, stuck, _ = state
     time, tau = piece.time, piece.left
     mass = 1.0 + p.mu if stuck else 1.0
-    curve, dv = rk4(p, mass, x, v, time, tau)
+    curve, dv = steps.rk4(p, mass, x, v, time, tau)
     evaluations = 4
     due = NOTHING
     if stuck:
         if p.d > 0.0:
             evaluations += 1
-            a, _ = wall_acceleration(p, mass, x + (v * tau + curve), v + dv, time + tau, side)
+            a, _ = steps.wall_acceleration(p, mass, x + (v * tau + curve), v + dv, time + tau, side)
             if a < 0.0:
                 due = RELEASE
     else:
@@ -131,13 +115,13 @@ def _advance(method, state, piece, counts):
     if due != NOTHING:
         before = RelativeState(x, v, gap, rate, side, stuck, due)
         tau, more = _find_end(p, before, time, piece.left)
-        curve, dv = rk4(p, mass, x, v, time, tau)
+        curve, dv = steps.rk4(p, mass, x, v, time, tau)
         evaluations += more + 4
-    counts = count_evaluations(counts, evaluations)
+    counts = steps.count_evaluations(counts, evaluations)
     if not stuck:
         gap += rate * tau + side * curve
         rate += side * dv
-        counts = record_penetration(counts, -gap)
+        counts = steps.record_penetration(counts, -gap)
     if due == RELEASE:
         rate = 0.0
     if due != NOTHING:
@@ -146,10 +130,10 @@ def _advance(method, state, piece, counts):
     return after, counts, tau, due != NOTHING
 
 
-@masses.of(Located)
+@steps.masses.of(Located)
 def _masses(method, state):
     y = state.x + state.side * (method.damper.d - state.gap)
-    return Masses(state.x, state.v, y, state.v - state.side * state.rate)
+    return steps.Masses(state.x, state.v, y, state.v - state.side * state.rate)
 
 
 @compiled
@@ -166,10 +150,10 @@ def _find_end(damper, state, time, left):
     evaluations = 0
     tau = high
     for iteration in range(_ITERATIONS):
-        curve, dv = rk4(damper, mass, x, v, time, tau)
+        curve, dv = steps.rk4(damper, mass, x, v, time, tau)
         if stuck:
             x1 = x + (v * tau + curve)
-            value, slope = wall_acceleration(damper, mass, x1, v + dv, time + tau, side)
+            value, slope = steps.wall_acceleration(damper, mass, x1, v + dv, time + tau, side)
         else:
             value = gap + (rate * tau + side * curve)
             slope = rate + side * dv
@@ -190,7 +174,7 @@ def _find_end(damper, state, time, left):
 
 
 SOLVERS = {
-    "rk4_located": fixed_step(
+    "rk4_located": steps.fixed_step(
         3e7, lambda damper, step, until: Located(damper, step * step * max(1.0, damper.omega))
     )
 }

@@ -18,27 +18,13 @@ from typing import NamedTuple
 
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
-from damper.verification.comparison.fixed_step import (
-    Damper,
-    advance,
-    begin,
-    common_velocity,
-    count_evaluations,
-    fixed_step,
-    nearer_wall,
-    note,
-    record_penetration,
-    rk4,
-    settle,
-    sticks,
-    wall_acceleration,
-)
+from damper.verification.comparison import fixed_step as steps
 
 
 class StepEnd(NamedTuple):
     """The method."""
 
-    damper: Damper
+    damper: steps.Damper
     step: float
 
 
@@ -55,31 +41,31 @@ class StepEndState(NamedTuple):
     """y - x of masses that move as one."""
 
 
-@begin.of(StepEnd)
+@steps.begin.of(StepEnd)
 def _begin(method, start, time):
     x, v, y, u = start
     if method.damper.d > 0.0:
         return StepEndState(x, v, y, u, 0.0, False, 0.0)
     # Together for good, with no wall to leave.
-    v = common_velocity(method.damper.mu, v, u)
+    v = steps.common_velocity(method.damper.mu, v, u)
     return StepEndState(x, v, y, v, 0.0, True, y - x)
 
 
-@settle.of(StepEnd)
+@steps.settle.of(StepEnd)
 def _settle(method, state, time, index, notes, counts):
     p = method.damper
     x, v, y, u, side, stuck, offset = state
     if stuck:
         if side != 0.0:
-            counts = count_evaluations(counts, 1)
-            a, _ = wall_acceleration(p, 1.0 + p.mu, x, v, time, side)
+            counts = steps.count_evaluations(counts, 1)
+            a, _ = steps.wall_acceleration(p, 1.0 + p.mu, x, v, time, side)
             if a < 0.0:
                 stuck = False
-                counts = note(notes, counts, time, RELEASE, side, 0.0)
+                counts = steps.note(notes, counts, time, RELEASE, side, 0.0)
         return StepEndState(x, v, y, u, side, stuck, offset), counts
-    side = nearer_wall(x, y)
+    side = steps.nearer_wall(x, y)
     depth = side * (y - x) - p.d
-    counts = record_penetration(counts, depth)
+    counts = steps.record_penetration(counts, depth)
     speed = side * (u - v)
     touches = depth >= 0.0 and speed > 0.0
     if index == 0:
@@ -87,31 +73,31 @@ def _settle(method, state, time, index, notes, counts):
     if touches:
         rebound = p.r * speed
         if speed > 0.0:
-            counts = note(notes, counts, time, IMPACT, side, speed)
+            counts = steps.note(notes, counts, time, IMPACT, side, speed)
             v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
             u = v - side * rebound
-        common = common_velocity(p.mu, v, u)
-        counts = count_evaluations(counts, 1)
-        a, j = wall_acceleration(p, 1.0, x, common, time, side)
-        if sticks(a, j, rebound, method.step):
+        common = steps.common_velocity(p.mu, v, u)
+        counts = steps.count_evaluations(counts, 1)
+        a, j = steps.wall_acceleration(p, 1.0, x, common, time, side)
+        if steps.sticks(a, j, rebound, method.step):
             stuck = True
             offset = y - x
             v = u = common
-            counts = note(notes, counts, time, STICK, side, 0.0)
+            counts = steps.note(notes, counts, time, STICK, side, 0.0)
     return StepEndState(x, v, y, u, side, stuck, offset), counts
 
 
-@advance.of(StepEnd)
+@steps.advance.of(StepEnd)
 def _advance(method, state, piece, counts):
     p, h = method.damper, piece.left
     x, v, y, u, side, stuck, offset = state
     mass = 1.0 + p.mu if stuck else 1.0
-    curve, dv = rk4(p, mass, x, v, piece.time, h)
+    curve, dv = steps.rk4(p, mass, x, v, piece.time, h)
     x = x + (v * h + curve)
     v = v + dv
     y = x + offset if stuck else y + u * h
     after = StepEndState(x, v, y, v if stuck else u, side, stuck, offset)
-    return after, count_evaluations(counts, 4), h, False
+    return after, steps.count_evaluations(counts, 4), h, False
 
 
-SOLVERS = {"rk4_step_end": fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))}
+SOLVERS = {"rk4_step_end": steps.fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))}
