@@ -44,28 +44,7 @@ HOME = {
     "smallest_shock": "damper.sweep.orbits.shock",
 }
 
-__all__ = [
-    "Base",
-    "Harmonic",
-    "Harmonics",
-    "NoForce",
-    "Noise",
-    "Parameters",
-    "PeriodicOrbit",
-    "Record",
-    "SIParameters",
-    "State",
-    "Unbalance",
-    "__version__",
-    "continue_orbit",
-    "continue_point",
-    "design",
-    "events",
-    "periodic_orbit",
-    "run",
-    "simulate",
-    "smallest_shock",
-]
+__all__ = sorted([*HOME, "__version__"])
 
 
 def __getattr__(name: str) -> Any:

@@ -20,7 +20,7 @@ class ByClass(Protocol):
     def of(self, kind: type) -> Callable[[Callable], Callable]:
         """Decorator of the implementation for one class."""
 
-    def share(self, kind: type, other: type) -> None:
+    def like(self, kind: type, other: type) -> None:
         """Take over for one class the implementation of another."""
 
 
@@ -28,7 +28,7 @@ def by_class(function: Callable) -> ByClass:
     """Make a function that each class of its first argument implements for itself (a decorator).
 
     ``@function.of(Model)`` gives the implementation for one class, and
-    ``function.share(Model, Other)`` takes over that of another. Classes without one are refused
+    ``function.like(Model, Other)`` takes over that of another. Classes without one are refused
     with a TypeError. Compiled code chooses while it is compiled, so a run pays nothing for the
     choice, nor for classes that it does not use.
     """
@@ -66,11 +66,11 @@ def _by_class(function: Callable, default: Callable | None) -> ByClass:
 
         return implement
 
-    def share(kind: type, other: type) -> None:
+    def like(kind: type, other: type) -> None:
         chosen[kind] = chosen[other]
 
     made = cast(Any, choose)
-    made.share = share
+    made.like = like
     made.of = of
 
     def declare() -> None:

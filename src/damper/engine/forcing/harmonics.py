@@ -51,7 +51,7 @@ for each in (
     declared.long_turn,
     declared.turned,
 ):
-    each.share(SumOfHarmonics, HarmonicForce)
+    each.like(SumOfHarmonics, HarmonicForce)
 
 
 @declared.is_odd.of(SumOfHarmonics)

@@ -173,9 +173,9 @@ def pair_at(model: Compliant, segment: Segment) -> flow.Pair:
     return s.x - beta * gap, s.v - beta * rate, gap, rate, p, q
 
 
-declared.mass_ratio_at.share(Compliant, Rigid)
+declared.mass_ratio_at.like(Compliant, Rigid)
 # It has no tail.
-declared.speeds_in_tail.share(Compliant, Rigid)
+declared.speeds_in_tail.like(Compliant, Rigid)
 
 
 @declared.motion.of(Compliant)

@@ -123,8 +123,8 @@ def _harmonics_rates(forcing, number):
     return rate, -rate
 
 
-carried.share(SumOfHarmonics, HarmonicForce)
-phase_of.share(SumOfHarmonics, HarmonicForce)
+carried.like(SumOfHarmonics, HarmonicForce)
+phase_of.like(SumOfHarmonics, HarmonicForce)
 
 
 @compiled
@@ -170,9 +170,9 @@ def _harmonics_bound(forcing, row, order):
 # --- a record
 
 
-pair_count.share(PiecewiseLinear, HarmonicForce)
-write_pairs.share(PiecewiseLinear, HarmonicForce)
-product.share(PiecewiseLinear, HarmonicForce)
+pair_count.like(PiecewiseLinear, HarmonicForce)
+write_pairs.like(PiecewiseLinear, HarmonicForce)
+product.like(PiecewiseLinear, HarmonicForce)
 
 
 @pair_rates.of(PiecewiseLinear)
@@ -200,8 +200,8 @@ def _record_bound(forcing, row, order):
 # --- none
 
 
-pair_count.share(ZeroForce, HarmonicForce)
-write_pairs.share(ZeroForce, HarmonicForce)
+pair_count.like(ZeroForce, HarmonicForce)
+write_pairs.like(ZeroForce, HarmonicForce)
 
 
 @pair_rates.of(ZeroForce)

@@ -102,9 +102,9 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
 
 walls.have_rigid_walls(Grounded)
 tangent.have_rigid_walls(Grounded)
-declared.mass_ratio_at.share(Grounded, Rigid)
-tangent.contact_flow.share(Grounded, Rigid)
-tangent.mass_ratio_rate.share(Grounded, Rigid)
+declared.mass_ratio_at.like(Grounded, Rigid)
+tangent.contact_flow.like(Grounded, Rigid)
+tangent.mass_ratio_rate.like(Grounded, Rigid)
 
 
 class SupportedForce(NamedTuple):
@@ -151,7 +151,7 @@ def _point_of_force(moving, tau):
     return _force_point(moving, tau, motion)
 
 
-rates_of.share(SupportedForce, ContactForce)
+rates_of.like(SupportedForce, ContactForce)
 
 
 @walls.stick.of(Grounded)

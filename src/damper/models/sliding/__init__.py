@@ -97,8 +97,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Sliding:
     return Sliding(*made, parameters.friction)
 
 
-declared.mass_ratio_at.share(Sliding, Rigid)
-walls.centre.share(Sliding, Rigid)
+declared.mass_ratio_at.like(Sliding, Rigid)
+walls.centre.like(Sliding, Rigid)
 
 
 class Hold(NamedTuple):
