@@ -11,19 +11,8 @@ evaluated in the form that does not cancel for the regime at hand; see docs/meth
 import math
 from typing import Any, NamedTuple
 
+from damper.engine import forcing as forces
 from damper.engine.compiled import compiled
-from damper.engine.forcing import (
-    TAYLOR_REMAINDER,
-    FreeFlow,
-    driven,
-    force_rates,
-    gain_of,
-    long_turn,
-    rate_of,
-    taylor,
-    turn_over,
-    turned,
-)
 from damper.engine.trigonometry import sine_cosine
 
 #: Regimes of the free motion.
@@ -92,14 +81,14 @@ def oscillator(damping: float, stiffness: float, strength: float, forcing: Any) 
         2.0 * damping + root,
         math.sqrt(4.0 * damping * damping + stiffness),
         forcing,
-        gain_of(forcing, damping, stiffness, split),
+        forces.gain_of(forcing, damping, stiffness, split),
     )
 
 
 @compiled
 def motion_from(osc: Oscillator, x: float, v: float, phase: Any) -> Motion:
     """Complete a state by the second and third derivative that the equation of motion gives."""
-    force, force1, _, _, _ = force_rates(osc.forcing, phase)
+    force, force1, _, _, _ = forces.force_rates(osc.forcing, phase)
     a = osc.strength * force - 2.0 * osc.damping * v - osc.stiffness * x
     j = osc.strength * force1 - 2.0 * osc.damping * a - osc.stiffness * v
     return Motion(x, v, a, j, phase)
@@ -108,14 +97,14 @@ def motion_from(osc: Oscillator, x: float, v: float, phase: Any) -> Motion:
 @compiled
 def motion_at_release(osc: Oscillator, x: float, v: float, a: float, phase: Any) -> Motion:
     """As `motion_from` where x'' is `a` by definition, and not as it rounds."""
-    _, force1, _, _, _ = force_rates(osc.forcing, phase)
+    _, force1, _, _, _ = forces.force_rates(osc.forcing, phase)
     return Motion(x, v, a, osc.strength * force1 - 2.0 * osc.damping * a - osc.stiffness * v, phase)
 
 
 @compiled
 def higher_derivatives(osc: Oscillator, motion: Motion) -> tuple[float, float, float]:
     """Fourth, fifth and sixth derivative of the displacement."""
-    _, _, force2, force3, force4 = force_rates(osc.forcing, motion.phase)
+    _, _, force2, force3, force4 = forces.force_rates(osc.forcing, motion.phase)
     snap = osc.strength * force2 - 2.0 * osc.damping * motion.j - osc.stiffness * motion.a
     crackle = osc.strength * force3 - 2.0 * osc.damping * snap - osc.stiffness * motion.j
     return snap, crackle, osc.strength * force4 - 2.0 * osc.damping * crackle - osc.stiffness * snap
@@ -131,19 +120,19 @@ def increments(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float
         x(tau) - x0 - v0 tau, accurate relative to itself as tau -> 0; v(tau) - v0; the forcing
         phase at `tau`.
     """
-    turn = turn_over(osc.forcing, tau)
+    turn = forces.turn_over(osc.forcing, tau)
     dx, dv = moved(osc, start, turn, tau)
-    return dx, dv, turned(osc.forcing, start.phase, turn)
+    return dx, dv, forces.turned(osc.forcing, start.phase, turn)
 
 
 @compiled
 def moved(osc: Oscillator, start: Motion, turn: Any, tau: float) -> tuple[float, float]:
     """The `increments` of displacement and velocity, where the force's turn is known."""
-    if max(osc.rate, rate_of(osc.forcing)) * tau <= TAYLOR_RANGE:
-        dx, dv = taylor(osc.forcing, osc, start.a, start.j, start.phase, tau)
+    if max(osc.rate, forces.rate_of(osc.forcing)) * tau <= TAYLOR_RANGE:
+        dx, dv = forces.taylor(osc.forcing, osc, start.a, start.j, start.phase, tau)
         return dx, dv
     flow = free_flow(osc, tau)
-    forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
+    forced, forced_v = forces.driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
     dx = start.x * flow.c_less_1 + start.v * flow.s_less_tau + osc.strength * forced
     dv = start.v * flow.s_dot_less_1 - osc.stiffness * flow.s * start.x + osc.strength * forced_v
     return dx, dv
@@ -153,7 +142,7 @@ def moved(osc: Oscillator, start: Motion, turn: Any, tau: float) -> tuple[float,
 def displaced(osc: Oscillator, start: Motion, turn: Any, tau: float) -> tuple[float, float, float]:
     """Change of the displacement and the velocity after a time, and the size of the way's terms."""
     flow = free_flow(osc, tau)
-    forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
+    forced, forced_v = forces.driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
     own = start.x * flow.c_less_1
     carried = start.v * flow.s
     pushed = osc.strength * forced
@@ -177,9 +166,9 @@ def arrive(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float]:
     -------
     x, v : float
     """
-    turn = long_turn(osc.forcing, tau)
+    turn = forces.long_turn(osc.forcing, tau)
     flow = free_flow(osc, tau)
-    forced, forced_v = driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
+    forced, forced_v = forces.driven(osc.forcing, osc.gain, osc, flow, start.phase, turn, tau)
     c = 1.0 + flow.c_less_1
     s_dot = 1.0 + flow.s_dot_less_1
     return (
@@ -189,7 +178,7 @@ def arrive(osc: Oscillator, start: Motion, tau: float) -> tuple[float, float]:
 
 
 @compiled
-def free_flow(osc: Oscillator, tau: float) -> FreeFlow:
+def free_flow(osc: Oscillator, tau: float) -> forces.FreeFlow:
     """C and S of the free motion over a time `tau`."""
     damping = osc.damping
     if osc.rate * tau <= TAYLOR_RANGE:
@@ -200,7 +189,7 @@ def free_flow(osc: Oscillator, tau: float) -> FreeFlow:
         grow_slow = math.expm1(osc.slow * tau)
         width = osc.fast - osc.slow
         s = (grow_fast - grow_slow) / width
-        return FreeFlow(
+        return forces.FreeFlow(
             (osc.fast * grow_slow - osc.slow * grow_fast) / width,
             s,
             s - tau,
@@ -216,7 +205,7 @@ def free_flow(osc: Oscillator, tau: float) -> FreeFlow:
         sine, cosine, _ = sine_cosine(osc.split * tau)
         c = decay * cosine
         s = decay / osc.split * sine
-    return FreeFlow(c + damping * s - 1.0, s, s - tau, c - damping * s - 1.0)
+    return forces.FreeFlow(c + damping * s - 1.0, s, s - tau, c - damping * s - 1.0)
 
 
 @compiled
@@ -230,7 +219,7 @@ def _free_taylor(osc, tau):
     power = 0.5 * tau * tau
     remainder = 1.0
     n = 2.0
-    while remainder > TAYLOR_REMAINDER:
+    while remainder > forces.TAYLOR_REMAINDER:
         c_less_1 += c_upper * power
         s_less_tau += s_upper * power
         c_lower, c_upper = c_upper, -2.0 * osc.damping * c_upper - osc.stiffness * c_lower
@@ -239,4 +228,4 @@ def _free_taylor(osc, tau):
         power *= tau / n
         remainder *= TAYLOR_RANGE / n
     s = tau + s_less_tau
-    return FreeFlow(c_less_1, s, s_less_tau, c_less_1 - 2.0 * osc.damping * s)
+    return forces.FreeFlow(c_less_1, s, s_less_tau, c_less_1 - 2.0 * osc.damping * s)

@@ -6,21 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine import segment
 from damper.engine.loop import FINISHED
-from damper.engine.segment import (
-    CAUSE,
-    COLUMNS,
-    DURATION,
-    IMPACT,
-    PERIODS,
-    REST,
-    SIDE,
-    SPEED,
-    STOPPED,
-    TIME,
-    V,
-    X,
-)
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
@@ -172,27 +159,27 @@ def events(
     pieces = []
     one = parameters.model != "several"
     for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
-        rows = log[log[:, CAUSE] >= IMPACT]
+        rows = log[log[:, segment.CAUSE] >= segment.IMPACT]
         piece = np.empty(len(rows), dtype=EVENT if one else EVENT_OF_SEVERAL)
-        piece["time"] = rows[:, PERIODS] * trajectory.cycle + rows[:, TIME]
-        piece["kind"] = rows[:, CAUSE]
-        piece["side"] = np.where(rows[:, CAUSE] < REST, rows[:, SIDE], 0.0)
-        piece["approach_speed"] = rows[:, SPEED]
-        piece["x"] = rows[:, X]
-        piece["v"] = rows[:, V]
-        piece["period"] = rows[:, PERIODS]
-        piece["time_in_period"] = rows[:, TIME]
+        piece["time"] = rows[:, segment.PERIODS] * trajectory.cycle + rows[:, segment.TIME]
+        piece["kind"] = rows[:, segment.CAUSE]
+        piece["side"] = np.where(rows[:, segment.CAUSE] < segment.REST, rows[:, segment.SIDE], 0.0)
+        piece["approach_speed"] = rows[:, segment.SPEED]
+        piece["x"] = rows[:, segment.X]
+        piece["v"] = rows[:, segment.V]
+        piece["period"] = rows[:, segment.PERIODS]
+        piece["time_in_period"] = rows[:, segment.TIME]
         if not one:
-            piece["body"] = rows[:, COLUMNS]
+            piece["body"] = rows[:, segment.COLUMNS]
         pieces.append(piece)
         if len(log):
             last = log[-1].copy()
     if trajectory.status != FINISHED:
-        x, v, _, _ = trajectory.motion_in(last, last[DURATION])
-        whole, rest = trajectory.whole_periods(last[TIME] + last[DURATION])
-        periods = last[PERIODS] + whole
+        x, v, _, _ = trajectory.motion_in(last, last[segment.DURATION])
+        whole, rest = trajectory.whole_periods(last[segment.TIME] + last[segment.DURATION])
+        periods = last[segment.PERIODS] + whole
         time = periods * trajectory.cycle + rest
-        row = (time, STOPPED, 0, 0.0, x, v, periods, rest, *(() if one else (-1,)))
+        row = (time, segment.STOPPED, 0, 0.0, x, v, periods, rest, *(() if one else (-1,)))
         pieces.append(np.array([row], dtype=pieces[0].dtype))
     found: EventTable = np.concatenate(pieces).view(EventTable)
     if units is not NO_UNITS:

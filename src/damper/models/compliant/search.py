@@ -26,18 +26,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine import search
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
-from damper.engine.search import (
-    ROUNDOFF,
-    EventPoint,
-    longer_step,
-    parabola_root,
-    point_at,
-    proves_inside,
-    rates_of,
-    stays_inside,
-)
 from damper.models.compliant import flow
 from damper.models.compliant.pairs import MASSES, bound_of_sum, pair_count, pair_rates
 
@@ -314,7 +305,7 @@ class Parts(NamedTuple):
     """Bound on the fast part."""
 
 
-@point_at.of(ContactMotion)
+@search.point_at.of(ContactMotion)
 def _point_at(moving, tau):
     z = moving.start
     if tau > 0.0:
@@ -323,7 +314,7 @@ def _point_at(moving, tau):
 
 
 @compiled
-def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> EventPoint:
+def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> search.EventPoint:
     """Event function in a state of the contact."""
     contact = moving.contact
     event = moving.event
@@ -346,7 +337,7 @@ def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> EventPoint
             bound4 += abs(event.gap_rate) * swing * flow.energy_size(contact, z4)
         growth = event.growth
         parts = Parts(z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return EventPoint(
+    return search.EventPoint(
         tau,
         gap * z[2] + rate * z[3],
         gap * z1[2] + rate * z1[3],
@@ -361,13 +352,13 @@ def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> EventPoint
     )
 
 
-@rates_of.of(ContactMotion)
+@search.rates_of.of(ContactMotion)
 def _rates_of(moving):
     rate = moving.contact.rate
     return rate, rate, rate
 
 
-@proves_inside.of(ContactMotion)
+@search.proves_inside.of(ContactMotion)
 def _proves_inside(moving, start, end, width):
     """The slow part stays above all that the fast one can take from it."""
     p = start.state
@@ -375,14 +366,14 @@ def _proves_inside(moving, start, end, width):
     if moving.event.separated == 0.0 or p.slow <= p.level:
         return False
     growth = moving.event.driving3
-    return stays_inside(
+    return search.stays_inside(
         _slow_point(start, p, p.level, growth), _slow_point(end, q, p.level, growth), width
     )
 
 
 @compiled
 def _slow_point(point, parts, level, growth):
-    return EventPoint(
+    return search.EventPoint(
         point.tau,
         parts.slow - level,
         parts.slow1,
@@ -397,13 +388,13 @@ def _slow_point(point, parts, level, growth):
     )
 
 
-@longer_step.of(ContactMotion)
+@search.longer_step.of(ContactMotion)
 def _longer_step(moving, point):
     """Close to where the slow part may come down to the fast one."""
     p = point.state
     if moving.event.separated == 0.0 or p.slow <= p.level:
         return 0.0
-    reach = _LEAP * parabola_root(p.slow - p.level, p.slow1, p.slow2)
+    reach = _LEAP * search.parabola_root(p.slow - p.level, p.slow1, p.slow2)
     return min(reach, 1.5 / moving.event.rate)
 
 
@@ -448,6 +439,6 @@ def _roundoff(contact, event, z, tau):
     passing = min(math.sqrt(2.0 * reach), 1.0 / max(contact.relative_damping, 1e-300))
     weight = abs(event.gap)
     damping = abs(event.gap_rate)
-    return ROUNDOFF * (
+    return search.ROUNDOFF * (
         weight * abs(z[2]) + damping * abs(z[3]) + (weight * reach + damping * passing) * forces
     )

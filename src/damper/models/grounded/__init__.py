@@ -6,22 +6,12 @@ Its equations, the completion time and what bounds the search: docs/models.md.
 import math
 from typing import Any, NamedTuple
 
+from damper.engine import forcing as forces
 from damper.engine import model as declared
 from damper.engine.bodies import longest_increments, strength_on
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class_or_default
-from damper.engine.forcing import (
-    bound_of,
-    filtered,
-    force_rates,
-    horizon,
-    may_jump,
-    phase_at,
-    rate_of,
-    turn_over,
-    turned,
-)
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import (
     Motion,
@@ -83,13 +73,13 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     if share:
         first = 2.0 * (beta - p.damping_ratio) * together
         zeroth = (kappa - 1.0) * together
-    driving, strength = filtered(forcing, 1.0 - share, first, zeroth)
+    driving, strength = forces.filtered(forcing, 1.0 - share, first, zeroth)
     return Grounded(
         p.mass_ratio,
         p.clearance,
         law,
         p.cycle,
-        accuracy / max(1.0, rate_of(forcing), 2.0 * beta + math.sqrt(kappa)),
+        accuracy / max(1.0, forces.rate_of(forcing), 2.0 * beta + math.sqrt(kappa)),
         oscillator(p.damping_ratio, 1.0, amplitude, forcing),
         weighed(stuck_beta, stuck_kappa, amplitude * together, forcing, pull),
         weighed(beta, kappa, share * amplitude, forcing, -p.gravity),
@@ -131,7 +121,7 @@ def _force_point(moving, tau, motion):
         -side * snap,
         -side * crackle,
         energy_norm(osc, motion.j, snap),
-        osc.strength * bound_of(osc.forcing, 3),
+        osc.strength * forces.bound_of(osc.forcing, 3),
         moving.roundoff,
         tau,
     )
@@ -140,14 +130,14 @@ def _force_point(moving, tau, motion):
 @point_at.of(SupportedForce)
 def _point_of_force(moving, tau):
     osc, start = moving.osc, moving.start
-    turn = turn_over(osc.forcing, tau)
+    turn = forces.turn_over(osc.forcing, tau)
     if tau > longest_increments(osc):
         # As increments the way back and forth would round in units of its rate times the time.
         way, v, _ = displaced(osc, start, turn, tau)
     else:
         dx, dv = moved(osc, start, turn, tau)
         way, v = start.v * tau + dx, start.v + dv
-    motion = motion_from(osc, start.x + way, v, turned(osc.forcing, start.phase, turn))
+    motion = motion_from(osc, start.x + way, v, forces.turned(osc.forcing, start.phase, turn))
     return _force_point(moving, tau, motion)
 
 
@@ -157,9 +147,9 @@ rates_of.like(SupportedForce, ContactForce)
 @walls.stick.of(Grounded)
 def _stick(model, segment):
     s = segment
-    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    phase = forces.phase_at(model.stuck.forcing, s.periods, s.time)
     together = motion_from(model.stuck, s.x + rest_shift(model, s.side), s.v, phase)
-    limit = min(HORIZON, horizon(model.stuck.forcing, phase))
+    limit = min(HORIZON, forces.horizon(model.stuck.forcing, phase))
     tau, outcome, steps = limit, NO_EVENT, 1
     moving = _contact_force(model, s, phase)
     point = _force_point(moving, 0.0, moving.start)
@@ -186,17 +176,17 @@ def _contact_force(model, s, phase):
     common = (primary.a + model.mass_ratio * free_mass.a) / (1.0 + model.mass_ratio)
     # Together they have one acceleration. Third derivatives in flight hold the square of a heavy
     # damping, which would have to cancel here.
-    _, force1, _, _, _ = force_rates(free.forcing, phase)
+    _, force1, _, _, _ = forces.force_rates(free.forcing, phase)
     slope = ((free.strength - strength_on(mass)) * force1 - 2.0 * free.damping * common) + (
         2.0 * mass.damping * common + (mass.stiffness - free.stiffness) * s.v
     )
     value = -s.side * (primary.a - free_mass.a)
-    size = free.strength * bound_of(free.forcing, 0) + abs(s.x)
+    size = free.strength * forces.bound_of(free.forcing, 0) + abs(s.x)
     size += 2.0 * (free.damping + mass.damping) * abs(s.v)
     roundoff = ROUNDOFF * (size + mass.stiffness * abs(y))
-    if not may_jump(free.forcing):
+    if not forces.may_jump(free.forcing):
         value = max(value, 0.0)
-    driving = phase_at(model.force.forcing, s.periods, s.time)
+    driving = forces.phase_at(model.force.forcing, s.periods, s.time)
     mean = mean_force(mass.forcing, model, s.side)
     start = motion_from(model.force, s.side * (mean - value), slope, driving)
     return SupportedForce(model.force, mean, start, s.side, roundoff)
@@ -221,7 +211,7 @@ def _time_to_completion(model, segment, start):
 @walls.centre.of(Grounded)
 def _centre(model, segment, tau):
     s = segment
-    phase = phase_at(model.stuck.forcing, s.periods, s.time)
+    phase = forces.phase_at(model.stuck.forcing, s.periods, s.time)
     common = centre_velocity(s, model.mass_ratio)
     # The oscillator moves about the masses' place of rest.
     together = motion_from(model.stuck, s.x + rest_shift(model, s.side), common, phase)

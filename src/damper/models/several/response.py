@@ -10,41 +10,29 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import force_rates
 from damper.engine.segment import TAIL
 from damper.models import response as declared
-from damper.models.several import (
-    COMPLETION,
-    GRAVITY,
-    MODE,
-    RATE,
-    RATIO,
-    SIDE,
-    Several,
-    begin,
-    bodies_in,
-    is_joined,
-    restitution_of,
-    segment_of,
-    state_in,
-    view_of,
-)
+from damper.models import several
 
 
-@declared.impact_loss.of(Several)
+@declared.impact_loss.of(several.Several)
 def _impact_loss(model, segment):
     return segment.loss
 
 
-@declared.stored_energy.of(Several)
+@declared.stored_energy.of(several.Several)
 def _stored_energy(model, segment, tau):
-    x, v, y, u = state_in(model, segment, tau)
+    x, v, y, u = several.state_in(model, segment, tau)
     energy = 0.5 * (v * v + x * x)
     for k in range(len(y)):
-        ratio, gravity = float(model.masses[k, RATIO]), float(model.masses[k, GRAVITY])
+        ratio, gravity = (
+            float(model.masses[k, several.RATIO]),
+            float(model.masses[k, several.GRAVITY]),
+        )
         energy += ratio * (0.5 * float(u[k]) * float(u[k]) + gravity * float(y[k]))
     # What the dashpot takes from the centre in the bounce under way; motion leaves it out.
     ratio, side, _ = _bouncing(model, segment)
     if ratio > 0.0:
         gap = _gap_of_tail(model, segment, tau)
-        share = side * ratio / (1.0 + begin(model, segment).joined)
+        share = side * ratio / (1.0 + several.begin(model, segment).joined)
         energy -= 2.0 * model.free.damping * v * share * gap
     return energy
 
@@ -55,32 +43,32 @@ def _bouncing(model, segment):
     ratio, side, number = 0.0, 0.0, 0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
-        if b[MODE] == TAIL and b[RATE] > 0.0:
-            ratio += float(model.masses[k, RATIO])
-            side, number = float(b[SIDE]), k
+        if b[several.MODE] == TAIL and b[several.RATE] > 0.0:
+            ratio += float(model.masses[k, several.RATIO])
+            side, number = float(b[several.SIDE]), k
     return ratio, side, number
 
 
 @compiled
 def _gap_of_tail(model, segment, tau):
     _, _, number = _bouncing(model, segment)
-    _, _, bodies = bodies_in(model, segment, tau)
+    _, _, bodies = several.bodies_in(model, segment, tau)
     return float(bodies[number, 0])
 
 
-@declared.integrate_segment.of(Several)
+@declared.integrate_segment.of(several.Several)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
-    start = begin(model, s)
+    start = several.begin(model, s)
     ratio, side, number = _bouncing(model, s)
     moving = declared.ShiftedOscillator(start.osc, start.primary, 0.0)
     found = declared.oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
     for k in range(len(s.bodies)):
-        if not is_joined(s.bodies[k, MODE]):
-            own = float(model.masses[k, RATIO]) * (1.0 + start.joined)
-            seg = segment_of(s, start, k)
-            view = view_of(model, start, k, own, seg.side)
+        if not several.is_joined(s.bodies[k, several.MODE]):
+            own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
+            seg = several.segment_of(s, start, k)
+            view = several.view_of(model, start, k, own, seg.side)
             work += declared.work_in_flight(view.mass, view, seg, low, high)
     found = declared.ResponseIntegrals(
         found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak
@@ -95,9 +83,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         apart * force,
         apart * force1,
         side * ratio / (1.0 + start.joined),
-        restitution_of(model, number, side),
-        float(s.bodies[number, RATE]),
-        float(s.bodies[number, COMPLETION]),
+        several.restitution_of(model, number, side),
+        float(s.bodies[number, several.RATE]),
+        float(s.bodies[number, several.COMPLETION]),
     )
     found = declared.with_bounces(found, tail, low, high, peak)
     # Of the reduced mass that bounces, as the primary carries what sticks.

@@ -42,17 +42,7 @@ from damper.engine.segment import (
     first_speed_of,
     segment_after,
 )
-from damper.models import rigid, walls
-from damper.models.flights import (
-    EVENT,
-    NO_EVENT,
-    VANISHES,
-    End,
-    begin_flight,
-    gap_of,
-    relative_rates,
-    unclipped,
-)
+from damper.models import flights, rigid, walls
 from damper.models.rigid import ContactForce, Rigid, force_point
 from damper.parameters import Parameters
 
@@ -263,7 +253,7 @@ def _begin(model, segment):
     # At a breakaway both accelerations are the same, as at a release.
     smooth = s.cause == SLIP
     shifted = _moved_by(s, -shift_of(model, sigma), RELEASE if smooth else s.cause)
-    return Slide(sigma, flight, shifted, begin_flight(flight.mass, flight, shifted))
+    return Slide(sigma, flight, shifted, flights.begin_flight(flight.mass, flight, shifted))
 
 
 @compiled
@@ -330,10 +320,14 @@ def _following(model, segment, start):
     if s.mode == TAIL:
         x, v = walls.centre(model, s, s.completion)
         return walls.go_on(
-            model, s, End(s.completion, EVENT, 0.0, x, v, 0.0, 0.0, 1), STICKING, STICK
+            model,
+            s,
+            flights.End(s.completion, flights.EVENT, 0.0, x, v, 0.0, 0.0, 1),
+            STICKING,
+            STICK,
         )
     end = _rest(model, s)
-    if end.outcome != EVENT:
+    if end.outcome != flights.EVENT:
         return walls.go_on(model, s, end, s.mode, NOTHING)
     return walls.go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
 
@@ -345,24 +339,24 @@ def _rest(model, s):
     start = hold.force.start
     limit = min(HORIZON, horizon(model.stuck.forcing, start.phase))
     width = _room(model, s.gap)
-    tau, outcome, steps = limit, NO_EVENT, 1
+    tau, outcome, steps = limit, flights.NO_EVENT, 1
     if s.side != 0.0:
         point = _hold_at_start(hold)
         if not _holds(point, width) and _is_over(point, width, model.stuck.forcing):
-            return End(0.0, EVENT, 0.0, s.x, s.v, s.gap, 0.0, 1)
+            return flights.End(0.0, flights.EVENT, 0.0, s.x, s.v, s.gap, 0.0, 1)
         root = first_root(hold, point, width, False, limit, 0.0)
         steps = root.steps
         if root.side != 0.0 and root.point.tau + root.step <= limit:
             tau = root.point.tau + root.step
-            outcome = GAVE_UP if root.side == GAVE_UP else EVENT
+            outcome = GAVE_UP if root.side == GAVE_UP else flights.EVENT
     dx, v = advance(model.stuck, start, tau)
-    return End(tau, outcome, 0.0, s.x + dx, v, s.gap, 0.0, steps)
+    return flights.End(tau, outcome, 0.0, s.x + dx, v, s.gap, 0.0, steps)
 
 
 @compiled
 def _is_over(point, width, forcing):
     """Whether friction is overcome at once by more than roundoff, as where the force jumps."""
-    slack = VANISHES * point.roundoff if may_jump(forcing) else 0.0
+    slack = flights.VANISHES * point.roundoff if may_jump(forcing) else 0.0
     return point.value < -slack or point.value > width + slack
 
 
@@ -370,14 +364,14 @@ def _is_over(point, width, forcing):
 def _slide(model, s, slide):
     """A slide, up to an impact or to where the relative velocity vanishes."""
     limit = min(HORIZON, horizon(model.free.forcing, slide.start.phase))
-    speed = Speed(gap_of(slide, model, s, -slide.sigma * s.side))
+    speed = Speed(flights.gap_of(slide, model, s, -slide.sigma * s.side))
     first = _speed_point(speed, start_point(speed.gap))
     stop = first_root(speed, first, math.inf, False, limit, 0.0)
     stops = math.inf
     if stop.side == 1.0 and stop.point.tau + stop.step <= limit:
         stops = stop.point.tau + stop.step
     last = min(stops, limit)
-    gap = gap_of(slide, model, s, 1.0)
+    gap = flights.gap_of(slide, model, s, 1.0)
     point = start_point(gap)
     lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
     root = first_root(gap, point, 2.0 * model.clearance, lifts_off, last, 0.0)
@@ -390,15 +384,15 @@ def _slide(model, s, slide):
     p = point_at(gap, tau)
     x, v = s.x + p.state.dx, p.state.v
     if hits:
-        end = End(tau, EVENT, root.side * s.side, x, v, 0.0, p.slope, steps)
+        end = flights.End(tau, flights.EVENT, root.side * s.side, x, v, 0.0, p.slope, steps)
         return _over_impact(model, s, end, gave_up)
     # What is left of the gap, or of the other one, is roundoff where it is below zero.
     left = min(max(p.value, 0.0), 2.0 * model.clearance)
     if tau < stops or gave_up:
-        outcome = GAVE_UP if gave_up else NO_EVENT
+        outcome = GAVE_UP if gave_up else flights.NO_EVENT
         rate = -slide.sigma * s.side * max(-slide.sigma * s.side * p.slope, 0.0)
         return walls.go_on(
-            model, s, End(tau, outcome, 0.0, x, v, left, rate, steps), FLIGHT, NOTHING
+            model, s, flights.End(tau, outcome, 0.0, x, v, left, rate, steps), FLIGHT, NOTHING
         )
     new = segment_after(s, model.cycle, tau, x, v, left, 0.0, s.side, FLIGHT, REVERSAL, 0.0)
     new = _settled(model, new)
@@ -426,9 +420,9 @@ def _over_impact(model, s, end, gave_up):
     return Step(end.duration, True, gave_up, end.steps, new, start)
 
 
-@gap_of.of(Slide)
+@flights.gap_of.of(Slide)
 def _gap_of_slide(start, model, segment, sign):
-    return gap_of(start.start, start.flight, start.shifted, sign)
+    return flights.gap_of(start.start, start.flight, start.shifted, sign)
 
 
 class Bounce(NamedTuple):
@@ -445,7 +439,7 @@ class Bounce(NamedTuple):
 @compiled
 def bounce_of(model: Sliding, s: Segment, slide: Slide) -> Bounce:
     """How a free mass bounces that slides away from a wall."""
-    a, _, _, _ = relative_rates(slide.start, slide.flight)
+    a, _, _, _ = flights.relative_rates(slide.start, slide.flight)
     out = -s.side * a
     back = out - 2.0 * (1.0 + model.mass_ratio) * model.friction
     shrinks = 0.0
@@ -467,7 +461,7 @@ def time_to_completion(model: Sliding, s: Segment, slide: Slide) -> tuple[float,
     left = w * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - q)
     # By how much the pressing acceleration changes meanwhile: with the force and the springs, and
     # with what impacts and friction do to the primary's velocity.
-    _, jerk, _, snap = relative_rates(slide.start, slide.flight)
+    _, jerk, _, snap = flights.relative_rates(slide.start, slide.flight)
     mu = model.mass_ratio
     drag = 2.0 * model.free.damping
     jerk = abs(jerk) + 2.0 * drag * mu * model.friction
@@ -511,7 +505,7 @@ def _speeds_in_tail(model, segment):
 def _motion(model, segment, tau):
     s = segment
     if s.mode == FLIGHT:
-        x, v, gap, rate = unclipped(model, s, _begin(model, s), tau)
+        x, v, gap, rate = flights.unclipped(model, s, _begin(model, s), tau)
         return x, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
     x, v = walls.centre(model, s, tau)
     if s.mode != TAIL or s.gap_rate == 0.0:

@@ -18,20 +18,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine import forcing as forces
 from damper.engine.bodies import Ballistic, strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.forcing import (
-    bound_of,
-    derivative_of,
-    force_rates,
-    horizon,
-    may_jump,
-    rate_of,
-    turn_over,
-    turned,
-)
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import Oscillator
@@ -123,7 +114,7 @@ def advance_together(
         if last:
             break
         passed += step
-        here = turned(forcing, phase, turn_over(forcing, passed))
+        here = forces.turned(forcing, phase, forces.turn_over(forcing, passed))
     return dx, v
 
 
@@ -138,16 +129,16 @@ def step_together(
     """
     free = model.free
     terms = np.empty((2, DEGREE + 1))
-    limit = min(HORIZON, horizon(free.forcing, phase))
+    limit = min(HORIZON, forces.horizon(free.forcing, phase))
     step, roundoff = expand(model, periods, time, x, v, phase, limit, terms)
     part = 1.0
     released = 0.0
     if side != 0.0:
         # Where b is zero, its derivative has the sign of this.
-        _, force1, _, _, _ = force_rates(free.forcing, phase)
+        _, force1, _, _, _ = forces.force_rates(free.forcing, phase)
         own, own1, _, _, _, _ = pushed(model.mass, phase)
         jerk = (free.strength * force1 - own1) - 2.0 * free.damping * own - v
-        jumps = may_jump(free.forcing) and side * float(terms[1, 0]) > VANISHES * roundoff
+        jumps = forces.may_jump(free.forcing) and side * float(terms[1, 0]) > VANISHES * roundoff
         part = 0.0 if jumps else _first_loss(terms[1], side, jerk, roundoff)
         if part <= 1.0:
             released = 1.0
@@ -189,14 +180,14 @@ def expand(
     free = model.free
     law = model.variation
     zeta = free.damping
-    forcing_rate = rate_of(free.forcing)
+    forcing_rate = forces.rate_of(free.forcing)
     mass_ratio, sin_m, cos_m = modulation(law, periods, time)
     inertia = 1.0 + mass_ratio
     swing = law.mean * law.depth
     frequency = law.frequency
     fast = 2.0 * zeta / inertia
     weights = np.empty(DEGREE + 1)
-    driving = (free.strength - strength_on(model.mass)) * bound_of(free.forcing, 0)
+    driving = (free.strength - strength_on(model.mass)) * forces.bound_of(free.forcing, 0)
     driving = with_weight(model.stuck.forcing, model.mass, driving)
     roundoff = ROUNDOFF * ((driving + 2.0 * zeta * abs(v)) + abs(x)) / inertia
 
@@ -267,7 +258,7 @@ def fill_force(forcing: Any, phase: Any, step: float, terms: np.ndarray) -> None
     """Taylor coefficients of the force's shape on a step, into the first row of `terms`."""
     size = 1.0
     for k in range(DEGREE + 1):
-        terms[0, k] = derivative_of(forcing, phase, k) * size
+        terms[0, k] = forces.derivative_of(forcing, phase, k) * size
         size *= step / (k + 1.0)
 
 
