@@ -1,9 +1,9 @@
 """One driver for the solvers with a fixed step, and what their steps are made of.
 
-A method is a NamedTuple of constants with three functions, `begin`, `settle` and `advance`, each
-implemented for its class; `masses` reads off what is absolute. The driver cuts the run into steps,
-keeps notes of events, and sees to caps. All of it is compiled as the engine is, so that methods are
-compared and not languages.
+A method is a NamedTuple of constants with three functions, `begin`, `take_events` and `advance`,
+each implemented for its class; `masses` reads off what is absolute. The driver cuts the run into
+steps, keeps notes of events, and sees to caps. All of it is compiled as the engine is, so that
+methods are compared and not languages.
 """
 
 import math
@@ -98,7 +98,7 @@ def begin(method: Any, start: Masses, time: float) -> Any:
 
 
 @by_class
-def settle(
+def take_events(
     method: Any, state: Any, time: float, index: int, notes: np.ndarray, counts: Counts
 ) -> Any:
     """State and counts after the events at the end of a piece, in step `index` (0: the start)."""
@@ -119,7 +119,7 @@ def masses(method: Any, state: Any) -> Masses:
 
 
 @compiled
-def run(
+def march(
     method: Any, start: Masses, span: Span, limit: float, most: int, notes: np.ndarray
 ) -> tuple[int, float, Counts, Masses]:
     """Run a method until x or v exceeds `limit`, or after `most` evaluations.
@@ -139,7 +139,7 @@ def run(
         if before + _ROOM > len(notes):
             code = FULL
             break
-        state, counts = settle(method, state, time, index, notes, counts)
+        state, counts = take_events(method, state, time, index, notes, counts)
         if counts.events > before:
             idle = 0 if time > last else idle + 1
             last = time
@@ -216,9 +216,8 @@ def fixed_step(
         code, rows = FULL, _ROWS
         while code == FULL:
             notes = np.empty((rows, 4))
-            code, reached, counts, end = run(
-                method, start, span, limit, int(max_evaluations), notes
-            )
+            most = int(max_evaluations)
+            code, reached, counts, end = march(method, start, span, limit, most, notes)
             rows *= 16
         notes = notes[: counts.events]
         impacts = notes[notes[:, _KIND] == IMPACT]

@@ -94,8 +94,8 @@ def _begin(method, start, time):
     )
 
 
-@steps.settle.of(MoreauJean)
-def _settle(method, state, time, index, notes, counts):
+@steps.take_events.of(MoreauJean)
+def _take_events(method, state, time, index, notes, counts):
     if index > 0:
         counts = steps.record_penetration(counts, abs(state.y - state.x) - method.damper.d)
     contact, counts = _read(method, state, time, notes, counts)

@@ -68,8 +68,8 @@ def _begin(method, start, time):
     return RelativeState(x, v, gap, rate, side, False, due)
 
 
-@steps.settle.of(Located)
-def _settle(method, state, time, index, notes, counts):
+@steps.take_events.of(Located)
+def _take_events(method, state, time, index, notes, counts):
     if state.due == NOTHING:
         return state, counts
     p = method.damper

@@ -51,8 +51,8 @@ def _begin(method, start, time):
     return StepEndState(x, v, y, v, 0.0, True, y - x)
 
 
-@steps.settle.of(StepEnd)
-def _settle(method, state, time, index, notes, counts):
+@steps.take_events.of(StepEnd)
+def _take_events(method, state, time, index, notes, counts):
     p = method.damper
     x, v, y, u, side, stuck, offset = state
     if stuck:
