@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from new_process import in_new_process
 
@@ -235,6 +236,13 @@ def test_machine_code_serves_only_tuples_of_the_same_types(tmp_path: Path) -> No
     (tmp_path / "structures.py").write_text(STRUCTURES)
     code = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nimport structures"
     run(code, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1")
+
+
+def test_code_for_many_rows_of_a_log_serves_one() -> None:
+    """An array of one row lies in the order of C and of Fortran; to numba it is like any other."""
+    one, many = np.zeros((1, 3)), np.zeros((2, 3))
+    assert compiled._kinds((one,)) == compiled._kinds((many,))
+    assert compiled._kinds((np.asfortranarray(many),)) != compiled._kinds((many,))
 
 
 GIVEN_BACK = """

@@ -1,7 +1,7 @@
 """Compiled code, made once, so that parallel jobs find it in the cache."""
 
 from damper.study.estimate import PLAIN_SECONDS, estimate
-from damper.study.parts import engine_part
+from damper.study.parts import engine_parts
 
 
 def compiled(models, parts):
@@ -13,6 +13,12 @@ def compiled(models, parts):
 def models_of(name):
     """Return the models of a study. Points that do not ask for its model are rigid."""
     return sorted({"rigid", STUDIES[name].model})
+
+
+@functools.cache
+def parts_of(name):
+    """Return the event loops of a study: one for each sort of force."""
+    return engine_parts(STUDIES[name])
 
 
 @functools.cache
@@ -28,11 +34,11 @@ SIMULATED = [study for study in STUDIES.values() if study.name in DEFAULT]
 def engine_of(model, studies, part="engine"):
     """Return the mark of a model's event loop with all observers that studies ask for.
 
-    Of the studies, those count that need this part: they are under forces of one sort.
+    Of the studies, those count that need this part: they are under one sort of force.
 
     One process compiles what these share only once. A few short runs are done sooner without.
     """
-    using = [s for s in studies if model in models_of(s.name) and engine_part(s) == part]
+    using = [s for s in studies if model in models_of(s.name) and part in parts_of(s.name)]
     more = any(study.orbits for study in using)
     if not more and sum(taken_by(study.name).run_seconds for study in using) < PLAIN_SECONDS:
         return []
@@ -43,8 +49,12 @@ def engine_of(model, studies, part="engine"):
 def compiled_for(study):
     """Return the marks that the code of a study is compiled, with that of all the default run."""
     together = SIMULATED if study.name in DEFAULT else [study]
-    part = engine_part(study)
-    return [mark for model in models_of(study.name) for mark in engine_of(model, together, part)]
+    return [
+        mark
+        for model in models_of(study.name)
+        for part in parts_of(study.name)
+        for mark in engine_of(model, together, part)
+    ]
 
 
 def compiled_first(wildcards):

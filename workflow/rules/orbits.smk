@@ -22,9 +22,16 @@ def orbits_settings(study):
 MADE |= {f"{RESULTS}/{name}/orbits.nc": partial(orbits_settings, name) for name in ORBITS}
 
 
+def _compiled_with_tangents(wildcards):
+    """Return the marks of the event loop, and of what follows its derivatives."""
+    marks = compiled_for(STUDIES[wildcards.study])
+    alike = models_of(wildcards.study) == ["rigid"] and parts_of(wildcards.study) == ("engine",)
+    return [*marks, *(compiled(["rigid"], ["orbits"]) if alike else [])]
+
+
 rule orbits:
     input:
-        ancient(lambda wildcards: compiled_for(STUDIES[wildcards.study])),
+        ancient(_compiled_with_tangents),
         rerun_if_changed(f"{RESULTS}/{{study}}/orbits.nc"),
     output:
         f"{RESULTS}/{{study}}/orbits.nc",

@@ -1,8 +1,9 @@
 """Compile parts of a model into numba's cache by running short scenes.
 
 Parts are the event loop with observers ("engine+bursts+impacts"), under a force of another
-sort than the harmonic one ("engine_record_force+bursts"), the metamorphic tests
-("metamorphic"), or solvers of a comparison ("solvers+dop853+exact").
+sort than the harmonic one ("engine_record_force+bursts"), or with a weight
+("engine_weight+bursts"), orbits ("orbits"), the metamorphic tests ("metamorphic"), or solvers of a
+comparison ("solvers+dop853+exact").
 """
 
 import sys
@@ -36,16 +37,17 @@ def run_observers() -> None:
     from damper.parameters.forcing import forcing_of
     from damper.sweep.slices import simulate_slice
 
-    force = None
-    if PART != "engine":
-        _, kind, *word = PART.split("_", 2)
+    force, sort = None, PART.removesuffix("_weight")
+    if sort != "engine":
+        _, kind, *word = sort.split("_", 2)
         key, example = FORCES[kind]
         force = forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
+    point = POINT | ({"gravity": 0.1} if sort != PART else {})
 
     # Not all at once: two sections exclude each other.
     for observers in ({}, *({name: None} for name in NAMES)):
         simulate_slice(
-            POINT,
+            point,
             {},
             transient=1,
             periods=1,
@@ -54,6 +56,15 @@ def run_observers() -> None:
             accuracy=1e-12,
             max_events=1000,
         )
+
+
+def run_orbits() -> None:
+    from damper.analysis.orbits import follow_orbits
+
+    values = POINT | {"clearance": 12.0, "restitution": 0.6}
+    del values["frequency_ratio"]
+    entry = {"along": "frequency_ratio", "start": 1.0, "period": 1, "settle": 200, "max_orbits": 3}
+    follow_orbits({"any": entry}, values, {"frequency_ratio": [0.95, 1.05]})
 
 
 def run_relations() -> None:
@@ -78,7 +89,12 @@ def run_solvers() -> None:
 
 
 compile_at_once()
-RUN = {"engine": run_observers, "metamorphic": run_relations, "solvers": run_solvers}
+RUN = {
+    "engine": run_observers,
+    "orbits": run_orbits,
+    "metamorphic": run_relations,
+    "solvers": run_solvers,
+}
 RUN[PART.partition("_")[0]]()
 how = "compiled by numba" if COMPILED else "plain Python: numba is not installed"
 Path(snakemake.output[0]).write_text(f"{how}\n")

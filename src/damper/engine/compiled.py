@@ -165,7 +165,8 @@ def _drop_unused(folder: Path) -> None:
 #: interpreter's lock, so threads share the cores.
 OPTIONS = {"error_model": "numpy", "nogil": True}
 #: The same for what only compiled code calls. It becomes a part of its caller, so that things such
-#: as a segment stay in registers, and has no entry for Python, which takes long to compile.
+#: as a segment stay in registers, and has no entry for Python, nor machine code of its own
+#: (`damper.engine.inner`), which take long to compile.
 INNER_OPTIONS: Any = {
     **OPTIONS,
     "no_cpython_wrapper": True,
@@ -189,8 +190,8 @@ _SELDOM = 200_000, 10, 100
 
 _lock = threading.RLock()
 _NUMBERS = frozenset((float, int))
-#: Flags of an array: in the order of C, of Fortran, writeable.
-_LAYOUT = 0x403
+#: Flags of an array: writeable, and in the order of C or else of Fortran. One row has both.
+_WRITEABLE, _C_ORDER, _FORTRAN_ORDER = 0x400, 0x1, 0x2
 #: Class of a NamedTuple -> for each structure that it came with: what lists the types that may
 #: differ, these types, and the text of all.
 _structures: dict[type, list[tuple[Callable[[tuple], list], list, str]]] = {}
@@ -220,6 +221,9 @@ def _load_numba() -> Any:
             from numba.core import types
             from numba.extending import typeof_impl
 
+            from damper.engine.inner import InnerCompiler
+
+            INNER_OPTIONS["pipeline_class"] = InnerCompiler
             # To compiled code a `Compiled` is the function that it holds.
             typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
             _folder = _make_cache_folder()
@@ -370,7 +374,9 @@ def _kinds(arguments: tuple) -> tuple:
 def _kind(argument: Any) -> Any:
     kind = type(argument)
     if kind is np.ndarray:
-        return argument.dtype, argument.ndim, argument.flags.num & _LAYOUT
+        flags = argument.flags.num
+        order = _C_ORDER if flags & _C_ORDER else _FORTRAN_ORDER
+        return argument.dtype, argument.ndim, flags & (_WRITEABLE | order)
     for list_types, types, text in _structures.get(kind, ()):
         try:
             if list_types(argument) == types:

@@ -129,6 +129,12 @@ class Trajectory:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
         return _motion(self.model, row, float(tau))
 
+    def motions_in(self, row: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """`motion_in` at many times, a row each."""
+        found = np.empty((len(times), 4))
+        _motions(self.model, row, times, found)
+        return found
+
     def state_in(self, row: np.ndarray, tau: float) -> tuple[float, float, Any, Any]:
         """State of the primary and of each free mass a time `tau` after the start of a row."""
         return _state(self.model, row, float(tau))
@@ -184,6 +190,13 @@ def _write_initial(model, state, periods, time, x, v, y, u):
 @compiled
 def _motion(model, row, tau):
     return motion(model, read_segment(model, row), tau)
+
+
+@compiled
+def _motions(model, row, times, found):
+    segment = read_segment(model, row)
+    for k in range(len(times)):
+        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = motion(model, segment, float(times[k]))
 
 
 @compiled

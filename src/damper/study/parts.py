@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from damper.parameters import Parameters
+from damper.parameters.forcing import NoForce
 from damper.study.estimate import estimate
 from damper.study.jobs import Job
 from damper.study.model import Study
@@ -67,18 +69,24 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         return {"cube.nc": job}
 
 
-def engine_part(study: Study) -> str:
-    """Name of the event loop under a study's force, as the rule `compile` has it.
+def engine_parts(study: Study) -> tuple[str, ...]:
+    """Names of the event loops under a study's forces, as the rule `compile` has them."""
+    return tuple(sorted({_engine_part(corner) for corner in study.corners}))
+
+
+def _engine_part(p: Parameters) -> str:
+    """Name of the event loop for a damper.
 
     Code is compiled for each sort of constants: noise is a record, and a base seen from the ground,
-    or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own.
+    or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own, and
+    so is a weight.
     """
-    said = study.forcing_settings.get("forcing", {"kind": "harmonic"})
-    kind = {"noise": "record", "unbalance": "harmonic"}.get(said["kind"], said["kind"])
-    words = [kind, said.get("of", said.get("frame"))]
+    force = p.forcing if p.force_amplitude else NoForce()
+    kind = {"noise": "record", "unbalance": "harmonic"}.get(force.kind, force.kind)
+    words = [kind, getattr(force, "of", getattr(force, "frame", None))]
     if words in (["harmonic", None], ["base", "ground"]):
-        return "engine"
-    return "_".join(["engine", *filter(None, words)])
+        words = []
+    return "_".join(["engine", *filter(None, words), *(["weight"] if p.gravity else [])])
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:

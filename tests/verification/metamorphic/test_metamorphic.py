@@ -127,6 +127,13 @@ def test_other_models_are_compared_too():
     assert found["shifted_verdict"] == [NOT_APPLICABLE]
 
 
+def test_runs_under_gravity_and_friction_are_compared_too():
+    for more in ({"gravity": 0.1, "restitution_left": 0.3}, {"friction": 0.05}):
+        found = run_metamorphic([GENERIC | more], events=12)
+        sound = (PASSED, PASSED_BY_STEPS)
+        assert all(verdict[0] in sound for verdict in verdicts(found).values()), found
+
+
 # --- condition: how far roundoff alone may move events
 
 

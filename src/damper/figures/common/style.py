@@ -123,7 +123,8 @@ _STYLE: dict[str, Any] = {
     "axes.formatter.limits": (-3, 5),
     "axes.formatter.use_mathtext": True,
     "hatch.linewidth": 0.5,
-    "savefig.dpi": 300,
+    # Of PNG, and of what is pixels in SVG: dots and maps. At 300 they take twice the bytes.
+    "savefig.dpi": 200,
     "svg.hashsalt": "damper",
     "svg.fonttype": "path",
 }
@@ -160,16 +161,16 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def _save_picture(pixels: Any, path: Path, dpi: float) -> None:
-    """Save as PNG with a palette of 256 colours, a third as large, where that looks the same."""
+    """Save as PNG with a palette of 256 colours, half as large, where that looks the same."""
     import numpy as np
-    from PIL import Image
+    from PIL import Image, ImageChops
 
     picture = Image.fromarray(np.asarray(pixels)).convert("RGB")
-    small = picture.quantize(256, dither=Image.Dither.NONE)
-    off = np.asarray(small.convert("RGB"), np.int16) - np.asarray(picture, np.int16)
-    # Rims of letters and lines aside.
-    same = (abs(off).max(axis=2) > 8).mean() < 1e-3
-    (small if same else picture).save(path, "PNG", optimize=True, dpi=(dpi, dpi))
+    # By the most colours that are unlike: rims of letters and lines have hundreds that are alike.
+    small = picture.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    same = np.asarray(ImageChops.difference(small.convert("RGB"), picture)).max() <= 16
+    # Not `optimize`, nor the highest level: 7 % smaller in eight times the time.
+    (small if same else picture).save(path, "PNG", compress_level=6, dpi=(dpi, dpi))
 
 
 def _write_numbers_plainly(figure: Figure) -> None:

@@ -74,8 +74,8 @@ class Arc:
             duration = float(row[DURATION])
             times = np.linspace(0.0, duration, 8 + int(steps * duration))
             speed = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[1], row)
-            v = [speed(tau) for tau in times]
-            turns = [k for k in range(len(v) - 1) if v[k] * v[k + 1] < 0.0]
+            v = self.trajectory.motions_in(row, times)[:, 1]
+            turns = np.flatnonzero(v[:-1] * v[1:] < 0.0)
             at = [zero(speed, times[k], times[k + 1], v[k], v[k + 1]) for k in turns]
             for tau in (*at, duration):
                 x = self.trajectory.motion_in(row, tau)[0]
@@ -97,13 +97,12 @@ class Arc:
             soon = min(max(soon, 1e-9), 1.0)
             early = duration * np.geomspace(soon, 1.0, 2 - int(4.0 * np.log(soon)))
             times = np.union1d(np.linspace(0.0, duration, count), early)
-            rates = [self.trajectory.motion_in(row, tau)[3] for tau in times]
-            for k in range(len(times) - 1):
-                if rates[k] * rates[k + 1] < 0.0:
-                    rate = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[3], row)
-                    tau = zero(rate, times[k], times[k + 1], rates[k], rates[k + 1])
-                    gap = self.trajectory.motion_in(row, tau)[2]
-                    found.append(gap if rates[k] < 0.0 else 2.0 * p.clearance - gap)
+            rates = self.trajectory.motions_in(row, times)[:, 3]
+            for k in np.flatnonzero(rates[:-1] * rates[1:] < 0.0):
+                rate = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[3], row)
+                tau = zero(rate, times[k], times[k + 1], rates[k], rates[k + 1])
+                gap = self.trajectory.motion_in(row, tau)[2]
+                found.append(gap if rates[k] < 0.0 else 2.0 * p.clearance - gap)
         return found
 
 
