@@ -45,6 +45,30 @@ def test_a_line_for_each_value() -> None:
     assert ax.get_xlim() == (0.8, 1.1)
 
 
+def test_jumps_are_not_joined() -> None:
+    """A step far higher than those beside it; a steep or a rough line is whole."""
+    x = list(np.linspace(0.8, 1.2, 9))
+    for values, parted in (
+        ([1, 2, 3, 4, 9, 10, 11, 12, 13], [1, 2, 3, 4, np.nan, 9, 10, 11, 12, 13]),
+        ([1, 1, 1, 2, 4, 8, 9, 9, 9], None),
+        ([1, 5, 2, 6, 1, 7, 2, 8, 3], None),
+        ([np.nan, 1, 2, np.nan, 9, 10, 11, 12, 13], None),
+    ):
+        cube = made_up({"frequency_ratio": x}, peak_displacement=np.array(values, float))
+        (line,) = lines(curves(cube).axes[0])
+        np.testing.assert_array_equal(line.get_ydata(), parted or values)
+
+
+def test_a_power_law_beneath() -> None:
+    figure = curves(cube_of(), lines="mass_ratio", log=True, slope=0.5)
+    law = figure.axes[0].lines[-1]
+    np.testing.assert_allclose(law.get_ydata() / np.sqrt(X), law.get_ydata()[0] / np.sqrt(X[0]))
+    assert (law.get_ydata() < VALUES).all()
+    assert legend_texts(figure)[-1] == "slope 0.5"
+    with pytest.raises(ValueError, match="log: true"):
+        curves(cube_of(), lines="mass_ratio", slope=0.5)
+
+
 def test_lines_differ_in_grey_or_in_dashes() -> None:
     masses = np.linspace(0.1, 0.5, 12)
     cube = made_up({"mass_ratio": masses, "frequency_ratio": X}, peak_displacement=1.0)

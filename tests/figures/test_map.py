@@ -1,5 +1,6 @@
 """Maps of small cubes, where every cell's colour is known."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,28 @@ def test_motions_have_names() -> None:
     assert (cells[:, 2] == cells[0, 0]).all()
     assert (cells[:, 1] == cells[0, 1]).all()
     assert len({tuple(cell) for cell in cells.reshape(-1, 4)}) == 4
+
+
+def test_motions_are_marked_once_per_cycle() -> None:
+    """Where runs start, at their phase; of many alike one, of irregular ones none."""
+    axes = {"initial_displacement": [-1.0, 0.0, 1.0], "initial_relative_velocity": [-1.0, 1.0]}
+    cube = made_up(axes, rms_ratio=1.0)
+    names = [variable.name for variable in ObservedMotion.variables]
+    cube = cube.assign({name: cube.rms_ratio.copy() for name in names})
+    cube["motion_period"][2] = 0
+    cube["motion_impacts_left"][1] = 3.0
+    sample = (*cube.motion_period.dims, "sample")
+    states = {"displacement": 0.5, "velocity": 0.25, "free_displacement": 0.0, "free_velocity": 1.0}
+    cube = cube.assign({name: (sample, np.full((3, 2, 2), x)) for name, x in states.items()})
+    cube["displacement"][1, :, 1] = -0.5
+    cube.attrs["observers"] = json.dumps({"stroboscopic_section": {"free_mass": True}})
+    look = {"variable": "attractor", "x": "initial_displacement", "y": "initial_relative_velocity"}
+    ax = drawn("map", cube, **look).axes[0]
+    marks = {str(mark.get_mfc()): sorted(mark.get_xydata().tolist()) for mark in ax.lines}
+    assert sorted(marks.values()) == [[], [[-0.5, 0.75], [0.5, 0.75]], [[0.5, 0.75]]]
+    assert "motions once per cycle, projected" in legend_texts(ax.figure)
+    cube.attrs["observers"] = json.dumps({"stroboscopic_section": {"at": 0.5}})
+    assert not drawn("map", cube, **look).axes[0].lines
 
 
 def test_status_in_classes() -> None:

@@ -7,7 +7,7 @@ import pytest
 from plain_events import Scene
 from scipy.integrate import solve_ivp
 
-from damper import State
+from damper import State, simulate
 
 SCENES = {
     "study": (0.1, 0.02, 1.3, 0.05, 0.6),
@@ -113,3 +113,13 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
         assert off.max() < 1e-3, part
         bounces.append((p["clearance"] - abs(true[2] - true[0])) / (speed * length))
     assert max(bounces) > 0.03, "the bounces are large against what is allowed"
+
+
+def test_only_the_last_cycles() -> None:
+    run = {**dict(zip(NAMES, SCENES["study"], strict=True)), "transient": 3, "periods": 6}
+    some, every = (
+        simulate(**run, observers={"stroboscopic_section": {"last": last}}) for last in (2, 9)
+    )
+    assert every.displacement.size == 6
+    np.testing.assert_array_equal(some.displacement, every.displacement[-2:])
+    np.testing.assert_array_equal(some.velocity, every.velocity[-2:])

@@ -17,7 +17,7 @@ from damper.parameters.quantity import in_range
 def basin_fractions(
     cube: xr.Dataset, along: str | None = None, confidence: float = 0.95
 ) -> pd.DataFrame:
-    """Part of the starts that ends in each motion, with confidence limits.
+    """Share of the starts that end in each motion, with confidence limits.
 
     Parameters
     ----------

@@ -95,6 +95,12 @@ class Curves(products.FigureSettings):
     ] = False
     choose: products.Choose = None
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
+    slope: Annotated[
+        float | None,
+        Field(
+            description="Exponent of a power law to draw beneath the lines as a guide; with log."
+        ),
+    ] = None
     caption: products.Caption = None
 
     def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
@@ -110,6 +116,8 @@ class Curves(products.FigureSettings):
             message = f"along is {self.along}" if self.along != "stiffness" else "best is given"
             mistakes.add(("natural_frequency",), message, "along: stiffness, without best")
         products.check_reduction(self.variables, self, mistakes)
+        if self.slope is not None and not self.log:
+            mistakes.add(("slope",), "no power law is a line over these ordinates", "log: true")
         if len(self.variables) > products.MOST_VARIABLES:
             message = f"{len(self.variables)} variables are too many for one figure"
             mistakes.add(("variables",), message, f"at most {products.MOST_VARIABLES}")
@@ -143,12 +151,24 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
             alone = part[name + _UNDAMPED]
             ax.plot(alone[settings.along].values, alone.values, zorder=1.0, **REFERENCE)
         _dress(ax, part, name, settings.along, settings.log)
+        if settings.slope is not None:
+            _guide(ax, part[settings.along].values, settings.slope)
         handles += [legend_line(**style) for _, style in drawn if style.get("label")]
     handles += _handles(of, place, variables, settings)
+    if settings.slope is not None:
+        handles.append(legend_line(f"slope {settings.slope:g}", **_GUIDE))
     remarks = layout.reductions(cube, settings)
     if settings.best:
         remarks.append("best: lowest peak over the band")
     return finish(figure, place, settings.caption, handles, remarks, room=3)
+
+
+def _guide(ax: Axes, x: np.ndarray, slope: float) -> None:
+    """Draw a power law just beneath the lowest line."""
+    shown = np.vstack([np.asarray(line.get_xydata(), float) for line in ax.lines])
+    ratios = shown[:, 1] / shown[:, 0] ** slope
+    if np.isfinite(ratios).any():
+        ax.plot(x, 0.8 * np.nanmin(ratios) * x**slope, **_GUIDE)
 
 
 def _panels(
@@ -180,16 +200,30 @@ def _draw_line(
         return _ordinates(line[of], settings.along, settings.log)
 
     x, y = line[settings.along].values, ordinates(name)
-    ax.plot(x, y, **style)
-    # Beside one black line a colour is seen better than grey; among several a median is lost.
-    if name + BEST in line:
-        colour = style["color"] if settings.lines else BLUE
-        ax.fill_between(x, ordinates(name + BEST), y, color=colour, **_BAND)
-    if name + MEDIAN in line and not settings.lines:
-        ax.plot(x, ordinates(name + MEDIAN), **_MEDIAN)
     if settings.best and name == settings.variables[0] and np.isfinite(y).any():
         highest = np.nanargmax(y)
         ax.plot(x[highest], y[highest], **_WORST | {"color": style["color"]})
+    beside = [name + of for of in (BEST, MEDIAN) if name + of in line]
+    x, y, *others = _parted(settings.log, x, y, *map(ordinates, beside))
+    ax.plot(x, y, **style)
+    # Beside one black line a colour is seen better than grey; among several a median is lost.
+    for of, other in zip(beside, others, strict=True):
+        if of == name + BEST:
+            colour = style["color"] if settings.lines else BLUE
+            ax.fill_between(x, other, y, color=colour, **_BAND)
+        elif not settings.lines:
+            ax.plot(x, other, **_MEDIAN)
+
+
+def _parted(log: bool, x: np.ndarray, y: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
+    """Part lines where the first, y, jumps from one motion to another: nothing is known between."""
+    heights = np.where(np.isfinite(y), np.log(y) if log else y, np.nan)
+    steps = np.abs(np.diff(heights))
+    beside = np.maximum(np.append(steps[1:], np.nan), np.insert(steps[:-1], 0, np.nan))
+    known = heights[np.isfinite(heights)]
+    least = _LEAST_JUMP * (known.max() - known.min()) if known.size else 0.0
+    jumps = 1 + np.flatnonzero((steps > _JUMP * beside) & (steps > least))
+    return [np.insert(np.asarray(each, float), jumps, np.nan) for each in (x, y, *others)]
 
 
 def _handles(
@@ -241,7 +275,10 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
 _UNDAMPED = "_undamped"
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
 _MEDIAN: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 0.7, "zorder": 1.9}
+_GUIDE: dict[str, Any] = {"color": "#777777", "ls": (0, (1.0, 1.5)), "lw": 1.0, "zorder": 1.5}
 _BAND: dict[str, Any] = {"alpha": 0.25, "lw": 0.0, "zorder": 1.2}
+#: A step is a jump if it is so many times as high as those beside it, and such a part of the line.
+_JUMP, _LEAST_JUMP = 3.0, 0.25
 #: Points of a line that are marked, if there are no more.
 _FEW = 20
 #: Height of a row of so many panels, in inches.

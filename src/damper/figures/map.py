@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
+from damper.analysis.stretches import half_gap
 from damper.figures.common import layout
 from damper.figures.common.panels import (
     finish,
@@ -42,6 +43,7 @@ from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
+from damper.sweep.record import observers_of
 
 if TYPE_CHECKING:
     from matplotlib.collections import QuadMesh
@@ -80,6 +82,14 @@ _MOST_STEPS = 12
 _STRIPS, _STRIP = 8, 0.4
 
 
+#: Initial quantity -> the same of a state on a section.
+_STARTS: dict[str, Callable[[xr.Dataset], xr.DataArray]] = {
+    "initial_displacement": lambda s: s.displacement,
+    "initial_velocity": lambda s: s.velocity,
+    "initial_position": lambda s: (s.free_displacement - s.displacement) / half_gap(s),
+    "initial_relative_velocity": lambda s: s.free_velocity - s.velocity,
+}
+
 #: What the small-mass limit speaks of.
 _OF_BURSTS = ("complete_fraction", "chatter")
 
@@ -100,7 +110,8 @@ class Map(products.FigureSettings):
         Field(
             description="Variable of the cube, with one value at each point. chatter and status "
             "are drawn in classes, all else with a colour bar. attractor: the motion that the run "
-            "ends in, by the observer motion, in words in the legend."
+            "ends in, by the observer motion, in words in the legend; with a stroboscopic_section "
+            "of both masses, over two initial quantities, the motions' own points are marked."
         ),
     ]
     x: Annotated[Text, Field(description="Axis of the abscissa.")]
@@ -213,6 +224,8 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
             known = np.where(contacts > 0.0, values, np.nan)
             handles += [] if classes else _hatch(ax, panel, x, y, contacts == 0.0, never)
         handles += _marks(ax, panel, variable, known, settings)
+        if settings.variable == _ATTRACTOR and _in_section(cube, x, y) and not settings.worst:
+            handles += _mark_motions(ax, cube, panel, settings, colours)
         over = Panels({variable: ax}, (x, y), panel, results)
         handles += draw_overlays(over, settings.theory, settings.orbits)
         _note_one_colour(ax, values, classes)
@@ -243,6 +256,36 @@ def _marks(
         rows = best_places(values, ratios, settings.best)
         marks += _best(ax, panel, x, y, rows, settings.best, variable)
     return marks
+
+
+def _in_section(cube: xr.Dataset, *axes: str) -> bool:
+    """Whether motions can be marked where they would start: both masses' states at that phase."""
+    if "free_velocity" not in cube or not {*axes} <= _STARTS.keys():
+        return False
+    return observers_of(cube).get("stroboscopic_section", {"at": 1.0}).get("at", 0.0) == 0.0
+
+
+def _mark_motions(
+    ax: Axes, cube: xr.Dataset, panel: xr.Dataset, settings: Map, colours: Colormap
+) -> list[Artist]:
+    """Mark the motions that runs end in by their points once per cycle, projected."""
+    x, y = settings.x, settings.y
+    at = dict(settings.at or {})
+    if settings.panels:
+        at[settings.panels] = panel[settings.panels].item()
+    bodies = [f"{body}{of}" for body in ("", "free_") for of in ("displacement", "velocity")]
+    place = layout.select(cube, [*bodies, "motion_period"], at, (x, y, "sample"))
+    style: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mec": BLACK, "mew": 0.8}
+    limits = ax.get_xlim(), ax.get_ylim()
+    spans = [high - low for low, high in limits]
+    for number in np.unique(panel[_ATTRACTOR].values[np.isfinite(panel[_ATTRACTOR])]):
+        shown = (panel[_ATTRACTOR] == number) & (place.motion_period > 0)
+        points = np.stack([_STARTS[name](place).where(shown).values.ravel() for name in (x, y)], -1)
+        points = points[np.isfinite(points).all(axis=1)]
+        _, first = np.unique(np.round(1e3 * points / spans), axis=0, return_index=True)
+        ax.plot(*points[first].T, mfc=colours(int(number)), **style)
+    ax.set(xlim=limits[0], ylim=limits[1])
+    return [legend_line("motions once per cycle, projected", mfc="white", **style)]
 
 
 class Classified(NamedTuple):

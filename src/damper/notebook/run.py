@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -101,12 +102,24 @@ class Run:
 
 
 def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
-    """Draw a figure of a kind as the workflow does."""
+    """Draw a figure of a kind as the workflow does; a notebook shows it."""
     from damper.figures.common.style import style
 
     need_cube(cube)
     with style():
-        return draw(kind, {"cube": cube}, **settings)
+        figure = draw(kind, {"cube": cube}, **settings)
+    # By themselves notebooks show figures of pyplot only.
+    figure._repr_png_ = partial(_png, figure)
+    return figure
+
+
+def _png(figure: Figure) -> bytes:
+    from damper.figures.common.style import style
+
+    picture = BytesIO()
+    with style():
+        figure.savefig(picture, format="png", dpi=120)
+    return picture.getvalue()
 
 
 def run(

@@ -113,7 +113,7 @@ class Bursts(Observer):
             ),
             Variable(
                 "complete_fraction",
-                "part of the bursts that ends in sticking",
+                "share of bursts that end in sticking",
                 "1",
                 comment="all bursts that begin and end in the record, visible count or not",
             ),

@@ -50,16 +50,16 @@ class Statistics(Observer):
     """Means over the record, and how well they are known: for noise.
 
     The record is cut into equal batches. A mean is that of the whole record, as exact as those of
-    `response`; its limits are those of Student's t for the means of the batches, as if these were
-    independent: each should last several times as long as the motion remembers, such as
-    1 / damping ratio. Energies are in units of F0^2/K, per cycle where they are powers. An impact
-    counts from an approach speed on.
+    `response`; its limits are those of Student's t for the means of the batches, of which fewer
+    count where neighbours are alike: limits become wide where a batch does not last several times
+    as long as the motion remembers. Energies are in units of F0^2/K, per cycle where they are
+    powers. An impact counts from an approach speed on.
 
     Everything stays missing where the run stopped early.
     """
 
     models = ("rigid", "grounded", "sliding")
-    batches = Setting(20, "Equal parts of the record that make the limits.", ge=2, le=10_000)
+    batches = Setting(20, "Equal parts of the record that make the limits.", ge=8, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)
     above = Setting(0.0, "Approach speed from which an impact counts.", SPEED, ge=0)
 
@@ -92,7 +92,8 @@ class Statistics(Observer):
         factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * mass, "place2": 1.0}
         factors["approach2"] = 0.5 * mass / (1.0 + mass)
         for name, (_, _, over, under, _) in MEANS.items():
-            found = mean_within(self._sums[over], self._sums[under], self.confidence)
+            sums = self._sums[over], self._sums[under]
+            found = mean_within(*sums, self.confidence, in_turn=True)
             for key, value in zip((name, f"{name}_error"), found, strict=True):
                 self._put({key: factors.get(over, cycle) * value})
 

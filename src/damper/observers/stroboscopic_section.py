@@ -15,15 +15,20 @@ class StroboscopicSection(Section):
 
     models = tuple(MODELS)
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
+    last = Setting(
+        0, "Of so many cycles only, the record's last ones; 0: of all.", ge=0, le=1_000_000
+    )
     where = "once per cycle"
 
     def size(self, dim: str, window_length: int) -> int:
-        """One sample per recorded period."""
-        return window_length
+        """One sample per recorded period, or per one of the last ones."""
+        return min(self.last or window_length, window_length)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        at = Window(self._window.periods, self._window.time + self.at * self._model.cycle, 0.0)
+        periods, time, length = self._window
+        skipped = max(length // 1.0 - self.last, 0.0) if self.last else 0.0
+        at = Window(periods + skipped, time + self.at * self._model.cycle, 0.0)
         self._taken = _sample(self._model, log, at, self._samples, self._taken)
 
 

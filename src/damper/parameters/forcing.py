@@ -643,7 +643,7 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
 
 
 def force_text(settings: Mapping[str, Any]) -> str:
-    """Return `Forcing.settings` in words, for headings.
+    """Return `Forcing.settings` in words, for headings; what is as always is not said.
 
     Examples
     --------
@@ -651,11 +651,13 @@ def force_text(settings: Mapping[str, Any]) -> str:
     'harmonics, orders 1 and 3, amplitudes 1 and 0.2, phases 0 and 0'
     """
     words = [str(settings["kind"])]
+    always = {field.name: field.default for field in fields(FORCINGS[settings["kind"]])}
     for name, value in settings.items():
-        if name not in ("kind", "digest"):
+        if name not in ("kind", "digest") and value != always.get(name):
             values = value if isinstance(value, list | tuple) else [value]
             shown = (f"{v:g}" if isinstance(v, float | int) else str(v) for v in values)
-            words.append(f"{name} {' and '.join(shown)}".replace("_", " "))
+            text = (" to " if name == "band" else " and ").join(shown)
+            words.append(f"{name} {text if name == 'file' else text.replace('_', ' ')}")
     return ", ".join(words)
 
 

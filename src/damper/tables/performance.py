@@ -129,22 +129,22 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
     ends = f"{shares['lowest']:g} to {shares['highest']:g}"
     rows = [
         ("runs with impacts", f"{shares['with_impacts']}"),
-        ("part of them that chatters or sticks", percent("lasting")),
+        ("share of them that chatters or sticks", percent("lasting")),
         ("median rms ratio of these", median("median_rms_lasting")),
         (
             "median rms ratio with two impacts per period, neither chatter nor sticking",
             median("median_rms_two_impacts"),
         ),
         ("well damped runs", f"{shares['well_damped']}"),
-        ("part of them that chatters or sticks", percent("lasting_well_damped")),
+        ("share of them that chatters or sticks", percent("lasting_well_damped")),
         (
             "well damped runs with two impacts per period, neither chatter nor sticking",
             f"{shares['well_damped_two_impacts']}",
         ),
-        (f"part of these within {NEAR:.0%} of the resonance", percent("near_resonance")),
+        (f"share of these within {NEAR:.0%} of the resonance", percent("near_resonance")),
         (f"{frequency} of these", "none" if math.isnan(shares["lowest"]) else ends),
         (
-            f"part of the runs with impacts more than {NEAR:.0%} below the resonance whose rms "
+            f"share of the runs with impacts more than {NEAR:.0%} below the resonance whose rms "
             "is larger than without damper",
             percent("amplified_below"),
         ),

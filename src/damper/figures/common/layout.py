@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -122,7 +123,9 @@ def head(
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
     words = _words(caption or place.attrs.get("title", ""))
-    heading(figure, words, values, letters=figure.get_figwidth() * _HEADING)
+    letters = figure.get_figwidth() * _HEADING
+    pieces = (_words(text) if _length(text) > letters else [text] for text in values)
+    heading(figure, words, chain(*pieces), letters=letters)
 
 
 def heading(figure: Figure, *lines: Iterable[str], letters: float) -> None:

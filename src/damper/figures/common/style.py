@@ -81,6 +81,7 @@ VARIABLE_MEANINGS = {
     "rms_ratio": "rms displacement over that without damper",
     "burst_at_duration": "duration of the burst",
     "peak_displacement": "largest displacement",
+    "rms_displacement": "rms displacement",
 }
 #: Ratios that are 1 where the damper changes nothing.
 RATIOS = ("amplitude_ratio", "rms_ratio")
@@ -211,7 +212,7 @@ def motion_colours(names: Sequence[str]) -> dict[str, str]:
 
 def units_text(units: str) -> str:
     """Return units as a label shows them; nothing for a number."""
-    return _UNITS.get(units, units)
+    return _UNITS.get(units, units.replace("s2", "s²"))
 
 
 def label(meaning: str, symbol: str, units: str) -> str:

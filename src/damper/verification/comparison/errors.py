@@ -62,9 +62,8 @@ MEASURES = {
         Variable("release_error", "largest error of a release time", TIME),
         Variable(
             "state_error",
-            "largest error of displacements and velocities at the end",
+            "largest error of displacements, and of velocities times sqrt(M/K), at the end",
             LENGTH,
-            comment="velocities in F0/sqrt(K M)",
         ),
         Variable("penetration", "largest distance beyond a wall", LENGTH),
         Variable("missed_impacts", "impacts of the reference that were passed over", "1"),

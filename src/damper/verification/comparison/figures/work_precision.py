@@ -30,7 +30,8 @@ _STRIP = 1.9
 _TICKS = (1e-16, 1e-12, 1e-8, 1e-4, 1e0)
 _FLOOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 0.6, "ls": ":"}
 _MEANINGS = {
-    "state_error": "largest error at the end of a displacement / ($F_0/K$) or a velocity",
+    "state_error": "largest error at the end of $x$, $y$, "
+    r"$\dot{x}\sqrt{M/K}$ or $\dot{y}\sqrt{M/K}$",
     "impact_time_error": "largest error of an impact time",
     "accumulation_error": "largest error of an accumulation time",
     "release_error": "largest error of a release time",
