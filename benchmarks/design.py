@@ -1,10 +1,11 @@
 """Whether `damper design` finds the best damper: random machines against whole grids, with times.
 
-    python benchmarks/design.py [machines] [gaps] [masses]
+    python benchmarks/design.py [machines] [runs] [first]
 
-The grid runs every damper in full, the search as few as its bounds allow; both judge alike. Given
-is the worst case found over the best one of the grid: 1 or less where no damper there is better.
-Times are of the processor, all threads together; the first one compiles.
+The grid runs every damper in full, some 100 000 runs for each machine over gap, mass, frequency,
+start and tolerances; the search as few as its bounds allow. Both judge alike. Given is the worst
+case found over the best one of the grid: 1 or less where no damper there is better. Times are of
+the processor, all threads together; what compiles is run before.
 """
 
 import random
@@ -14,7 +15,7 @@ import time
 import numpy as np
 
 from damper.sizing.machine import Machine, machine_of
-from damper.sizing.search import Search
+from damper.sizing.search import Search, measure
 from damper.sizing.study import Judge, Sizes
 from damper.verification.timing import machine, machine_text
 
@@ -40,26 +41,41 @@ def random_machine(seed: int) -> Machine:
     )
 
 
-def main(machines: int = 20, gaps: int = 60, masses: int = 3) -> None:
+def grid(judge: Judge, runs: int) -> list[Sizes]:
+    """Masses by gaps about the law's, so many that they take `runs` runs."""
+    m = judge.machine
+    (restitution,) = m.restitutions
+    each = sum(map(len, judge.chains(Sizes(m.largest_mass, m.largest_gap, restitution))))
+    masses = m.largest_mass * np.array([1.0, 0.75, 0.5])
+    law = judge.law_gap(m.largest_mass, restitution) * judge.distance
+    gaps = law * np.geomspace(0.1, 4.0, round(runs / each / len(masses)))
+    return [Sizes(float(mass), float(gap), restitution) for mass in masses for gap in gaps]
+
+
+def worst(judge: Judge, damper: Sizes) -> float:
+    """Worst case of a damper, of all its runs at once."""
+    return float(measure(judge, judge.chains(damper)).max())
+
+
+def main(machines: int = 20, runs: int = 100_000, first: int = 0) -> None:
     """Print a line for each machine."""
     print(machine_text(machine()))
-    for seed in range(machines):
+    judge = Judge(random_machine(first))
+    worst(judge, grid(judge, runs)[0])
+    for seed in range(first, first + machines):
         search = Search(Judge(random_machine(seed)))
         start = time.process_time()
         found = search.best()
         middle = time.process_time()
-        law = search.judge.law_gap(found.mass) * search.judge.distance
-        whole = Search(search.judge)
-        grid = [
-            Sizes(float(mass), float(gap))
-            for mass in search.judge.machine.largest_mass * np.linspace(1.0, 0.4, masses)
-            for gap in law * np.geomspace(0.1, 4.0, gaps)
-        ]
-        best = min(map(whole.worst, grid))
+        dampers = grid(search.judge, runs)
+        values = [worst(search.judge, damper) for damper in dampers]
         end = time.process_time()
+        best = int(np.argmin(values))
         print(
-            f"machine {seed}: {search.bounds[found] / best:.3f}, {search.runs} runs in "
-            f"{middle - start:.1f} s; the grid {whole.runs} in {end - middle:.1f} s",
+            f"machine {seed}: {search.bounds[found] / values[best]:.3f}, found {found.mass:.3g} kg "
+            f"{1e3 * found.gap:.3g} mm by {search.runs} runs in {middle - start:.1f} s; of "
+            f"{len(dampers)} dampers {dampers[best].mass:.3g} kg {1e3 * dampers[best].gap:.3g} mm "
+            f"in {end - middle:.1f} s",
             flush=True,
         )
 

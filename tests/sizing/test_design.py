@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import lsim
 
 import damper
-from damper.sizing.answer import Design
+from damper.sizing.answer import Design, _answer, _changes, _orbit
 from damper.sizing.answer import cube_of as cube_of_study
-from damper.sizing.machine import machine_of
+from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.search import Search
 from damper.sizing.study import Judge, Sizes
 from damper.study.config import load_study
@@ -44,14 +45,14 @@ def folder(found: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def damper_of(found: Design) -> Sizes:
-    return Sizes(found.free_mass, found.gap)
+    return Sizes(found.free_mass, found.gap, found.restitution)
 
 
 def cube_of(path: Path):
     """Make a study's cube as the workflow does, from its file."""
     study = load_study(path)
     (job,) = study.parts({}).values()
-    part = run_part(**job.settings)
+    part = run_part(**job.settings, **job.files)
     (job,) = study.gathered({}).values()
     return gather([part], **job.settings)
 
@@ -96,13 +97,50 @@ def test_accelerations_may_count() -> None:
     """Without the damper omega^2 A; the largest one between impacts of all runs in the band."""
     given = MACHINE | {"counts": "peak_acceleration", "gap_tolerance": 0.0}
     judge = Judge(machine_of(given))
-    heavy = Sizes(8.0, judge.law_gap(8.0))
+    heavy = Sizes(8.0, judge.law_gap(8.0, 0.3), 0.3)
     studies = judge.sweep(heavy), judge.worst_case(heavy)
     made = [cube_of_study(study).peak_acceleration for study in studies]
     hertz = made[1].forcing_frequency / (2.0 * math.pi)
     most = max(made[0].max(), made[1].where((hertz > 18.9) & (hertz < 21.1)).max())
     assert math.isclose(Search(judge).worst(heavy), most, rel_tol=1e-12)
     assert math.isclose(judge.machine.counted(1e-3, 20.0), 1e-3 * (40.0 * math.pi) ** 2)
+
+
+def test_what_one_per_cent_changes_is_the_slope_of_runs() -> None:
+    """By the periodic motion and by differences."""
+    judge = Judge(machine_of(MACHINE | {"gap_tolerance": 0.0}))
+    heavy = Sizes(8.0, 0.9 * judge.law_gap(8.0, 0.3), 0.3)
+    orbit = _orbit(judge, heavy, 20.0)
+    studies: dict = {}
+    exact, near = (_changes(judge, heavy, 20.0, one, studies)["changes"] for one in (orbit, None))
+    values = [[float(text[:-2]) for text in table.iloc[:, 1]] for table in (exact, near)]
+    assert np.allclose(*values, rtol=0.06, atol=0.01)  # both have two digits
+    assert list(studies) == ["nearby"]
+
+
+@pytest.mark.parametrize("counts", ["peak_displacement", "peak_acceleration"])
+def test_a_record_is_the_case(tmp_path: Path, counts: str) -> None:
+    """Without damper as scipy has it; the numbers are those of the files that are saved."""
+    time, value = np.array([0.0, 0.02, 0.03, 0.05, 0.1]), np.array([0.0, 9.0, -4.0, 2.0, 0.0])
+    rows = zip(time, value, strict=True)
+    (tmp_path / "shock.csv").write_text("".join(f"{t},{a}\n" for t, a in rows))
+    given = {k: v for k, v in MACHINE.items() if k not in ("base_amplitude", "band")}
+    given |= {"acceleration_record": str(tmp_path / "shock.csv"), "counts": counts}
+    judge = Judge(machine_of(given))
+    found = _answer(judge, Sizes(8.0, 0.002, 0.3))
+    fine = np.linspace(0.0, judge.run["periods"]["time"], 20001)
+    shaken = np.interp(fine, time, value)
+    rate = 40.0 * math.pi
+    system = ([[0, 1], [-(rate**2), -0.1 * rate]], [[0], [-1]], [[1, 0], [0, 1]], [[0], [0]])
+    x, v = lsim(system, shaken, fine)[1].T
+    alone = x if counts == "peak_displacement" else -(rate**2) * x - 0.1 * rate * v
+    assert math.isclose(found.without, abs(alone).max(), rel_tol=1e-4)
+    found.save(tmp_path)
+    cube = cube_of(tmp_path / "studies/worst_case.yaml")[counts]
+    assert found.worst == float(cube.sel(force_amplitude=1.0).max())
+    assert math.isclose(Search(judge).worst(damper_of(found)), found.worst, rel_tol=1e-12)
+    assert found.strong_ratio == float(cube.sel(force_amplitude=2.0).max()) / 2.0 / found.without
+    assert read_machine(tmp_path / "machine.yaml").record == judge.machine.record
 
 
 def test_a_machine_that_is_let_go(tmp_path: Path) -> None:

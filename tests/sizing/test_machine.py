@@ -25,7 +25,7 @@ FRAME = {
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"band": [30.0, 30.0]}, ["band", "low must be less than high"]),
+        ({"band": [30.0, 30.0]}, ["low must be less than high (value: [30.0, 30.0])"]),
         ({"band": [0.0, 30.0]}, ["band", "0 Hz", "both > 0"]),
         ({"largest_gp": 1.0}, ["unknown key 'largest_gp'", "did you mean 'largest_gap'"]),
         ({"largest_mass": 200.0}, ["machine of 100 kg", "0.0001 to 100 kg"]),
@@ -34,7 +34,8 @@ FRAME = {
         ({"restitution_tolerance": 0.4}, ["restitution from -0.1 to 0.7", "up to 0.3"]),
         ({"natural_frequency": 30.0}, ["exactly one of natural_frequency, stiffness"]),
         ({"unbalance": 1.0}, ["force_amplitude and unbalance are given"]),
-        ({"counts": "decay_time"}, ["decay_time does not go with driven motion"]),
+        ({"counts": "decay_time"}, ["decay_time does not go with force_amplitude"]),
+        ({"materials": {"rubber": 0.3}}, ["restitution and materials are given", "exactly one"]),
         ({"band": [40.0, 50.0]}, ["closed laws hold at the natural frequency, 31.83 Hz"]),
         ({"limit": 1e-4}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
     ],
@@ -44,6 +45,35 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
         damper.design(**FRAME | given, quick=True)
     for word in words:
         assert word in str(error.value)
+
+
+def test_what_does_not_go_with_a_record_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "shock.csv"
+    given = {k: v for k, v in FRAME.items() if k not in ("force_amplitude", "band")}
+    given["acceleration_record"] = str(path)
+    with pytest.raises(ValueError, match=r"acceleration_record: .*shock.csv"):
+        damper.design(given)
+    path.write_text("time (s),acceleration (m/s2)\n0,0\n0.01,5\n0.02,0\n")
+    with pytest.raises(ValueError, match=r"quick: the closed laws .* not under a record"):
+        damper.design(given, quick=True)
+    with pytest.raises(ValueError, match=r"acceleration_record has no band of frequencies"):
+        damper.design(given, band=[20.0, 30.0])
+    with pytest.raises(ValueError, match=r"decay_time does not go with acceleration_record"):
+        damper.design(given, counts="decay_time")
+
+
+def test_the_best_material_is_named_with_its_origin() -> None:
+    """At resonance 1/A grows with (1 + r)/(1 - r); 0.6 has a larger motion at the same gap."""
+    lead, rubber = {"restitution": 0.05, "stated": "a handbook"}, {"restitution": 0.25}
+    given = FRAME | {"materials": {"lead": lead, "rubber": rubber, "steel": 0.6}}
+    del given["restitution"]
+    card = repr(damper.design(given, quick=True))
+    assert "0.25, rubber (the origin of its restitution is not given)" in card
+    del given["materials"]["rubber"]
+    assert "0.05, lead (stated: a handbook)" in repr(damper.design(given, quick=True))
+    del given["materials"]
+    with pytest.raises(ValueError, match=r"restitution_range: restitution from 1.2 to 1.2"):
+        damper.design(given, restitution_range=[0.5, 1.2])
 
 
 def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Path) -> None:

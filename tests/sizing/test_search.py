@@ -26,8 +26,8 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """
     given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
     judge = Judge(machine_of({**LIGHT, **given, "restitution": 0.2}))
-    search, asked = Search(judge), Sizes(1.0, judge.law_gap(1.0))
-    about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k)) for k in range(-2, 3)]
+    search, asked = Search(judge), Sizes(1.0, judge.law_gap(1.0, 0.2), 0.2)
+    about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k), 0.2) for k in range(-2, 3)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
     assert math.isclose(search.bounds[found], judge.law(asked)["value"], rel_tol=0.01)
@@ -45,12 +45,12 @@ def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool
     """
     given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
     judge = Judge(machine_of({**LIGHT, **given, "restitution": restitution}))
-    search, gap = Search(judge), judge.law_gap(1.0)
-    about = [Sizes(1.0, gap * (1.0 + 0.01 * k)) for k in range(-3, 4)]
+    search, gap = Search(judge), judge.law_gap(1.0, restitution)
+    about = [Sizes(1.0, gap * (1.0 + 0.01 * k), restitution) for k in range(-3, 4)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
     assert math.isclose(found.gap, gap, rel_tol=0.0101)
-    law = judge.law(Sizes(1.0, gap))["value"]
+    law = judge.law(Sizes(1.0, gap, restitution))["value"]
     assert math.isclose(search.bounds[found], law, rel_tol=0.01)
 
 
@@ -59,8 +59,9 @@ def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
     """Each damper of a grid with all of its runs, against one that is found by bounds."""
     search = Search(Judge(random_machine(seed)))
     found = search.best()
-    most, gap = search.judge.machine.largest_mass, search.judge.law_gap(found.mass)
-    others = [Sizes(most * part, gap * by) for part in (1.0, 0.8) for by in np.linspace(0.2, 2, 8)]
+    most, r = search.judge.machine.largest_mass, found.restitution
+    gaps = search.judge.law_gap(found.mass, r) * np.linspace(0.2, 2, 8)
+    others = [Sizes(most * part, float(gap), r) for part in (1.0, 0.8) for gap in gaps]
     assert search.bounds[found] <= 1.01 * min(map(Search(search.judge).worst, others))
     assert math.isclose(Search(search.judge).worst(found), search.bounds[found], rel_tol=1e-12)
 

@@ -14,7 +14,7 @@ import numpy as np
 from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import Search
-from damper.sizing.study import Judge, Sizes, rounded
+from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
 
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
@@ -52,6 +52,8 @@ class Design:
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
     outside_frequency: float = _number("largest outside at", "Hz")
+    weak_ratio: float = _number("largest over that without, half the record")
+    strong_ratio: float = _number("the same, twice the record")
     impact_rate: float = _number("impacts, at most", "1/s")
     approach_speed: float = _number("approach speed, at most", "m/s")
     lowest_gap: float = _number("its periodic motion changes below the gap", "m")
@@ -60,10 +62,12 @@ class Design:
     """What has to be known first."""
     assumed: tuple[str, ...] = ()
     response: pd.DataFrame | None = None
-    """In m over the frequency in Hz: without damper, as built, and in the worst case; of free
-    motion peaks over the time in s."""
+    """What counts over the frequency in Hz: without damper, as built, and in the worst case; of
+    free motion peaks, and under a record displacements, in m over the time in s."""
     tolerances: pd.DataFrame | None = None
     """What counts with each quantity off its value, the others as built."""
+    changes: pd.DataFrame | None = None
+    """What a little more of each quantity changes, as built and where the worst case is."""
     motions: pd.DataFrame | None = None
     """Where random starts lead to at the worst frequency."""
     studies: Mapping[str, dict[str, Any]] = field(default_factory=dict)
@@ -84,6 +88,10 @@ class Design:
             value = getattr(self, one.name)
             if one.name in units and not math.isnan(value):
                 made.append((one.name, one.metadata["words"], text_of(value, units[one.name])))
+        if material := self.machine.material(self.restitution):
+            names = [line[0] for line in made]
+            name, words, value = made[place := names.index("restitution")]
+            made[place] = name, words, f"{value}, {material}"
         return made
 
     def __repr__(self) -> str:
@@ -94,7 +102,7 @@ class Design:
         more = [f"! {text}" for text in self.warnings]
         tables = [
             frame.to_string(index=False)
-            for frame in (self.tolerances, self.motions)
+            for frame in (self.tolerances, self.changes, self.motions)
             if frame is not None
         ]
         return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
@@ -172,19 +180,33 @@ def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
     return machine_of(dict(machine or {}) | dict(given))
 
 
-def _without(m: Machine, frequencies: list[float]) -> np.ndarray:
-    """What counts without the damper, at each frequency; of free motion one time."""
+def _without(judge: Judge, frequencies: list[float]) -> np.ndarray:
+    """What counts without the damper, at each frequency; else one number."""
+    m = judge.machine
     if m.is_free:
         lost = -math.log(m.decay_to) / m.rate
         return np.array([lost / m.damping_ratio if m.damping_ratio else math.inf])
+    if m.is_recorded:
+        return cube_of(judge.without())[m.measured[0]].values.reshape(1)
     return np.array([m.counted(m.undamped(f), f) for f in frequencies])
 
 
 def _by_law(judge: Judge) -> Design:
     m = judge.machine
-    asked = judge.law_gap(m.largest_mass)
-    damper = Sizes(m.largest_mass, rounded(min(asked, m.largest_gap), 4))
-    law = judge.law(damper)
+    if m.is_recorded:
+        raise ValueError(
+            "quick: the closed laws hold under one frequency and in free motion, not under a "
+            "record: leave out quick"
+        )
+    every = [(judge.law_gap(m.largest_mass, r), r) for r in m.restitutions]
+    dampers = [Sizes(m.largest_mass, rounded(min(gap, m.largest_gap), 4), r) for gap, r in every]
+    laws = [judge.law(damper) for damper in dampers]
+    # Of a large motion that is possible as well the least, then that of the law.
+    values = [
+        (law.get("largest", law["value"]), law["value"]) if law else (math.inf,) for law in laws
+    ]
+    best = min(range(len(laws)), key=values.__getitem__)
+    damper, law, asked = dampers[best], laws[best], max(every)[0]
     if not law:
         raise ValueError(
             "the closed laws hold at the natural frequency, "
@@ -194,7 +216,9 @@ def _by_law(judge: Judge) -> Design:
     return _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
 
 
-def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
+def _design(
+    judge: Judge, damper: Sizes, quick: bool, assumed: tuple[str, ...] = (), **numbers: Any
+) -> Design:
     m = judge.machine
     return Design(
         machine=m,
@@ -202,20 +226,20 @@ def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
         free_mass=damper.mass,
         mass_ratio=damper.mass / m.mass,
         gap=damper.gap,
-        restitution=m.restitution,
-        without=float(_without(m, judge.band).max()),
-        assumed=tuple(_assumptions(judge, quick)),
+        restitution=damper.restitution,
+        without=float(_without(judge, judge.band).max()),
+        assumed=(*_assumptions(judge, quick), *assumed),
         **numbers,
     )
 
 
 def _by_size(judge: Judge, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
-    m, asked, law, found = judge.machine, judge.law_gap(damper.mass), judge.law(damper), []
+    m, law, found = judge.machine, judge.law(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
-        found.append(
-            f"The gap is as large as there is room for; the law asks for {text_of(asked, 'm')}."
-        )
+        asked = text_of(judge.law_gap(damper.mass, damper.restitution), "m")
+        more = "" if m.is_recorded else f"; the law asks for {asked}"
+        found.append(f"The gap is as large as there is room for{more}.")
     if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
         found.append(
             f"By the closed law {text_of(law['largest'], m.measured[1])} are possible as well: a "
@@ -236,6 +260,12 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
     if m.is_free:
         yield "It is let go at rest; the free mass is stirred, in the middle or halfway to a wall."
         return
+    if m.is_recorded:
+        yield (
+            "All begins at rest, the free mass in the middle, halfway to a wall or at one. The run "
+            f"has {run['periods']['time']:.4g} s; another record is another case."
+        )
+        return
     yield (
         f"Starts: at rest, and from {text_of(judge.far, 'm')}, with the free mass stirred; and the "
         f"motion followed through the band both ways. {run['transient']} cycles pass before "
@@ -251,12 +281,19 @@ def _answer(judge: Judge, damper: Sizes) -> Design:
     if judge.machine.is_free:
         studies["envelope"] = judge.envelope(damper)
         numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge.machine)
+    elif judge.machine.is_recorded:
+        studies |= {"without": judge.without(), "history": judge.history(damper)}
+        numbers |= _record_numbers(cube, cube_of(studies["history"]), judge)
     else:
         studies["sweep"] = judge.sweep(damper)
         numbers |= _band_numbers(cube, cube_of(studies["sweep"]), judge)
         studies["motions"] = judge.motions(damper, numbers["worst_frequency"])
         numbers["motions"] = _motions(cube_of(studies["motions"]))
-        numbers |= _margins(judge, damper, numbers["worst_frequency"])
+    frequency = numbers.get("worst_frequency", 0.0)
+    orbit = _orbit(judge, damper, frequency)
+    if orbit:
+        numbers |= _margins(orbit, damper.gap)
+    numbers |= _changes(judge, damper, frequency, orbit, studies)
     warnings = _warnings(judge, numbers) + _by_size(judge, damper)
     return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
 
@@ -294,6 +331,32 @@ def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[s
     }
 
 
+def _record_numbers(cube: xr.Dataset, history: xr.Dataset, judge: Judge) -> dict[str, Any]:
+    import pandas as pd
+
+    m = judge.machine
+    sizes = cube[m.measured[0]]
+    over = _worst(sizes, "force_amplitude") / sizes.force_amplitude / _without(judge, [])[0]
+    cube = cube.sel(force_amplitude=1.0)
+    times = cube[m.measured[0]]
+    names = {
+        "time": "trajectory_time",
+        "without": "trajectory_alone",
+        "as_built": "trajectory_displacement",
+    }
+    table = pd.DataFrame({name: history[variable].values for name, variable in names.items()})
+    return {
+        "response": table.dropna().reset_index(drop=True),
+        "worst": float(_worst(times)),
+        "as_built": float(_worst(_as_built(times))),
+        "weak_ratio": float(over[0]),
+        "strong_ratio": float(over[2]),
+        "impact_rate": float(cube.impacts_per_period.max()) * m.rate / math.tau,
+        "approach_speed": float(cube.max_approach_speed.max()),
+        "tolerances": _tolerances(times, m),
+    }
+
+
 def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
     """The runs without tolerances, or with those of one quantity."""
     for name in ("free_mass", "gap", "restitution"):
@@ -324,7 +387,7 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
     followed[inside] = _worst(sweep[variable], axis).values
     worst = np.maximum(_worst(array, axis).values, followed)
     built = np.maximum(_worst(_as_built(array), axis).values, followed)
-    without = _without(m, hertz.tolist())
+    without = _without(judge, hertz.tolist())
     ratio = worst / without
     at, out = np.argmax(np.where(inside, worst, 0.0)), np.argmax(np.where(inside, 0.0, ratio))
     rate = cube.impacts_per_period * cube[axis] / (2.0 * math.pi)
@@ -367,26 +430,70 @@ def _motions(cube: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _margins(judge: Judge, damper: Sizes, frequency: float) -> dict[str, float]:
-    """Gaps at which the motion at a frequency changes its kind, where one cycle repeats."""
+def _orbit(judge: Judge, damper: Sizes, frequency: float) -> Any:
+    """The stable motion at a frequency, as built, if one cycle repeats; else None."""
     import damper as package
 
+    if not frequency:
+        return None
     kind = judge.machine.force[0]
     given = judge.machine.primary | judge.nominal(damper)
     p = package.SIParameters(**given, forcing_frequency=2.0 * math.pi * frequency, forcing=kind)
     try:
         orbit = package.periodic_orbit(p, settle=judge.run["transient"])
     except ValueError:
-        return {}
-    if not orbit.stable or not orbit.impacts:
-        return {}
-    low, high = (part * damper.gap for part in _GAPS)
-    branch = package.continue_orbit(orbit, "gap", low, high, **_FOLLOW)
+        return None
+    return orbit if orbit.stable and orbit.impacts else None
+
+
+def _margins(orbit: Any, gap: float) -> dict[str, float]:
+    """Gaps at which a periodic motion changes its kind."""
+    from damper import continue_orbit
+
+    low, high = (part * gap for part in _GAPS)
+    branch = continue_orbit(orbit, "gap", low, high, **_FOLLOW)
     values = [point.value for point in branch.special_points if point.kind != "grazing"]
-    below = [value for value in values if value < damper.gap]
-    above = [value for value in values if value > damper.gap]
+    below = [value for value in values if value < gap]
+    above = [value for value in values if value > gap]
     found = {"lowest_gap": max(below)} if below else {}
     return found | ({"highest_gap": min(above)} if above else {})
+
+
+def _changes(
+    judge: Judge, damper: Sizes, frequency: float, orbit: Any, studies: dict[str, Any]
+) -> dict[str, Any]:
+    """What a little more of each quantity changes; a study is added where runs say so."""
+    import pandas as pd
+
+    m, slopes = judge.machine, {}
+    variable, _, words = m.measured
+    if orbit and variable == "peak_displacement":
+        try:
+            slopes = {
+                name: orbit.peak_sensitivity(name) * getattr(orbit.parameters, name) / orbit.peak
+                for name in CHANGED
+            }
+            how = "along the periodic motion there"
+        except ValueError:
+            pass
+    if not slopes:
+        studies["nearby"] = judge.nearby(damper, frequency)
+        array, slopes = cube_of(studies["nearby"])[variable], {}
+        for name in (name for name in CHANGED if name in array.dims):
+            others = {n: 1 for n in CHANGED if n in array.dims and n != name}
+            less, built, more = _worst(array.isel(others), name).values
+            slopes[name] = (more - less) / (2.0 * PART * built)
+        how = "by differences of runs from the same starts, which may jump"
+    where = f" at {frequency:.4g} Hz" if frequency else ""
+    rows = [
+        [f"{name.replace('_', ' ')}, {100.0 * PART:g} %", f"{100.0 * PART * slope:+.2g} %"]
+        for name, slope in slopes.items()
+    ]
+    text = f"What {100.0 * PART:g} % more changes{where} is found {how}."
+    return {
+        "changes": pd.DataFrame(rows, columns=["more of", f"changes the {words} by"]),
+        "assumed": (text,),
+    }
 
 
 def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
@@ -402,7 +509,13 @@ def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
             f"In the band, too, it amplifies somewhere: up to {numbers['band_ratio']:.2f} times "
             f"the {m.measured[2]} there without it."
         )
-    if numbers["worst"] >= float(_without(m, judge.band).max()):
+    for name, words in (("weak_ratio", "half"), ("strong_ratio", "twice")):
+        if numbers.get(name, 0.0) > _MORE:
+            found.append(
+                f"Under {words} the record it amplifies: {numbers[name]:.2f} times the "
+                f"{m.measured[2]} without it."
+            )
+    if numbers["worst"] >= float(_without(judge, judge.band).max()):
         found.append("It does not help: the worst case is no better than without it.")
     return tuple(found)
 
@@ -428,8 +541,9 @@ def _checked(found: Design) -> Design:
 
 def _mass_for(m: Machine, limit: float) -> float:
     """Free mass in kg whose resonance law gives the limit; 0 where there is none."""
-    if m.is_free or not limit < math.inf:
+    if m.band is None or not limit < math.inf:
         return 0.0
     lost = m.counted(m.static, m.rate / math.tau) / limit - 2.0 * m.damping_ratio
-    ratio = lost * math.pi / 4.0 * (1.0 - m.restitution) / (1.0 + m.restitution)
+    bounciest = max(m.restitutions)
+    ratio = lost * math.pi / 4.0 * (1.0 - bounciest) / (1.0 + bounciest)
     return ratio * m.mass if m.largest_mass / m.mass < ratio <= MASS_RATIOS[1] else 0.0

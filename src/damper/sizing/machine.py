@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import Field, ValidationError
 
 from damper.parameters.dampers import Parameters
+from damper.parameters.forcing import Record
 from damper.parameters.setting import Setting
-from damper.study.fields import Pair, Text, Unit
+from damper.study.fields import NamedMapping, Pair, Strict, Text, Unit
 from damper.study.messages import Mistakes, mistakes_of
-from damper.study.settings import declared_class
+from damper.study.settings import Assumed, Stated, check_origin, declared_class
 from damper.study.yaml_file import ConfigError, Problem, read_yaml
 from damper.theory.steady import steady_amplitude
 
 #: What drives the machine: key -> the forcing of a study.
 FORCES = {"force_amplitude": "harmonic", "base_amplitude": "base", "unbalance": "unbalance"}
+#: Keys of CSV files with what drives it over time -> what the samples are.
+RECORDS: dict[str, Any] = {"force_record": "force", "acceleration_record": "base_acceleration"}
+_DRIVES = (*FORCES, *RECORDS, "initial_displacement")
 #: What may count -> the variable of a cube that is to be small, its unit, and how a card calls it.
 COUNTS = {
     "peak_displacement": ("peak_displacement", "m", "largest displacement"),
@@ -26,10 +32,12 @@ COUNTS = {
     "decay_time": ("fall_time", "s", "time of decay"),
 }
 AUTO = "auto"
+#: Restitutions of a range that the first grid has.
+_RESTITUTIONS = 4
 #: Least and largest free mass over that of the machine.
 MASS_RATIOS = (next(q.minimum for q in Parameters.quantities if q.name == "mass_ratio"), 1.0)
 
-#: All but title and band.
+#: All but those with words or several numbers.
 SETTINGS = {
     "mass": Setting(1.0, "Vibrating mass of the machine.", "kg", gt=0, stated=True),
     "natural_frequency": Setting(None, "Without the damper; or stiffness.", "Hz", gt=0),
@@ -41,7 +49,7 @@ SETTINGS = {
     "initial_displacement": Setting(None, "From which free motion decays.", "m", gt=0),
     "largest_mass": Setting(1.0, "Of the damper's free mass.", "kg", gt=0, stated=True),
     "largest_gap": Setting(1.0, "Room for its whole travel.", "m", gt=0, stated=True),
-    "restitution": Setting(0.0, "Rebound over approach speed.", ge=0, lt=1, stated=True),
+    "restitution": Setting(None, "Rebound over approach speed.", ge=0, lt=1),
     "mass_tolerance": Setting(0.0, "How far the free mass may be off, either way.", "kg", ge=0),
     "gap_tolerance": Setting(0.0, "How far the gap may be off, either way.", "m", ge=0),
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
@@ -60,11 +68,26 @@ else:
     Settings = declared_class("Settings", "What a machine is given by.", SETTINGS)
 
 
+class Material(Strict):
+    """A material of the stops."""
+
+    shorthand = "restitution"
+    restitution: Annotated[
+        float, Field(ge=0, lt=1, description="Rebound over approach speed; alone, it is all.")
+    ]
+    assumed: Assumed = None
+    stated: Stated = None
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        check_origin(self, mistakes)
+
+
 class Machine(Settings):  # type: ignore[misc]
     """A vibrating machine, the room there is for a damper, and what counts.
 
-    Exactly one of force_amplitude, base_amplitude, unbalance and initial_displacement says what
-    makes it vibrate; the last one is free motion, which is to decay.
+    Exactly one of force_amplitude, base_amplitude, unbalance, force_record, acceleration_record and
+    initial_displacement says what makes it vibrate; the last one is free motion, which is to decay.
+    Exactly one of restitution, restitution_range and materials says what the stops are of.
     """
 
     title: Annotated[Text, Field(description="What the machine is, for headings.")] = "A machine"
@@ -73,24 +96,32 @@ class Machine(Settings):  # type: ignore[misc]
         Unit("Hz"),
         Field(description="Lowest and highest frequency of what drives it."),
     ] = None
+    force_record: Annotated[
+        Text | None, Unit("s, N"), Field(description="CSV file of a force; from the file's folder.")
+    ] = None
+    acceleration_record: Annotated[
+        Text | None,
+        Unit("s, m/s2"),
+        Field(description="CSV file of the base's acceleration; from the file's folder."),
+    ] = None
+    restitution_range: Annotated[
+        Pair[float] | None,
+        Field(description="In place of restitution: the best one in it is found."),
+    ] = None
+    materials: Annotated[
+        dict[str, Material],
+        NamedMapping("material", to="its restitution"),
+        Field(description="In place of restitution: name -> restitution; the best is found."),
+    ] = {}  # noqa: RUF012
 
     def check_together(self, mistakes: Mistakes) -> None:
         _exactly_one(self, ("natural_frequency", "stiffness"), mistakes)
-        _exactly_one(self, (*FORCES, "initial_displacement"), mistakes)
-        free = self.initial_displacement is not None
-        if free and self.band is not None:
-            mistakes.add(("band",), "free motion has no band of frequencies", "a force with it")
-        if not free and self.band is None:
-            mistakes.add(("band",), "band is missing", "band: [lowest, highest] in Hz")
+        _exactly_one(self, _DRIVES, mistakes)
+        _exactly_one(self, ("restitution", "restitution_range", "materials"), mistakes)
+        self._check_drive(mistakes)
         if self.band is not None and self.band[0] <= 0.0:
             message = f"the band begins at {self.band[0]:g} Hz"
             mistakes.add(("band",), message, "lowest and highest frequency, both > 0")
-        if self.counts != AUTO and (self.counts == "decay_time") != free:
-            what = (
-                "decay_time" if free else ", ".join(name for name in COUNTS if "time" not in name)
-            )
-            motion = "free motion" if free else "driven motion"
-            mistakes.add(("counts",), f"{self.counts} does not go with {motion}", what)
         least, most = (ratio * self.mass for ratio in MASS_RATIOS)
         if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
             message = (
@@ -104,12 +135,36 @@ class Machine(Settings):  # type: ignore[misc]
             message = f"a gap of up to {self.largest_gap:g} m is within its tolerance"
             allowed = f"more than gap_tolerance = {self.gap_tolerance:g} m"
             mistakes.add(("largest_gap",), message, allowed)
-        low = self.restitution - self.restitution_tolerance
-        high = self.restitution + self.restitution_tolerance
-        if low < 0.0 or high >= 1.0:
-            message = f"restitution from {low:g} to {high:g}"
-            allowed = f"up to {min(self.restitution, 1.0 - self.restitution):g}, for 0 <= r < 1"
-            mistakes.add(("restitution_tolerance",), message, allowed)
+        self._check_restitutions(mistakes)
+
+    def _check_drive(self, mistakes: Mistakes) -> None:
+        """Note what does not go with the key that says what drives it."""
+        drive = next((key for key in _DRIVES if getattr(self, key) is not None), "")
+        if drive in FORCES and self.band is None:
+            mistakes.add(("band",), "band is missing", "band: [lowest, highest] in Hz")
+        if drive and drive not in FORCES and self.band is not None:
+            message = f"{drive} has no band of frequencies"
+            mistakes.add(("band",), message, f"left out, or with one of {', '.join(FORCES)}")
+        if self.counts != AUTO and (self.counts == "decay_time") != self.is_free:
+            what = (name for name in COUNTS if (name == "decay_time") == self.is_free)
+            mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
+        if drive in RECORDS:
+            try:
+                if self.record.time[0] < 0.0:
+                    mistakes.add((drive,), "the record begins before 0 s", "times from 0 on")
+            except (OSError, ValueError) as error:
+                mistakes.add((drive,), str(error), "a CSV file with columns of time and value")
+
+    def _check_restitutions(self, mistakes: Mistakes) -> None:
+        tolerance = self.restitution_tolerance
+        for value in self.restitutions:
+            if not 0.0 <= value - tolerance <= value + tolerance < 1.0:
+                message = f"restitution from {value - tolerance:g} to {value + tolerance:g}"
+                most = min(value, 1.0 - value)
+                allowed = f"up to {most:g}, for 0 <= r < 1" if most >= 0.0 else "0 <= r < 1"
+                key = "restitution_tolerance" if tolerance else "restitution_range"
+                mistakes.add((key,), message, allowed)
+                return
 
     @property
     def is_free(self) -> bool:
@@ -117,10 +172,50 @@ class Machine(Settings):  # type: ignore[misc]
         return self.initial_displacement is not None
 
     @property
+    def is_recorded(self) -> bool:
+        """Whether a record drives it."""
+        return self.force_record is not None or self.acceleration_record is not None
+
+    @cached_property
+    def record(self) -> Record:
+        """What drives it, in s and N or m/s2; OSError or ValueError where there is none."""
+        key = "force_record" if self.force_record is not None else "acceleration_record"
+        return Record.read(getattr(self, key), of=RECORDS[key])
+
+    @property
+    def forcing(self) -> Any:
+        """What drives it, as a study has it."""
+        if not self.is_recorded:
+            return self.force[0]
+        of, time, value = self.record.of, self.record.time.tolist(), self.record.value.tolist()
+        return {"kind": "record", "of": of, "time": time, "value": value}
+
+    @property
+    def restitutions(self) -> list[float]:
+        """Those of the first grid."""
+        if self.restitution_range is not None:
+            return list(np.linspace(*self.restitution_range, _RESTITUTIONS).round(3).tolist())
+        found = [one.restitution for one in self.materials.values()]
+        return found if self.restitution is None else [self.restitution]
+
+    def material(self, restitution: float) -> str:
+        """Material with a restitution, and where that is from; empty where no name is given."""
+        for name, one in self.materials.items():
+            if one.restitution == restitution:
+                origins = {"stated": one.stated, "assumed": one.assumed}
+                found = [f"{key}: {text}" for key, text in origins.items() if text]
+                return (
+                    f"{name} ({'; '.join(found) or 'the origin of its restitution is not given'})"
+                )
+        return ""
+
+    @property
     def force(self) -> tuple[str, float]:
         """Kind of the forcing and its amplitude, as a study has them."""
         if self.is_free:
             return "none", 0.0
+        if self.is_recorded:
+            return "record", 1.0
         key = next(key for key in FORCES if getattr(self, key) is not None)
         return FORCES[key], float(getattr(self, key))
 
@@ -143,7 +238,10 @@ class Machine(Settings):  # type: ignore[misc]
     def length(self) -> float:
         """Unit of length of its runs, in m: F0/K of a force, amplitude of a base."""
         kind, amplitude = self.force
-        per = {"harmonic": self.primary["stiffness"], "unbalance": float(self.mass)}
+        if self.is_recorded and self.record.of == "base_acceleration":
+            return amplitude / self.rate**2
+        stiffness = self.primary["stiffness"]
+        per = {"harmonic": stiffness, "record": stiffness, "unbalance": float(self.mass)}
         return amplitude / per.get(kind, 1.0)
 
     @property
@@ -178,11 +276,13 @@ class Machine(Settings):  # type: ignore[misc]
     def measured(self) -> tuple[str, str, str]:
         """Of what counts: variable of a cube, unit, words."""
         usual = "decay_time" if self.is_free else "peak_displacement"
-        return COUNTS[usual if self.counts == AUTO else self.counts]
+        variable, unit, words = COUNTS[usual if self.counts == AUTO else self.counts]
+        relative = self.acceleration_record is not None and unit == "m"
+        return variable, unit, f"{words} from the base" if relative else words
 
 
 def _exactly_one(machine: Machine, keys: tuple[str, ...], mistakes: Mistakes) -> None:
-    given = tuple(key for key in keys if getattr(machine, key) is not None)
+    given = tuple(key for key in keys if getattr(machine, key) not in (None, {}))
     if len(given) != 1:
         message = f"{' and '.join(given)} are given" if given else "none of these is given"
         mistakes.add((given or keys)[:1], message, f"exactly one of {', '.join(keys)}")
@@ -192,8 +292,12 @@ def read_machine(path: Path | str) -> Machine:
     """Read the YAML file of a machine; ConfigError lists all that is wrong, with its lines."""
     file = read_yaml(Path(path))
     problems = file.problems
+    data = file.data
+    if isinstance(data, dict):
+        here = {key: data[key] for key in RECORDS if isinstance(data.get(key), str)}
+        data = data | {key: f"{Path(path).parent / name}" for key, name in here.items()}
     try:
-        made = Machine.model_validate(file.data)
+        made = Machine.model_validate(data)
     except ValidationError as error:
         found = ((loc, file.find(loc), report) for loc, report in mistakes_of(error))
         problems += [Problem(at.place, loc, line=at.line, **report) for loc, at, report in found]

@@ -15,7 +15,7 @@ from damper.figures.common.layout import few_decades
 from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.answer import Design, text_of
-from damper.sizing.machine import Machine
+from damper.sizing.machine import RECORDS, Machine
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
 
@@ -34,9 +34,17 @@ _HIGHEST = 3.0
 def write(design: Design, folder: Path) -> None:
     """Write page, figures, CSV files, the machine and the studies of a design into a folder."""
     (folder / "studies").mkdir(parents=True, exist_ok=True)
-    machine = design.machine.model_dump(mode="json", exclude_unset=True)
-    texts = {"machine.yaml": dump_yaml(machine)}
-    texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in design.studies.items()}
+    machine, studies = design.machine.model_dump(mode="json", exclude_unset=True), design.studies
+    texts = {}
+    if design.machine.is_recorded:  # its samples go into a file of their own
+        record = design.machine.record
+        machine |= dict.fromkeys(machine.keys() & RECORDS.keys(), "record.csv")
+        samples = pd.DataFrame({"time (s)": record.time, "value": record.value})
+        texts["record.csv"] = samples.to_csv(index=False)
+        force = {"kind": "record", "file": "../record.csv", "of": record.of}
+        studies = {name: study | {"forcing": force} for name, study in studies.items()}
+    texts["machine.yaml"] = dump_yaml(machine)
+    texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in studies.items()}
     figures = {"sketch": sketch(design)}
     if design.response is not None:
         texts["response.csv"] = design.response.to_csv(index=False)
@@ -62,12 +70,15 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     yield f"## What it does to the {m.measured[2]}"
     yield pd.DataFrame([line[1:] for line in design.lines], columns=["", "value"])
     if design.response is not None:
-        words = "Decay of the free motion" if m.is_free else "Response in the band and beyond"
+        words = "Response in the band and beyond" if m.band else "Motion"
         yield f"![{words}, with the damper and without](response.png)"
-    if design.tolerances is not None:
+    if design.tolerances is not None or design.changes is not None:
         yield "## How wrong things may be"
+    if design.tolerances is not None:
         yield "One quantity off its value at a time, the others as built; from the starts alone."
         yield design.tolerances
+    if design.changes is not None:
+        yield design.changes
     if design.motions is not None:
         yield "## Where other starts lead"
         yield (
@@ -113,6 +124,9 @@ def _drives(m: Machine) -> str:
     kind, amplitude = m.force
     if kind == "none":
         return f"let go at {text_of(m.initial_displacement, 'm')}"
+    if m.is_recorded:
+        what = "under a force" if m.force_record is not None else "on a base that is accelerated"
+        return f"{what} as recorded over {m.record.end:.4g} s"
     low, high = m.band or (0.0, 0.0)
     band = f" at {low:g} to {high:g} Hz"
     if kind == "base":
@@ -127,7 +141,8 @@ def sketch(design: Design) -> Figure:
 
     m, given = design.machine, design.machine.primary
     kind, amplitude = m.force
-    drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if kind == "unbalance" else ""
+    forced = kind == "unbalance" or m.force_record is not None
+    drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if forced else ""
     with style():
         figure = Figure(layout="constrained")
         ax = figure.subplots()
@@ -167,7 +182,16 @@ def response(design: Design) -> Figure:
             few_decades(ax)
             ax.legend(frameon=False)
             return figure
-        assert m.band is not None
+        if m.band is None:
+            figure = Figure(figsize=(PAGE, 2.6), layout="constrained")
+            ax = figure.subplots()
+            for name, look in (("without", _WITHOUT), ("as_built", _BUILT)):
+                ax.plot(table.time, 1e3 * table[name], **(look | {"lw": 0.9}))
+            from_base = " from the base" if m.acceleration_record is not None else ""
+            ax.set(xlabel="time / s", ylabel=f"displacement{from_base} / mm")
+            ax.set_xlim(table.time.min(), table.time.max())
+            ax.legend(frameon=False)
+            return figure
         figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         for ax in (upper, lower):

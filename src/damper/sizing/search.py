@@ -2,8 +2,9 @@
 
 The worst case of a damper is the greatest of many runs, so some of its runs bound it from below.
 Dampers of a grid wait in the order of their bounds; the first ones get more runs, until the first
-has all of its own: then no other can be better, and most were never run in full. A finer grid about
-it follows, twice. A method that follows slopes is lost here: motions are born and die as the gap
+has all of its own: then no other can be better, and most were never run in full. The cases that
+were worst for the dampers before are run first. A finer grid about the most promising dampers
+follows, twice. A method that follows slopes is lost here: motions are born and die as the gap
 changes, and the worst case jumps. One that draws at random pays for every run of every damper.
 """
 
@@ -22,10 +23,12 @@ from damper.sweep.runs import run_points
 _GAPS, _RATIO = (0.08, 5.0), 1.1
 #: Masses of the first grid, parts of the largest one.
 _MASSES = (1.0, 0.85, 0.7, 0.5, 0.3)
-#: Finer grids about the best damper: ratios of gaps, steps either way.
-_FINER = ((1.025, 4), (1.006, 4))
-#: Dampers that get more runs at a time, so that there is work for all cores.
-_AT_ONCE = 6
+#: Finer grids: ratios of gaps, steps either way, steps of a range of restitutions in its length.
+_FINER = ((1.025, 4, 12.0), (1.006, 4, 48.0))
+#: Dampers about which the grid is made finer: at most, and with bounds over the best worst case.
+_PROMISING, _NEAR = 5, 1.1
+#: Dampers that get more runs at a time, so that there is work for all cores, and cases of each.
+_AT_ONCE, _CASES = 6, 8
 
 
 class Search:
@@ -36,62 +39,91 @@ class Search:
         self.bounds: dict[Sizes, float] = {}
         """Sizes -> the greatest value of its runs so far."""
         self.runs = 0
-        self._waiting: dict[Sizes, list[list[Chain]]] = {}
+        self._left: dict[Sizes, list[int]] = {}
+        # Of each case the sum of its values over the bounds of their dampers, and their number.
+        self._hard = np.zeros((2, self._cases))
+
+    @property
+    def _cases(self) -> int:
+        m = self.judge.machine
+        return len(self.judge.chains(Sizes(m.largest_mass, m.largest_gap, m.restitutions[0])))
 
     def best(self) -> Sizes:
         """The best damper, in numbers of three digits."""
         found = self.best_of(self.first_grid())
-        for ratio, steps in _FINER:
-            found = self.best_of([found, *self._about(found, ratio, steps)])
+        for ratio, steps, parts in _FINER:
+            order = sorted(self.bounds, key=self.bounds.__getitem__)
+            near = [d for d in order if self.bounds[d] <= _NEAR * self.bounds[found]][:_PROMISING]
+            about = [d for one in near for d in self._about(one, ratio, steps, parts)]
+            found = self.best_of(list(dict.fromkeys([found, *about])))
         return found
 
     def first_grid(self) -> list[Sizes]:
-        """Gaps by masses, within the room there is."""
+        """Gaps by masses and restitutions, within the room there is."""
         m, made = self.judge.machine, []
-        for mass in (rounded(part * m.largest_mass) for part in _MASSES):
-            law = self.judge.law_gap(mass) * self.judge.distance
+        for part, restitution in product(_MASSES, m.restitutions):
+            mass = rounded(part * m.largest_mass)
+            law = self.judge.law_gap(mass, restitution) * self.judge.distance
             high = min(_GAPS[1] * law, m.largest_gap)
             low = min(max(_GAPS[0] * min(law, high), m.gap_tolerance), high)
             count = math.ceil(math.log(high / low) / math.log(_RATIO)) + 1
-            made += self._dampers([mass], np.geomspace(low, high, count).tolist())
+            made += self._dampers([mass], np.geomspace(low, high, count).tolist(), [restitution])
         return made
 
     def best_of(self, dampers: Sequence[Sizes]) -> Sizes:
         """The damper of these whose worst case is least; of equals the first."""
         for damper in dampers:
-            self._waiting.setdefault(damper, self.judge.stages(damper))
+            self._left.setdefault(damper, list(range(self._hard.shape[1])))
             self.bounds.setdefault(damper, 0.0)
         while True:
-            ordered = sorted(dict.fromkeys(dampers), key=self.bounds.__getitem__)
-            if not self._waiting[ordered[0]]:
+            ordered = sorted(dampers, key=self.bounds.__getitem__)
+            if not self._left[ordered[0]]:
                 return ordered[0]
-            self._advance([one for one in ordered if self._waiting[one]][:_AT_ONCE])
+            self._advance([one for one in ordered if self._left[one]][:_AT_ONCE])
 
     def worst(self, damper: Sizes) -> float:
         """Worst case of a damper, of all its runs."""
         self.best_of([damper])
         return self.bounds[damper]
 
-    def _about(self, damper: Sizes, ratio: float, steps: int) -> list[Sizes]:
-        most = self.judge.machine.largest_mass
-        masses = [min(damper.mass * ratio**k, most) for k in (0, -steps, steps)]
+    def _about(self, damper: Sizes, ratio: float, steps: int, parts: float) -> list[Sizes]:
+        m = self.judge.machine
+        masses = [min(damper.mass * ratio**k, m.largest_mass) for k in (0, -steps, steps)]
         gaps = [damper.gap * ratio**k for k in range(-steps, steps + 1)]
-        return self._dampers(map(rounded, masses), gaps)
+        restitutions = [damper.restitution]
+        if m.restitution_range is not None:
+            low, high = m.restitution_range
+            others = (damper.restitution + k * (high - low) / parts for k in (-1, 1))
+            restitutions += [rounded(min(max(other, low), high)) for other in others]
+        return self._dampers(map(rounded, masses), gaps, restitutions)
 
-    def _dampers(self, masses: Iterable[float], gaps: Iterable[float]) -> list[Sizes]:
+    def _dampers(
+        self, masses: Iterable[float], gaps: Iterable[float], restitutions: Iterable[float]
+    ) -> list[Sizes]:
         """Dampers with gaps as one would order them, within the room there is."""
         m = self.judge.machine
         kept = [min(rounded(gap), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
-        return list(dict.fromkeys(Sizes(mass, gap) for mass, gap in product(masses, kept)))
+        return list(dict.fromkeys(map(Sizes._make, product(masses, kept, restitutions))))
 
     def _advance(self, dampers: Sequence[Sizes]) -> None:
-        """Make the next runs of each of these."""
-        stages = [self._waiting[damper].pop(0) for damper in dampers]
-        values = measure(self.judge, [chain for stage in stages for chain in stage])
-        ends = np.cumsum([sum(map(len, stage)) for stage in stages])
+        """Run the cases of each of these that are the hardest so far."""
+        mean = self._hard[0] / np.maximum(self._hard[1], 1.0)
+        taken, made = [], []
+        for damper in dampers:
+            self._left[damper].sort(key=lambda case: -mean[case])
+            taken.append(self._left[damper][:_CASES])
+            del self._left[damper][:_CASES]
+            chains = self.judge.chains(damper)
+            made += [chains[case] for case in taken[-1]]
+        values = measure(self.judge, made)
+        ends = np.cumsum([len(chain) for chain in made])
         self.runs += len(values)
-        for damper, part in zip(dampers, np.split(values, ends[:-1]), strict=True):
-            self.bounds[damper] = max(self.bounds[damper], float(part.max()))
+        greatest = iter([float(part.max()) for part in np.split(values, ends[:-1])])
+        for damper, cases in zip(dampers, taken, strict=True):
+            found = np.array([next(greatest) for _ in cases])
+            self.bounds[damper] = bound = max(self.bounds[damper], float(found.max()))
+            self._hard[0, cases] += found / bound if bound < math.inf else found == bound
+            self._hard[1, cases] += 1.0
 
 
 def measure(judge: Judge, chains: Iterable[Chain]) -> np.ndarray:
@@ -101,13 +133,14 @@ def measure(judge: Judge, chains: Iterable[Chain]) -> np.ndarray:
     for chain in chains:
         before += [-1, *range(len(points), len(points) + len(chain) - 1)]
         points += chain
+    m = judge.machine
     arrays, _ = run_points(
         points,
         judge.observers,
-        forcing=judge.machine.force[0],
+        forcing=m.record if m.is_recorded else m.force[0],
         predecessor=before,
         workers=None,
         **judge.run,
     )
-    values = arrays[judge.machine.measured[0]].reshape(len(points))
-    return np.where(np.isnan(values), np.inf, values * judge.machine.size)
+    values = arrays[m.measured[0]].reshape(len(points))
+    return np.where(np.isnan(values), np.inf, values * m.size)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
+from damper.sweep.runs import run_points
 from damper.theory.free_decay import (
     amplitude_range,
     decay_time,
@@ -35,10 +37,20 @@ _PEAKS = 4000
 _SLOWER = 4.0
 #: Part of the primary's speed with which the free mass begins: at exact rest it may stay there.
 _STIRRED = 0.1
-#: Runs of a damper at each frequency that are made at a time.
-_PIECE = 2
+#: Most frequencies of a band whose order is from coarse to fine.
+_COARSE = 64
+#: Places of the free mass as a record begins, and sizes of the record off design.
+_PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
+#: Cycles of the machine's own in which a peak after a record is looked for.
+_AFTER = 2.0
+#: A gap over the displacement that no free mass crosses.
+_NO_WALLS = 1e9
+#: Part of a quantity by which it is changed to see what that does.
+PART = 0.01
 #: Starts far out: displacement over the least amplitude, at most that without the damper.
 _FAR = 10.0
+#: Quantities of which a card says what a change does.
+CHANGED = ("free_mass", "gap", "restitution", "damping")
 #: Starts anywhere, at the frequency of the worst case.
 STARTS = 60
 
@@ -48,10 +60,11 @@ Chain = list[dict[str, float]]
 
 
 class Sizes(NamedTuple):
-    """A free mass in kg and its gap in m, the whole travel."""
+    """A free mass in kg, its gap in m (the whole travel), and the restitution of its stops."""
 
     mass: float
     gap: float
+    restitution: float
 
 
 @dataclass(frozen=True)
@@ -64,20 +77,33 @@ class Judge:
     def least(self) -> float:
         """Least amplitude in m that the resonance law allows, of the largest mass."""
         m = self.machine
-        return m.static * least_at_resonance(self._dimensionless(m.largest_mass)).amplitude
+        heaviest = Sizes(m.largest_mass, 0.0, min(m.restitutions))
+        return m.static * least_at_resonance(self._dimensionless(heaviest)).amplitude
 
-    def law_gap(self, mass: float) -> float:
+    def law_gap(self, mass: float, restitution: float) -> float:
         """The gap in m that the closed laws give a free mass, however large."""
         m = self.machine
         if m.is_free:  # the amplitude that is to be reached is where the motion ends
-            return 2.0 * m.decay_to * m.initial_displacement / fold(m.restitution).xi
-        return 2.0 * m.static * least_at_resonance(self._dimensionless(mass)).clearance
+            return 2.0 * m.decay_to * m.initial_displacement / fold(restitution).xi
+        if m.is_recorded:  # that of a resonance which moves the machine as far
+            return math.pi * self.alone * (1 + restitution) / (1 - restitution)
+        damper = Sizes(mass, 0.0, restitution)
+        return 2.0 * m.static * least_at_resonance(self._dimensionless(damper)).clearance
+
+    @cached_property
+    def alone(self) -> float:
+        """Largest displacement in m under a record without a damper."""
+        points = [self.without()["parameters"]]
+        arrays, _ = run_points(points, {"response": {}}, forcing=self.machine.record, **self.run)
+        return float(arrays["peak_displacement"][0]) * self.machine.length
 
     @property
     def distance(self) -> float:
         """Largest amplitude without the damper over the law's, where the band is off resonance."""
         m = self.machine
-        return 1.0 if m.is_free else min(max(map(m.undamped, self.band)) / self.least, 1.0)
+        if m.band is None:
+            return 1.0
+        return min(max(map(m.undamped, self.band)) / self.least, 1.0)
 
     def law(self, damper: Sizes) -> dict[str, float]:
         """What the closed laws say of a damper, of what counts; nothing where they hold not."""
@@ -89,24 +115,24 @@ class Judge:
             return {}
         size = m.counted(m.static, m.rate / math.tau)
         clearance = 0.5 * damper.gap / m.static
-        least, best = least_at_resonance(self._dimensionless(damper.mass))
+        least, best = least_at_resonance(self._dimensionless(damper))
         if clearance > 1.01 * best:
             return {}
-        p = self._dimensionless(damper.mass, clearance=min(clearance, best))
+        p = self._dimensionless(damper, clearance=min(clearance, best))
         largest = largest_at_resonance(p)
         least = least if clearance > 0.99 * best else largest
         return {"value": size * least, "largest": size * largest}
 
-    def _dimensionless(self, mass: float, **options: float) -> Parameters:
+    def _dimensionless(self, damper: Sizes, **options: float) -> Parameters:
         """A damper of this machine at resonance, for the closed laws."""
         m = self.machine
-        given = {"clearance": 1.0, "restitution": m.restitution} | options
-        return Parameters(mass / m.mass, m.damping_ratio, 1.0, **given)
+        given = {"clearance": 1.0, "restitution": damper.restitution} | options
+        return Parameters(damper.mass / m.mass, m.damping_ratio, 1.0, **given)
 
     def _decay_time(self, damper: Sizes) -> float:
         """Time in s by the law of free decay; infinite where the motion ends before."""
         m, start = self.machine, self.machine.initial_displacement
-        p = self._dimensionless(damper.mass, clearance=0.5 * damper.gap, force_amplitude=0.0)
+        p = self._dimensionless(damper, clearance=0.5 * damper.gap, force_amplitude=0.0)
         low, _ = amplitude_range(p)
         end = m.decay_to * start * (1.0 + 1e-9)
         return decay_time(p, start, end) / m.rate if low <= end else math.inf
@@ -133,9 +159,14 @@ class Judge:
         m = self.machine
         if m.is_free:
             alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
-            law = m.rate * self._decay_time(Sizes(m.largest_mass, self.law_gap(m.largest_mass)))
+            most = m.largest_mass
+            slowest = (Sizes(most, self.law_gap(most, r), r) for r in m.restitutions)
+            law = m.rate * max(map(self._decay_time, slowest))
             cycles = min(1.1 * alone, _SLOWER * law) / (2.0 * math.pi)
             return {"transient": 0, "periods": math.ceil(cycles) + 5}
+        if m.is_recorded:  # an rms is over the record, a peak may follow it
+            after = 0.0 if m.counts == "rms_displacement" else _AFTER * math.tau / m.rate
+            return {"transient": 0, "periods": {"time": rounded(m.record.end + after, 8)}}
         # The damping that impacts add falls with the amplitude's distance from the best one.
         rate = m.damping_ratio + 0.15 * m.largest_mass / m.mass
         transient = math.ceil(_DIES / (2.0 * math.pi * rate))
@@ -164,12 +195,14 @@ class Judge:
         ranges = {
             "free_mass": (damper.mass, m.mass_tolerance),
             "gap": (damper.gap, m.gap_tolerance),
-            "restitution": (m.restitution, m.restitution_tolerance),
+            "restitution": (damper.restitution, m.restitution_tolerance),
         }
         axes = {name: [v - t, v, v + t] if t else [v] for name, (v, t) in ranges.items()}
         axes["gap"] = [max(gap, 0.0) for gap in axes["gap"]]
         if m.is_free:
             return axes | {"initial_position": [-0.5, 0.0, 0.5]}
+        if m.is_recorded:
+            return axes | {"initial_position": _PLACES}
         return axes | {"initial_displacement": [0.0, self.far]}
 
     @property
@@ -180,38 +213,45 @@ class Judge:
             start, rate = m.initial_displacement, m.rate
             own = {"forcing_frequency": rate, "initial_displacement": start}
             return m.primary | own | {"initial_relative_velocity": rounded(_STIRRED * rate * start)}
+        if m.is_recorded:  # its cycle is the clock
+            return m.primary | {"forcing_frequency": m.rate}
         return m.primary | {"initial_relative_velocity": rounded(_STIRRED * m.rate * self.least)}
 
-    def stages(self, damper: Sizes) -> list[list[Chain]]:
-        """All runs of a damper in the band, in the order in which they are made.
+    def chains(self, damper: Sizes) -> list[Chain]:
+        """All runs of a damper in the band, in the order in which they are made at first.
 
-        First as built, then with all tolerances at their ends, then what is between.
+        As built, then with all tolerances at their ends, then what is between; frequencies from
+        coarse to fine. A number of the list is the same case of any damper.
         """
         own, grid = self.nominal(damper), product(self.axes(damper), self.fixed)
         # As many of its three values are as built: 3, then 0, 1, 2.
         order = sorted(grid, key=lambda point: (sum(point[n] == own[n] for n in own) + 1) % 4)
+        if self.machine.band is None:
+            return [[point] for point in order]
         rates = [2.0 * math.pi * frequency for frequency in self.band]
-        if self.machine.is_free:
-            return _pieces([[point] for point in order], _PIECE)
-        runs = [[point | {"forcing_frequency": rate}] for point in order for rate in rates]
+        coarse = sorted(range(len(rates)), key=lambda k: -math.gcd(k, _COARSE))
+        runs = [[point | {"forcing_frequency": rates[k]}] for point in order for k in coarse]
         fixed = self.fixed | own | {"initial_position": 1.0}
         followed = [
             [fixed | {"forcing_frequency": rate} for rate in way] for way in (rates, rates[::-1])
         ]
-        first, *others = _pieces(runs, _PIECE * len(rates))
-        return [first, followed, *others]
+        built = 2 * len(rates)
+        return [*runs[:built], *followed, *runs[built:]]
 
     def worst_case(self, damper: Sizes) -> dict[str, Any]:
         """The study of tolerances and starts at all frequencies, in the band and beyond."""
         axes: dict[str, dict[str, Any]] = {
             name: {"values": values} for name, values in self.axes(damper).items()
         }
-        if not self.machine.is_free:
-            every = sorted([*self.band, *self.beyond])
-            axes["forcing_frequency"] = {"values": every, "unit": "Hz"}
         if self.machine.is_free:
             return self._study("the worst case", axes, self.fixed, self.observers)
-        made = self._study("the worst case", axes, self.fixed, self.observers | {"impacts": {}})
+        observers = self.observers | {"impacts": {}}
+        if self.machine.is_recorded:
+            axes["force_amplitude"] = {"values": _SIZES}
+            return self._study("the worst case", axes, self.fixed, observers)
+        every = sorted([*self.band, *self.beyond])
+        axes["forcing_frequency"] = {"values": every, "unit": "Hz"}
+        made = self._study("the worst case", axes, self.fixed, observers)
         worst = [name for name in made["axes"] if name != "forcing_frequency"]
         figure = {"kind": "curves", "variables": [self.machine.measured[0]], "worst": worst}
         return made | {"figures": {"response": figure | {"along": "forcing_frequency"}}}
@@ -229,6 +269,28 @@ class Judge:
         fixed = self.fixed | self.nominal(damper) | {"initial_position": 0.5}
         return self._study("every peak", {}, fixed, observers)
 
+    def without(self) -> dict[str, Any]:
+        """The study of a record without damper: between walls that nothing reaches."""
+        m = self.machine
+        damper = self.nominal(Sizes(m.largest_mass, _NO_WALLS, min(m.restitutions)))
+        return self._study("without damper", {}, self.fixed | damper, self.observers)
+
+    def history(self, damper: Sizes) -> dict[str, Any]:
+        """The study of the motion under a record of the damper as built, and without it."""
+        sampled = {"samples_per_period": 40, "events": 0, "without_damper": True}
+        fixed = self.fixed | self.nominal(damper)
+        return self._study("time history", {}, fixed, {"trajectory": sampled})
+
+    def nearby(self, damper: Sizes, frequency: float) -> dict[str, Any]:
+        """The study of what a part of each quantity, more or less, changes at a frequency in Hz."""
+        fixed = self.fixed | ({"forcing_frequency": math.tau * frequency} if frequency else {})
+        own = fixed | self.nominal(damper)
+        changed = (n for n in CHANGED if own[n] and not (n == "restitution" and own[n] > 0.99))
+        axes = {name: [(1.0 + k * PART) * own[name] for k in (-1, 0, 1)] for name in changed}
+        starts = {k: v for k, v in self.axes(damper).items() if k.startswith("initial")}
+        made = {name: {"values": values} for name, values in (axes | starts).items()}
+        return self._study(f"{100.0 * PART:g} % more or less", made, fixed, self.observers)
+
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
         fixed: dict[str, Any] = self.machine.primary | self.nominal(damper)
@@ -243,7 +305,7 @@ class Judge:
     def nominal(self, damper: Sizes) -> dict[str, float]:
         """Quantities of the damper itself."""
         made = {"free_mass": damper.mass, "gap": damper.gap}
-        return made | {"restitution": self.machine.restitution}
+        return made | {"restitution": damper.restitution}
 
     def _study(
         self, what: str, axes: dict[str, Any], fixed: dict[str, Any], observers: dict[str, Any]
@@ -252,16 +314,12 @@ class Judge:
         return {
             "title": f"{self.machine.title}: {what}",
             "source": "damper design",
-            "parameters": fixed | single,
+            "parameters": {n: v for n, v in (fixed | single).items() if n not in axes},
             "axes": axes,
-            "forcing": self.machine.force[0],
+            "forcing": self.machine.forcing,
             **self.run,
             "observers": observers,
         }
-
-
-def _pieces(runs: list[Chain], size: int) -> list[list[Chain]]:
-    return [runs[start : start + size] for start in range(0, len(runs), size)]
 
 
 def rounded(value: float, digits: int = 3) -> float:

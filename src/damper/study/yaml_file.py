@@ -172,6 +172,8 @@ def display(value: object) -> str:
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list | tuple):
+        if len(value) == 2 and not any(isinstance(item, dict | list | tuple) for item in value):
+            return _cut(f"[{', '.join(map(display, value))}]")
         return "a list" if value else "an empty list"
     if isinstance(value, str):
         return _cut(repr(str(value)))
