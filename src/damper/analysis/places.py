@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from damper.parameters.quantities import ALL, unknown_name
+from damper.parameters.quantities import quantities_in, unknown_name
 from damper.sweep.grid import product
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
     ValueError where it has lost one since it was made.
     """
     need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
-    return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+    return {n: float(cube[n]) for n in quantities_in(cube.coords) if cube[n].ndim == 0}
 
 
 def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Values:
@@ -86,7 +86,7 @@ def need_cube(cube: Any) -> None:
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
             "from damper.simulate or a study's cube.nc"
         )
-    need_coordinates(cube, *(name for name in ALL if name in cube.dims))
+    need_coordinates(cube, *quantities_in(cube.dims))
     for dim, size in cube.sizes.items():
         if size == 0:
             raise ValueError(f"the cube has nothing along {dim!r}: select at least one value")
@@ -95,7 +95,7 @@ def need_cube(cube: Any) -> None:
 def need_axes(cube: xr.Dataset, *names: str) -> None:
     """Raise ValueError unless a cube has axes of these names; TypeError when it is no cube."""
     need_cube(cube)
-    axes = [name for name in ALL if name in cube.dims]
+    axes = quantities_in(cube.dims)
     for k, name in enumerate(names):
         if not isinstance(name, str) or name not in axes:
             raise ValueError(str(unknown_name("axis", name, axes)))

@@ -16,7 +16,7 @@ from damper.observers.common.base import (
     since,
     visible_in_tail,
 )
-from damper.observers.common.settings import VISIBILITY, Setting
+from damper.observers.common.settings import BODIES, VISIBILITY, Setting
 from damper.parameters.variables import ENERGY, IMPULSE, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 
@@ -32,6 +32,7 @@ class Impacts(Observer):
     """
 
     knows_several = True
+    bodies = BODIES
     threshold = VISIBILITY
     speeds = Setting(
         0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0

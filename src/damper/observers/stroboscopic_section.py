@@ -13,6 +13,7 @@ class StroboscopicSection(Section):
     """The state once per cycle."""
 
     knows_several = True
+    shared = ("displacement", "velocity")
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     where = "once per cycle"
 

@@ -10,6 +10,7 @@ from damper.observers import observer_class
 from damper.observers.common.settings import unknown_model
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
+from damper.parameters.masses import OF_ANY_MASS, split
 from damper.parameters.quantities import (
     INITIAL_NAMES,
     QUANTITIES,
@@ -243,16 +244,22 @@ def _check_friction(study: Study, mistakes: Mistakes) -> None:
 
 def _check_units(study: Study, mistakes: Mistakes) -> None:
     """Refuse what knows one free mass alone, before anything is run."""
-    if all(point.unit_count == 1.0 for point in study.corners):
-        return
-    places: list[tuple[str, ...]] = [("orbits", name) for name in study.orbits]
+    fewest, most = (fewer(len(point.each) for point in study.corners) for fewer in (min, max))
     for name, settings in study.observers.items():
-        if not observer_class(name).knows_several:
-            places.append(("observers", name))
-        elif getattr(settings, "free_mass", False):
-            places.append(("observers", name, "free_mass"))
-    for place in places:
-        mistakes.add(place, f"{place[1]} knows one free mass", "unit_count: 1")
+        cls, bodies = observer_class(name), getattr(settings, "bodies", ())
+        if bodies and max(bodies) >= fewest:
+            message = f"there is no mass {max(bodies)}: the damper has {fewest}, from 0"
+            mistakes.add(("observers", name, "bodies"), message, f"whole numbers < {fewest}")
+        elif "bodies" in cls.settings:
+            of_one = not cls.knows_several or cls.sees_all or getattr(settings, "free_mass", False)
+            if of_one and not bodies and most > 1:
+                message = f"{name} observes one free mass, and there are {most}"
+                each = ", ".join(map(str, range(most)))
+                mistakes.add(("observers", name), message, f"bodies: [{each}], or some of them")
+        elif not cls.knows_several and study.model == "several":
+            mistakes.add(("observers", name), f"{name} knows one free mass", "unit_count: 1")
+    for name in study.orbits if study.model == "several" else ():
+        mistakes.add(("orbits", name), f"{name} knows one free mass", "unit_count: 1")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:
@@ -304,19 +311,40 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
     except ValueError as error:
         mistakes.add(("parameters",), str(error))
         return False
+    if not _has_masses(study, mistakes):
+        return False
+    # What each mass has of its own is not asked for of all.
+    numbers = range(len(study.masses))
+    each = (name for name in OF_ANY_MASS if study.masses)
+    every = {name for name in each if all(f"{name}_{k}" in given for k in numbers)}
     missing = [
         quantity
         for quantity in (SI_QUANTITIES if si else QUANTITIES)
-        if quantity.name not in given and quantity.default is None
+        if quantity.name not in {*given, *every} and quantity.default is None
     ]
     for quantity in missing:
         units = quantity.units
         if quantity.name == "force_amplitude":
             units = study.force.si_unit
         within = f" in {units}" if si and units != "1" else ""
-        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws"
+        masses = " or in each of masses" if study.masses and quantity.name in OF_ANY_MASS else ""
+        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws{masses}"
         mistakes.add(("parameters", quantity.name), f"'{quantity.name}' is not given", allowed)
     return not missing
+
+
+def _has_masses(study: Study, mistakes: Mistakes) -> bool:
+    """Whether there are the masses of which axes or draws are quantities."""
+    count, there = len(study.masses), True
+    for section in ("axes", "draws"):
+        for name in study.sections[section]:
+            common, k = split(name) or ("", -1)
+            if count <= k:
+                message = f"'{name}' is of mass {k}, but masses lists {count}, from 0"
+                names = [f"{common}_{n}" for n in range(count)]
+                mistakes.add((section, name), message, join_names(names or ["masses: [{}, {}]"]))
+                there = False
+    return there
 
 
 def _check_displaced(study: Study, mistakes: Mistakes) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
-from damper.parameters.quantities import unknown_name
+from damper.parameters.quantities import quantities_in, unknown_name
 from damper.parameters.units import units_of
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def head(
     clock = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
     values = [
         place_text(place, name, coords[name].item())
-        for name in (*style.SYMBOLS, "direction", "draw")
+        for name in (*quantities_in(coords), "direction", "draw")
         if name in coords and coords[name].ndim == 0 and name not in clock
     ]
     values += force_text(force).split(", ") if force else []

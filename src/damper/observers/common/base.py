@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import speeds_in_tail
+from damper.engine.model import count_masses, speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting, unknown_model
@@ -47,6 +47,12 @@ class Observer:
 
     knows_several: ClassVar[bool] = False
     """Whether it reads the log of several free masses."""
+    bodies: Any = ()
+    """Of an observer with this setting: the free masses that it is made for, one by one."""
+    sees_all: ClassVar[bool] = False
+    """Whether one of it observes all these masses."""
+    shared: ClassVar[tuple[str, ...]] = ()
+    """Variables of such an observer that are the same for each mass."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
     knows_friction: ClassVar[bool] = True
@@ -106,8 +112,8 @@ class Observer:
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
-        if not self.knows_several:
-            need_one_mass(trajectory.model, f"the observer {self.name}")
+        if trajectory.body is None and not self.knows_several:
+            self._need_one_mass(trajectory.model)
         if not self.knows_friction:
             need_no_friction(trajectory.model, f"the observer {self.name}")
         self._run = run
@@ -118,6 +124,16 @@ class Observer:
                 raise ValueError(f"{self.name}.{name}: {unknown_model(model, models)}")
         # Compiled passes know one kind of window.
         self._window = Window(*map(float, window))
+
+    def _need_one_mass(self, model: Any) -> None:
+        """Raise ValueError where there are several free masses and none of them is chosen."""
+        count = count_masses(model)
+        if count > 1 and "bodies" in self.settings:
+            raise ValueError(
+                f"{self.name} observes one free mass, and there are {count}: give bodies, such as "
+                f"{list(range(count))}, each of them"
+            )
+        need_one_mass(model, f"the observer {self.name}")
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""

@@ -5,14 +5,14 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
-from damper.observers.common.settings import FREE_MASS
-from damper.parameters.dampers import need_one_mass
+from damper.observers.common.settings import BODIES, FREE_MASS
 from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
 class Section(Observer):
     """Base of the sections: samples of the primary's, and perhaps the free mass's, motion."""
 
+    bodies = BODIES
     free_mass = FREE_MASS
 
     @property
@@ -32,8 +32,8 @@ class Section(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        if self.free_mass:
-            need_one_mass(trajectory.model, f"{self.name}.free_mass")
+        if self.free_mass and trajectory.body is None:
+            self._need_one_mass(trajectory.model)
         super().begin(run, trajectory, window)
         self._outputs = [array[run] for array in self.arrays.values()]
         # One row per sample, for the compiled pass.
