@@ -7,7 +7,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at, rate_of
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
-from damper.engine.segment import IMPACT, STICKING, TAIL
+from damper.engine.segment import IMPACT, NOTHING, STICKING, TAIL
 from damper.models.laws import (
     compare_masses,
     have_rigid_walls,
@@ -109,7 +109,7 @@ def _compare(model, last, s, found):
     speeds = _speeds(model, last, v, ends, x)
     lengths = largest_force(model) + abs(x) + abs(last.x)
     # What happens at one instant is told in as many segments, of which the first has it all.
-    first = last.duration > 0.0
+    first = not np.any(last.bodies[:, CAUSE] != NOTHING)
     jump = violation(s.x - x, lengths + abs(last.v) * last.duration)
     jump = larger(jump, violation((s.v_before if first else s.v) - v, speeds))
     change, any_hit = s.v - v, False
